@@ -1,0 +1,7 @@
+"""Errors a user can mend: they carry a message fit to print, never a traceback."""
+
+from __future__ import annotations
+
+
+class UserError(Exception):
+    """Bad input (exit code 2): the message says where, what, and what is allowed."""

@@ -1,0 +1,173 @@
+"""One contact: its pressure, then its tractions, or both together.
+
+`NormalContact` is all that the creepages of one pressure share: bodies' coefficients, pressure, cells in contact, slip
+by pressure, slip operator. With `coupling: full` pressure and tractions are made consistent by repeated substitution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from rcstudy.mechanics.convolution import (
+    Box,
+    PairOperator,
+    convolve,
+    difference_symbol,
+    displacement_operator,
+    padded_shape,
+    symbol,
+)
+from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.normal import NormalSolution, cell_centres, initial_gap, solve_pressure
+from rcstudy.mechanics.paper_cg import solve_paper_cg
+from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
+from rcstudy.mechanics.scene import Creepage, Scene
+
+_MAX_COUPLING = 60
+
+
+def influence_of(scene: Scene) -> Influence:
+    """The influence coefficients of `scene`'s bodies on its mesh."""
+    reach = 2.5 * float(np.hypot(*scene.mesh.size))
+    return Influence(scene.substrate, scene.layers, scene.counterbody, scene.mesh.spacing, reach)
+
+
+@dataclass(eq=False)
+class NormalContact:
+    """The pressure of a contact and what follows from it for every creepage. Nothing in it changes once made."""
+
+    scene: Scene
+    influence: Influence
+    solution: NormalSolution
+    _operators: dict[tuple[int, int], SlipOperator] = field(default_factory=dict)
+
+    @cached_property
+    def box(self) -> Box:
+        """Bounding box of the cells in contact."""
+        return Box.around(self.solution.p > 0.0)
+
+    @cached_property
+    def cells(self) -> np.ndarray:
+        """Indices [m, 2] in the box of the cells in contact, rows of constant x first."""
+        return np.ascontiguousarray(np.argwhere(self.solution.p[self.box.slices] > 0.0))
+
+    @cached_property
+    def pressure(self) -> np.ndarray:
+        """Pressure [m] (MPa) of the cells in contact."""
+        return self.gather(self.solution.p)
+
+    @cached_property
+    def centres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates x [m], y [m] (mm) of the cells in contact."""
+        x, y = cell_centres(self.scene)
+        return x[self.box.i0 + self.cells[:, 0]], y[self.box.j0 + self.cells[:, 1]]
+
+    @cached_property
+    def slip_by_pressure(self) -> np.ndarray:
+        """Slip [m, 2] by the displacement that the pressure causes along the surface; zero for quasi-identical bodies."""
+        out = np.zeros((self.cells.shape[0], 2))
+        if not self.influence.moves_by_pressure:
+            return out
+        shape = self.box.shape
+        padded = padded_shape(shape)
+        quadrant = self.influence.quadrant(padded[0] // 2 + 2, padded[1] // 2 + 1)
+        p = self.solution.p[self.box.slices]
+        for component, parity in ((0, (-1, 1)), (1, (1, -1))):
+            hat = difference_symbol(quadrant[4 + component], padded, parity, self.scene.mesh.spacing[0])
+            out[:, component] = convolve(hat, padded, p)[self.cells[:, 0], self.cells[:, 1]]
+        return out
+
+    @property
+    def operator(self) -> SlipOperator:
+        """Slip by tractions on the box; kept for boxes of the same shape."""
+        shape = self.box.shape
+        if shape not in self._operators:
+            self._operators[shape] = SlipOperator(self.influence, self.scene.mesh.spacing, shape)
+        return self._operators[shape]
+
+    @cached_property
+    def displacement(self) -> PairOperator:
+        """Displacements by tractions on the box and one more row of cells ahead of it (+x)."""
+        shape = self.box.shape[0] + 1, self.box.shape[1]
+        padded = padded_shape(shape)
+        return displacement_operator(self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1), shape)
+
+    def gather(self, window: np.ndarray) -> np.ndarray:
+        """Values [m] at the cells in contact of an array [nx, ny] of the window."""
+        return np.ascontiguousarray(window[self.box.slices][self.cells[:, 0], self.cells[:, 1]])
+
+    def spread(self, values: np.ndarray) -> np.ndarray:
+        """Array [nx, ny] of the window with `values` [m] at the cells in contact, zero elsewhere."""
+        out = np.zeros(self.scene.mesh.cells, dtype=values.dtype)
+        out[self.box.slices][self.cells[:, 0], self.cells[:, 1]] = values
+        return out
+
+    def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
+        """Rigid slip [m, 2] at the cells in contact."""
+        return rigid_slip(*self.centres, creepage, spin_point * self.scene.mesh.spacing[0])
+
+
+def solve_normal(scene: Scene, influence: Influence | None = None) -> NormalContact:
+    """Pressure of `scene` without any influence of tractions."""
+    if influence is None:
+        influence = influence_of(scene)
+    return NormalContact(scene, influence, solve_pressure(scene, influence, initial_gap(scene)))
+
+
+def solve_rolling(contact: NormalContact, scene: Scene, guess: np.ndarray | None = None) -> RollingSolution:
+    """Tractions of `scene` under the pressure of `contact`. `guess`: tractions [m, 2] (MPa) to start from."""
+    if scene.creepage is None:
+        raise ValueError("a scene without creepage has no tractions")
+    w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
+    bound = scene.friction * contact.pressure
+    tolerance = scene.tolerance.tangential
+    if scene.method == "paper-cg":
+        dx = scene.mesh.spacing[0]
+        return solve_paper_cg(contact.displacement, contact.cells, bound, w, dx, tolerance)
+    return solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess)
+
+
+def displacement_by_tractions(contact: NormalContact, rolling: RollingSolution, box: Box) -> np.ndarray:
+    """u_z (mm, [nx, ny] of `box`) that the tractions cause, by reciprocity: u_z by q_x is minus u_x by p, mirrored.
+
+    `box` must hold the contact; zero for quasi-identical bodies.
+    """
+    padded = padded_shape(box.shape)
+    quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    out = np.zeros(box.shape)
+    for component, parity in ((0, (-1, 1)), (1, (1, -1))):
+        q = contact.spread(rolling.q[:, component])[box.slices]
+        out -= convolve(symbol(quadrant[4 + component], padded, parity), padded, q)
+    return out
+
+
+def solve_coupled(scene: Scene, contact: NormalContact) -> tuple[NormalContact, RollingSolution]:
+    """Pressure and tractions consistent with each other, starting from the frictionless `contact`.
+
+    Substitution in turn (Panagiotopoulos 1975): the pressure with the gap changed by u_z(q), then the tractions under
+    that pressure, until the tractions of one turn no longer move the pressure..
+    """
+    gap = initial_gap(scene)
+    rolling = solve_rolling(contact, scene)
+    window = Box(0, scene.mesh.cells[0], 0, scene.mesh.cells[1])
+    turns = 0
+    while contact.influence.moves_by_pressure and turns < _MAX_COUPLING:
+        lifted = gap + displacement_by_tractions(contact, rolling, window)
+        solution = solve_pressure(scene, contact.influence, lifted, contact.solution.p)
+        change = float(np.linalg.norm(solution.p - contact.solution.p) / np.linalg.norm(solution.p))
+        solution.iterations += contact.solution.iterations
+        solution.products += contact.solution.products
+        guess_field = contact.spread(rolling.q[:, 0]), contact.spread(rolling.q[:, 1])
+        previous = rolling
+        contact = NormalContact(scene, contact.influence, solution, contact._operators)
+        guess = np.stack([contact.gather(component) for component in guess_field], axis=1)
+        rolling = solve_rolling(contact, scene, guess)
+        rolling.iterations += previous.iterations
+        rolling.products += previous.products
+        turns += 1
+        if change <= max(scene.tolerance.normal, scene.tolerance.tangential):
+            break
+    return contact, rolling

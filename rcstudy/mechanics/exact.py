@@ -1,0 +1,120 @@
+"""Closed forms: size and pressure of Hertz contacts, Carter's rolling cylinder, a thin layer on a rigid base.
+
+They serve three ends: relative lengths in a study ("0.25 a"), the first guess of the pressure solver, and tests.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+from rcstudy.mechanics.scene import Material, Scene
+
+
+@dataclass(frozen=True)
+class Hertz:
+    """Semi-axes `a` = (ax, ay) (mm), largest pressure `p0` (MPa) and `approach` (mm) of a Hertzian contact."""
+
+    a: tuple[float, float]
+    p0: float
+    approach: float
+
+    @property
+    def radius(self) -> float:
+        """Radius of the circle of the same area (mm): the length "a" of a study."""
+        return math.sqrt(self.a[0] * self.a[1])
+
+
+def contact_modulus(body: Material, counterbody: Material | None) -> float:
+    """E* (MPa) of two half-spaces, 1/E* = sum (1 - nu^2)/E; a rigid counterbody (None) adds nothing.
+
+    Johnson, Contact Mechanics (1985), Eq. 4.23.
+    """
+    compliance = (1.0 - body.nu**2) / body.E
+    if counterbody is not None:
+        compliance += (1.0 - counterbody.nu**2) / counterbody.E
+    return 1.0 / compliance
+
+
+def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> Hertz:
+    """Contact of a paraboloid x^2/(2 Rx) + y^2/(2 Ry) pressed by `load` (N) on a half-space of E* = `modulus` (MPa).
+
+    Johnson (1985), Eqs 4.24 to 4.34, with complete elliptic integrals, no approximation.
+    """
+    rx, ry = radius
+    if math.isclose(rx, ry, rel_tol=1e-12):
+        a = (0.75 * load * rx / modulus) ** (1.0 / 3.0)
+        return Hertz((a, a), 1.5 * load / (math.pi * a * a), a * a / rx)
+    r_major, r_minor = max(rx, ry), min(rx, ry)  # the longer semi-axis lies along the larger radius
+    curvature_ratio = r_major / r_minor
+
+    def mismatch(log_ratio: float) -> float:
+        ratio = math.exp(log_ratio)  # b/a <= 1
+        m = 1.0 - ratio * ratio
+        k, e = ellipk(m), ellipe(m)
+        return math.log((e / ratio**2 - k) / (k - e)) - math.log(curvature_ratio)
+
+    # b/a lies near (R_minor/R_major)^(2/3) (Johnson, Eq. 4.28 ff.)
+    guess = -2.0 / 3.0 * math.log(curvature_ratio)
+    ratio = math.exp(brentq(mismatch, 2.0 * guess - 1e-6, 0.25 * guess, xtol=1e-15, rtol=1e-14))
+    m = 1.0 - ratio * ratio
+    k, e = float(ellipk(m)), float(ellipe(m))
+    major = (3.0 * load * r_major / (math.pi * modulus) * (k - e) / m) ** (1.0 / 3.0)
+    minor = ratio * major
+    p0 = 1.5 * load / (math.pi * major * minor)
+    semi_axes = (major, minor) if rx > ry else (minor, major)
+    return Hertz(semi_axes, p0, p0 * minor * k / modulus)
+
+
+def hertz(scene: Scene) -> Hertz:
+    """Hertz's solution for the *uncoated* pair of `scene`: substrate and counterbody, layers left out."""
+    return hertz_contact(scene.radius, scene.load, contact_modulus(scene.substrate, scene.counterbody))
+
+
+def contact_bound(scene: Scene) -> tuple[float, float]:
+    """Semi-axes (mm) no smaller than the contact's: Hertz with the most compliant of substrate and layers.
+
+    A layered body is stiffer under any load than a half-space of its most compliant material.
+    """
+    softest = max((scene.substrate, *scene.layers), key=lambda m: (1.0 - m.nu**2) / m.E)
+    bare = replace(scene, substrate=Material(softest.E, softest.nu), layers=())
+    return hertz(bare).a
+
+
+def carter_traction(
+    x: np.ndarray, half_width: float, pressure: float, friction: float, creepage: float, radius: float
+) -> np.ndarray:
+    """Carter's traction (MPa) of rolling cylinders of equal material at `x` (mm), rolling in +x.
+
+    `half_width` a (mm) and `pressure` p0 (MPa) of the line contact, `creepage` (-) > 0, `radius` R (mm) of relative
+    curvature. Stick reaches from the leading edge x = a back to x = a - 2 c with
+    c/a = 1 - R |creepage| / (mu a); for full slip c = 0. Johnson (1985), Eqs 8.4 to 8.8, signs as in this package
+    (positive creepage gives negative traction on the coated body).
+    """
+    full = friction * pressure * np.sqrt(np.clip(1.0 - (x / half_width) ** 2, 0.0, None))
+    c = half_width * max(0.0, 1.0 - radius * abs(creepage) / (friction * half_width))
+    if c > 0.0:
+        inner = (
+            (c / half_width)
+            * friction
+            * pressure
+            * np.sqrt(np.clip(1.0 - ((x - (half_width - c)) / c) ** 2, 0.0, None))
+        )
+        full = full - inner
+    return -math.copysign(1.0, creepage) * full
+
+
+def thin_layer_contact(radius: float, load: float, layer: Material, thickness: float) -> Hertz:
+    """Sphere on a thin compressible layer on a rigid base: p = M/h (delta - r^2/(2R)), M the oedometric modulus.
+
+    Johnson (1985), section 5.8 (elastic foundation). Returns radius (mm), largest pressure (MPa), approach (mm).
+    """
+    m = layer.E * (1.0 - layer.nu) / ((1.0 + layer.nu) * (1.0 - 2.0 * layer.nu))
+    # load = pi * (M/h) * a^4 / (4 R)
+    a = (4.0 * radius * load * thickness / (math.pi * m)) ** 0.25
+    approach = a * a / (2.0 * radius)
+    return Hertz((a, a), m / thickness * approach, approach)

@@ -1,0 +1,161 @@
+r"""Influence coefficients: displacement at a cell's centre by unit stress on another cell.
+
+Both bodies' half-space parts are closed forms (Love for pressure, Cerruti for tractions). What layers add is smooth.
+Its Green's functions are four radial functions, with D = alpha times the difference of the frequency responses
+(`layered.py`),
+
+    s(r) = 1/(2 pi) int Da J0(alpha r) d alpha                u_z by p:  s
+    d(r) = 1/(4 pi) int (Dc + Dd) J0(alpha r) d alpha         u_x by qx: d - g cos(2 theta)
+    g(r) = 1/(4 pi) int (Dc - Dd) J2(alpha r) d alpha         u_x by qy:   - g sin(2 theta)
+    p(r) = 1/(2 pi) int Db J1(alpha r) d alpha                u_x by p:    - p cos(theta)
+
+computed on logarithmic grids of r by the fast Hankel transform (Hamilton 2000, `scipy.fft.fht`), to which layers
+of a micrometre and wavelengths of a metre are alike. Cells near the origin are integrated in polar coordinates with the
+radial integral done once and for all (so a layer may be far thinner than a cell), the others by Gauss points.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import fht
+from scipy.interpolate import make_interp_spline
+
+from rcstudy.mechanics import kernels
+from rcstudy.mechanics.layered import response_difference
+from rcstudy.mechanics.scene import Layer, Material
+
+# Components of a coefficient array, in this order: displacement, then stress. All by tests/reference/ic.json.
+COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
+
+_LOG_STEP = (
+    0.06  # of the grids of alpha and r; half of it changes the coefficients by less than 1e-10 of the largest
+)
+_BIAS = -0.5  # makes alpha * D(alpha) / alpha^bias vanish at both ends of the grid, and the transform too
+_LOW, _HIGH = 1e-24, 2e4  # range of alpha, in units of 1/(total thickness) and 1/(thinnest layer)
+_NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in polar coordinates
+_FAR_POINTS, _NEAR_POINTS = 3, 20
+
+
+@dataclass(frozen=True)
+class RadialTables:
+    """Tables of (s, d, g, p) [n, 4] (mm/MPa/mm^2) and of their integrals r dr at log r = log_r0 + step * (0..n-1)."""
+
+    log_r0: float
+    step: float
+    kernel: np.ndarray
+    primitive: np.ndarray
+
+
+def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) -> RadialTables:
+    """The four radial functions of what layers add, for distances up to `r_max` (mm).
+
+    The table starts at 5e-5 of the thinnest layer, where the functions have reached their limits to working precision.
+    """
+    thin = min(layer.thickness for layer in layers)
+    total = sum(layer.thickness for layer in layers)
+    low, high = math.log(_LOW / total), math.log(_HIGH / thin)
+    n = 2 * math.ceil((high - low) / _LOG_STEP / 2.0)
+    step = (high - low) / n
+    log_alpha = low + step * np.arange(n)
+    da, db, dc, dd = response_difference(substrate, layers, np.exp(log_alpha))
+    # the transform's grid of r: centred on the inverse of the centre of alpha's
+    log_r = -log_alpha[::-1]
+    r = np.exp(log_r)
+    transforms = [
+        fht(f, step, order, bias=_BIAS) / r
+        for f, order in ((da, 0), (0.5 * (dc + dd), 0), (0.5 * (dc - dd), 2), (db, 1))
+    ]
+    kernel = np.stack(transforms, axis=1) / (2.0 * math.pi)
+    # a margin of 8 nodes serves the interpolation near r_max
+    stop = min(n, int(np.searchsorted(log_r, math.log(r_max))) + 8)
+    log_r, kernel = log_r[:stop], kernel[:stop]
+    area = kernel * np.exp(2.0 * log_r)[:, None]
+    antiderivative = make_interp_spline(log_r, area, k=7).antiderivative()
+    # below the table s and d are constants, g ~ r^2, p ~ r: int_0^r0 f r dr
+    below = area[0] / np.array([2.0, 2.0, 4.0, 3.0])
+    primitive = antiderivative(log_r) - antiderivative(log_r[0]) + below
+    return RadialTables(float(log_r[0]), step, np.ascontiguousarray(kernel), np.ascontiguousarray(primitive))
+
+
+class Influence:
+    """Influence coefficients of the difference u1 - u2 (u_z: of the approach) on one mesh, computed as far as asked for.
+
+    Body 1 is `layers` (from the surface down) on `substrate`, body 2 a half-space or rigid (None). `spacing` dx, dy (mm);
+    `reach` (mm): the largest distance that will ever be asked for.
+    """
+
+    def __init__(
+        self,
+        substrate: Material,
+        layers: tuple[Layer, ...],
+        counterbody: Material | None,
+        spacing: tuple[float, float],
+        reach: float,
+    ) -> None:
+        self._layers = layers
+        self._top: Material = layers[0] if layers else substrate
+        self._counterbody = counterbody
+        self._spacing = spacing
+        self._tables = radial_tables(substrate, layers, reach + math.hypot(*spacing)) if layers else None
+        self._quadrant = np.zeros((6, 0, 0))
+
+    @property
+    def moves_by_pressure(self) -> bool:
+        """Whether pressure displaces the surfaces along each other: not so for quasi-identical bodies."""
+        if self._layers or self._counterbody is None:
+            return True
+        one, two = ((1.0 - 2.0 * m.nu) / m.G for m in (self._top, self._counterbody))
+        return not math.isclose(one, two, rel_tol=1e-14)
+
+    def quadrant(self, nx: int, ny: int) -> np.ndarray:
+        """Coefficients at offsets i dx, j dy, i = 0..nx-1, j = 0..ny-1: array [6, >= nx, >= ny] in mm/MPa.
+
+        Components as in `COMPONENTS`; negative offsets follow by parity (zz, xx, yy even; xy odd in x and in y; xp odd in
+        x, yp odd in y).
+        """
+        have = self._quadrant.shape
+        if have[1] < nx or have[2] < ny:
+            self._quadrant = self._compute(max(nx, have[1]), max(ny, have[2]))
+        return self._quadrant
+
+    def _compute(self, nx: int, ny: int) -> np.ndarray:
+        """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, 3.76, integrated) plus what the layers add."""
+        bodies = [(self._top, 1.0)]
+        if self._counterbody is not None:
+            bodies.append((self._counterbody, -1.0))
+        # 1/(2 pi G), nu/(2 pi G), (1-2nu)/(4 pi G); pressure moves both surfaces the same way along x: a difference
+        g_inv = sum(1.0 / (2.0 * math.pi * m.G) for m, _ in bodies)
+        nu_g = sum(m.nu / (2.0 * math.pi * m.G) for m, _ in bodies)
+        dilation = sum(sign * (1.0 - 2.0 * m.nu) / (4.0 * math.pi * m.G) for m, sign in bodies)
+        inverse_r, xx, yy, xy, x_r2, y_r2 = (np.empty((nx, ny)) for _ in range(6))
+        kernels.rectangle_integrals(nx, ny, *self._spacing, inverse_r, xx, yy, xy, x_r2, y_r2)
+        out = np.zeros((6, nx, ny))
+        if self._tables is not None:
+            layer_integrals(self._tables, self._spacing, out)
+        out[0] += (g_inv - nu_g) * inverse_r
+        out[1] += (g_inv - nu_g) * inverse_r + nu_g * xx
+        out[2] += (g_inv - nu_g) * inverse_r + nu_g * yy
+        out[3] += nu_g * xy
+        out[4] -= dilation * x_r2
+        out[5] -= dilation * y_r2
+        return out
+
+
+def layer_integrals(tables: RadialTables, spacing: tuple[float, float], out: np.ndarray) -> None:
+    """Integrals over the cells of what the layers add to the half-space of the top material: into out [6, nx, ny]."""
+    dx, dy = spacing
+    _, nx, ny = out.shape
+    reach = _NEAR * max(dx, dy)
+    near_x, near_y = min(nx, math.ceil(reach / dx)), min(ny, math.ceil(reach / dy))
+    grid = (tables.log_r0, tables.step, dx, dy, near_x, near_y)
+    kernels.far_cells(tables.kernel, *grid, *_gauss(_FAR_POINTS), out)
+    kernels.near_cells(tables.primitive, *grid, *_gauss(_NEAR_POINTS), out)
+
+
+def _gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Legendre nodes and weights on [-1/2, 1/2]."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    return 0.5 * nodes, 0.5 * weights

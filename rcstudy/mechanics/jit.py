@@ -1,0 +1,21 @@
+"""The one place that states the Numba flags.
+
+``fastmath`` and ``parallel`` stay off: they change last bits, and active sets amplify them. ``cache`` keeps the
+machine code between processes; all kernels live in one file, so an edited callee can never leave a stale caller
+behind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def jit(function: F) -> F:
+    """Compile `function` in nopython mode, cached on disk, with strict IEEE arithmetic, releasing the GIL."""
+    compiled: F = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)
+    return compiled

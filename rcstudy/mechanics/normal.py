@@ -1,0 +1,168 @@
+"""Pressure of a frictionless contact under a given load.
+
+Find p >= 0 with gap = h + A p - approach >= 0, p gap = 0 and sum(p) dx dy = load (the paper's Eqs 1 to 4). The quadratic
+programme behind it is solved by conjugate gradients that keep p >= 0 and the load (Polonsky and Keer 1999),
+preconditioned by the inverse symbol of the operator (Vollebregt 2014, NormCG), on a box around the contact.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rcstudy.mechanics import kernels
+from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbol, transform
+from rcstudy.mechanics.exact import hertz_contact
+from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.layered import frequency_response, half_space_response
+from rcstudy.mechanics.scene import Scene
+
+_MAX_ITERATIONS = 400
+_MARGIN = 1.35  # of the first box over the estimated semi-axes
+
+
+@dataclass
+class NormalSolution:
+    """Pressure `p` [nx, ny] (MPa) on the window, `approach` (mm), and how they were found.
+
+    `residual`: norm of the preconditioned residual over that of p (an estimate of p's relative error); `edge`: the
+    contact touches the window's edge; `converged`: the residual met its tolerance with no cell changing sides.
+    """
+
+    p: np.ndarray
+    approach: float
+    residual: float
+    iterations: int
+    products: int
+    converged: bool
+    edge: bool
+
+
+def cell_centres(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates x [nx], y [ny] of the cell centres (mm); the window is centred on the origin."""
+    nx, ny = scene.mesh.cells
+    dx, dy = scene.mesh.spacing
+    return (np.arange(nx) - 0.5 * (nx - 1)) * dx, (np.arange(ny) - 0.5 * (ny - 1)) * dy
+
+
+def initial_gap(scene: Scene) -> np.ndarray:
+    """Undeformed distance h = x^2/(2 Rx) + y^2/(2 Ry) at the cell centres (mm), [nx, ny]."""
+    x, y = cell_centres(scene)
+    gap: np.ndarray = (x**2 / (2.0 * scene.radius[0]))[:, None] + (y**2 / (2.0 * scene.radius[1]))[None, :]
+    return gap
+
+
+def estimated_contact(scene: Scene) -> tuple[float, float]:
+    """Semi-axes (mm) of the contact by Hertz with the modulus a wave of the contact's own size would see.
+
+    A half-space has a(alpha) = 2/(E* alpha); a layered body's a(alpha) gives an E* that depends on the size, found by
+    iteration. Exact without layers, within some 20 % else: a first guess only.
+    """
+    extra = half_space_response(scene.counterbody)[0] if scene.counterbody is not None else 0.0
+    alpha = np.array([1.0])
+    size = 0.0
+    semi_axes = (0.0, 0.0)
+    for _ in range(60):
+        compliance = frequency_response(scene.substrate, scene.layers, alpha)[0] + extra / alpha
+        modulus = float(2.0 / (compliance * alpha)[0])
+        semi_axes = hertz_contact(scene.radius, scene.load, modulus).a
+        previous, size = size, math.sqrt(semi_axes[0] * semi_axes[1])
+        if abs(size - previous) < 1e-2 * size:
+            break
+        alpha = np.array([2.0 / size])
+    return semi_axes
+
+
+def solve_pressure(
+    scene: Scene, influence: Influence, gap: np.ndarray, guess: np.ndarray | None = None
+) -> NormalSolution:
+    """Solve the normal problem of `scene` to `scene.tolerance.normal`.
+
+    `influence`: the bodies' coefficients on the scene's mesh; `gap` [nx, ny]: undeformed distance (mm), including
+    any displacement by tractions; `guess`: a pressure to start from.
+    """
+    nx, ny = scene.mesh.cells
+    dx, dy = scene.mesh.spacing
+    x, y = cell_centres(scene)
+    if guess is None:
+        ax, ay = estimated_contact(scene)
+        guess = np.sqrt(np.clip(1.0 - ((x / ax) ** 2)[:, None] - ((y / ay) ** 2)[None, :], 0.0, None))
+        inside = (np.abs(x) <= _MARGIN * ax + 2 * dx)[:, None] & (np.abs(y) <= _MARGIN * ay + 2 * dy)[None, :]
+        box = Box.around(inside)
+        if not guess.any():  # a contact smaller than a cell: start from the cells nearest to its centre
+            guess = (gap <= gap.min() * (1.0 + 1e-12)).astype(float)
+    else:
+        box = Box.around(guess > 0.0)
+        box = box.grown(box.shape[0] // 8 + 2, box.shape[1] // 8 + 2, (nx, ny))
+    p = guess * (scene.load / (guess.sum() * dx * dy))
+    iterations = products = 0
+    while True:
+        local, approach, residual, its, prods, converged = _conjugate_gradients(
+            scene, influence, box, gap[box.slices], np.ascontiguousarray(p[box.slices])
+        )
+        iterations += its
+        products += prods
+        p = np.zeros((nx, ny))
+        p[box.slices] = local
+        touched = Box.around(p > 0.0)
+        inner = (
+            (touched.i0 > box.i0 or box.i0 == 0)
+            and (touched.i1 < box.i1 or box.i1 == nx)
+            and (touched.j0 > box.j0 or box.j0 == 0)
+            and (touched.j1 < box.j1 or box.j1 == ny)
+        )
+        if inner:
+            break
+        box = touched.grown(touched.shape[0] // 2 + 2, touched.shape[1] // 2 + 2, (nx, ny))
+    edge = touched.i0 == 0 or touched.j0 == 0 or touched.i1 == nx or touched.j1 == ny
+    return NormalSolution(p, approach, residual, iterations, products, converged, edge)
+
+
+def _conjugate_gradients(
+    scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np.ndarray
+) -> tuple[np.ndarray, float, float, int, int, bool]:
+    """Bound-constrained conjugate gradients on one box; returns p, approach, residual, iterations, products, converged."""
+    shape = box.shape
+    dx, dy = scene.mesh.spacing
+    total = scene.load / (dx * dy)
+    padded = padded_shape(shape)
+    operator = symbol(influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)[0], padded)
+    operator_hat = np.ascontiguousarray(operator.real)  # even coefficients: a real symbol
+    plan = transform(padded, 1)
+    # the symbol of the coefficients wrapped on the torus is positive for all but extreme layers; the floor makes sure
+    floor = 1e-6 * float(operator_hat.max())
+    inverse_hat = 1.0 / (np.maximum(operator_hat, floor) * (padded[0] * padded[1]) ** 2)
+
+    mask = np.zeros(shape, dtype=np.bool_)
+    r, r_old, d = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    p *= total / p.sum()
+    g = gap + convolve(operator, padded, p)
+    products = 1
+    approach = -np.inf
+    zr = 0.0
+    residual = np.inf
+    converged = False
+    iteration = 0
+    while iteration < _MAX_ITERATIONS:
+        approach, entered, _ = kernels.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
+        plan.forward()
+        kernels.scale_real(plan.hat[0], inverse_hat)
+        plan.backward()
+        products += 1
+        zr, z_norm = kernels.normal_direction(plan.real[0], mask, r, r_old, d, zr, plan.real[0])
+        residual = z_norm / kernels.norm2(p)
+        if residual <= scene.tolerance.normal and entered == 0:
+            converged = True
+            break
+        plan.forward()
+        kernels.scale_real(plan.hat[0], operator_hat)
+        plan.backward()
+        products += 1
+        cut, scale = kernels.normal_step(p, g, d, plan.real[0], r, total)
+        iteration += 1
+        if cut or abs(scale - 1.0) > 1e-14:
+            g = gap + convolve(operator, padded, p)
+            products += 1
+    return p, approach, residual, iteration, products, converged

@@ -1,0 +1,90 @@
+"""The paper's own conjugate gradients for the tractions (its Eqs 9 and 18 to 23), taken at its word.
+
+Kept so that its error can be reported. It iterates on Eq. 8, the no-slip condition integrated along x, and scales tractions
+beyond the bound back onto it (Eq. 23), which keeps q parallel to the accumulated displacement instead of the slip: it does
+not satisfy Coulomb's law where cells slip, and may stop short of its tolerance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rcstudy.mechanics.convolution import PairOperator
+from rcstudy.mechanics.rolling import RollingSolution
+
+_MAX_ITERATIONS = 2000
+
+
+def solve_paper_cg(
+    displacement: PairOperator,
+    cells: np.ndarray,
+    bound: np.ndarray,
+    w: np.ndarray,
+    dx: float,
+    tolerance: float,
+) -> RollingSolution:
+    """Tractions by the paper's iteration.
+
+    `displacement`: u (mm) by q (MPa) on the contact's box and one more row of cells ahead of it (+x); `cells` [m, 2],
+    `bound` mu p [m] (MPa), `w` [m, 2] rigid slip plus slip by pressure; `dx` (mm).
+
+    The residual of Eq. 18 is u - (xi_x x - phi x y + f_j) and its like for y. Eq. 9 takes f_j, g_j where the residual is
+    to vanish: the leading edge of each row, here the centre of the cell ahead of its first cell in contact (the reading
+    under which no residual is the same as no discrete slip). Sums over cells are over stick cells in Eq. 19 and its use in
+    Eqs 20, 21. `residual` of the result: relative change of the tractions in the last iteration, which the paper's
+    tolerance is read to bound.
+    """
+    n = cells.shape[0]
+    # rows of cells of equal y, each from its leading edge backwards
+    order = np.lexsort((-cells[:, 0], cells[:, 1]))
+    row = cells[order, 1]
+    first = np.flatnonzero(np.r_[True, row[1:] != row[:-1]])
+    lengths = np.diff(np.r_[first, n])
+    ahead = cells[order[first]] + np.array([1, 0])
+    leading = np.empty(n, dtype=int)
+    leading[order] = np.repeat(np.arange(first.size), lengths)
+    # integral of w from the leading edge: u has to fall by it
+    target = np.empty((n, 2))
+    total = np.cumsum(w[order], axis=0)
+    target[order] = -dx * (total - np.repeat(total[first] - w[order[first]], lengths, axis=0))
+
+    products = 0
+
+    def displaced(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements [m, 2] at the cells, and at the cells ahead of their rows."""
+        nonlocal products
+        products += 1
+        u = displacement.on_box(q, cells)
+        edge = np.stack([u[k][ahead[:, 0], ahead[:, 1]] for k in (0, 1)], axis=1)
+        return np.stack([u[k][cells[:, 0], cells[:, 1]] for k in (0, 1)], axis=1), edge[leading]
+
+    q = np.zeros((n, 2))
+    t = np.zeros((n, 2))
+    u, edge = displaced(q)
+    square_old = change = np.inf
+    iteration = 0
+    while iteration < _MAX_ITERATIONS and change > tolerance:
+        r = u - edge - target  # Eqs 9, 18
+        stick = np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12)
+        square = float(np.sum(r[stick] ** 2))  # Eq. 19
+        if square < square_old:  # Eq. 20; else the old direction is kept
+            t = r + (square / square_old if np.isfinite(square_old) else 0.0) * t
+        curvature = float(np.sum(t * displaced(t)[0]))  # Eq. 21
+        new = q - (square / curvature if curvature > 0.0 else 0.0) * t  # Eq. 22
+        size = np.hypot(new[:, 0], new[:, 1])
+        new *= np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]  # Eq. 23
+        norm = float(np.linalg.norm(new))
+        change = float(np.linalg.norm(new - q)) / norm if norm > 0.0 else 0.0
+        q, square_old = new, square
+        u, edge = displaced(q)
+        iteration += 1
+    slip = np.hypot(q[:, 0], q[:, 1]) >= bound * (1.0 - 1e-12)
+    s = _difference(displacement, q, cells, dx) + w
+    return RollingSolution(q, s, slip, change, iteration, products, change <= tolerance)
+
+
+def _difference(displacement: PairOperator, q: np.ndarray, cells: np.ndarray, dx: float) -> np.ndarray:
+    """Slip [m, 2] by the tractions: (u_i - u_(i+1))/dx at the cells."""
+    u = displacement.on_box(q, cells)
+    i, j = cells[:, 0], cells[:, 1]
+    return np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)

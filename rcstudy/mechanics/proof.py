@@ -1,0 +1,89 @@
+"""The proof that goes with every solution, computed apart from the solvers.
+
+Displacements come from the influence coefficients by convolutions of their own (displacements first, differences after;
+the whole window for the gap), not from the operators, residuals or active sets that the solvers keep.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions
+from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbol
+from rcstudy.mechanics.normal import initial_gap
+from rcstudy.mechanics.rolling import RollingSolution
+from rcstudy.mechanics.scene import Scene
+
+# How far a proof may miss, in units of the tolerance asked for, and never asked to be better than _FLOOR.
+# Tolerances bound errors in the mean; the proof looks at the worst cell, hence the room.
+_ROOM = 100.0
+_FLOOR = 1e-9
+
+
+def prove_normal(contact: NormalContact, scene: Scene, rolling: RollingSolution | None) -> dict[str, float]:
+    """Load balance, gap under pressure and overlap outside the contact, all relative (keys of `result.VARIABLES`).
+
+    The gap h + u_z - approach is computed on the whole window; with `coupling: full` u_z includes that by tractions.
+    """
+    nx, ny = scene.mesh.cells
+    dx, dy = scene.mesh.spacing
+    p = contact.solution.p
+    padded = padded_shape((nx, ny))
+    quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    gap = initial_gap(scene) + convolve(symbol(quadrant[0], padded), padded, p) - contact.solution.approach
+    if rolling is not None and scene.coupling == "full":
+        gap += displacement_by_tractions(contact, rolling, Box(0, nx, 0, ny))
+    inside = p > 0.0
+    scale = abs(contact.solution.approach)
+    return {
+        "proof_load": abs(float(p.sum()) * dx * dy - scene.load) / scene.load,
+        "proof_gap": float(np.abs(gap[inside]).max()) / scale,
+        "proof_penetration": float(np.clip(-gap[~inside], 0.0, None).max(initial=0.0)) / scale,
+    }
+
+
+def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> dict[str, float]:
+    """Stick slip, direction of the slip cells' traction, and the bound, all relative (keys of `result.VARIABLES`)."""
+    if scene.creepage is None:
+        raise ValueError("a scene without creepage has no tractions to prove")
+    dx = scene.mesh.spacing[0]
+    i, j = contact.cells[:, 0], contact.cells[:, 1]
+    u = contact.displacement.on_box(rolling.q, contact.cells)
+    w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
+    s = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
+    bound = scene.friction * contact.pressure
+    size = np.hypot(rolling.q[:, 0], rolling.q[:, 1])
+    speed = np.hypot(s[:, 0], s[:, 1])
+    largest = float(np.hypot(w[:, 0], w[:, 1]).max())
+    slip = rolling.slip
+    direction = -s / np.maximum(speed, 1e-300)[:, None]
+    miss = np.hypot(*(rolling.q - bound[:, None] * direction).T)
+    top = float(bound.max())
+    return {
+        "proof_stick": float(speed[~slip].max(initial=0.0)) / largest
+        if largest > 0.0
+        else float(speed.max()),
+        "proof_slip": float(miss[slip].max(initial=0.0)) / top,
+        "proof_bound": float(np.clip(size - bound, 0.0, None).max()) / top,
+    }
+
+
+def failures(proof: dict[str, float], scene: Scene) -> list[str]:
+    """The parts of `proof` that miss their limit, in words; empty if the proof holds. NaN never passes."""
+    normal = max(_ROOM * scene.tolerance.normal, _FLOOR)
+    tangential = max(_ROOM * scene.tolerance.tangential, _FLOOR)
+    if scene.coupling == "full":
+        normal = max(normal, tangential)
+    limits = {
+        "proof_load": _FLOOR,
+        "proof_gap": normal,
+        "proof_penetration": normal,
+        "proof_stick": tangential,
+        "proof_slip": tangential,
+        "proof_bound": _FLOOR,
+    }
+    return [
+        f"{key} = {value:.3g} exceeds {limits[key]:.3g}"
+        for key, value in proof.items()
+        if not value <= limits[key]
+    ]

@@ -1,0 +1,88 @@
+"""A scene: one rolling contact, fully stated in absolute units (N, mm, MPa, rad).
+
+Everything the solver needs is in a :class:`Scene` and nothing else is: scenes are immutable, so no
+derived quantity (influence coefficients, Fourier symbols) can go stale behind its back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Coupling = Literal["one-way", "full"]
+Method = Literal["newton", "paper-cg"]
+Discretisation = Literal["kalker", "aligned"]
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elastic material: Young's modulus `E` (MPa), Poisson's ratio `nu` (-)."""
+
+    E: float
+    nu: float
+
+    @property
+    def G(self) -> float:
+        """Shear modulus (MPa)."""
+        return self.E / (2.0 * (1.0 + self.nu))
+
+
+@dataclass(frozen=True)
+class Layer(Material):
+    """A bonded elastic layer: material and `thickness` (mm)."""
+
+    thickness: float
+
+
+@dataclass(frozen=True)
+class Creepage:
+    """Creepages `longitudinal`, `lateral` (-) and `spin` (rad/mm)."""
+
+    longitudinal: float = 0.0
+    lateral: float = 0.0
+    spin: float = 0.0
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Potential contact area: `size` (mm) and number of `cells` along x (rolling) and y, centred on the origin."""
+
+    size: tuple[float, float]
+    cells: tuple[int, int]
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Cell sizes dx, dy (mm)."""
+        return self.size[0] / self.cells[0], self.size[1] / self.cells[1]
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Relative stopping tolerances of the pressure and of the traction solver (-)."""
+
+    normal: float = 1e-5
+    tangential: float = 1e-7
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One rolling contact. Signs and units: rolling in +x, N, mm, MPa.
+
+    `layers` run from the surface down. `counterbody` None means rigid. `creepage` None means that only
+    the pressure is wanted (no tractions are computed). `spin_point` is the point, in cells ahead of the
+    centre, at which the spin part of the rigid slip is evaluated.
+    """
+
+    substrate: Material
+    radius: tuple[float, float]
+    load: float
+    mesh: Mesh
+    layers: tuple[Layer, ...] = ()
+    counterbody: Material | None = None
+    friction: float = 1.0
+    creepage: Creepage | None = None
+    coupling: Coupling = "one-way"
+    method: Method = "newton"
+    discretisation: Discretisation = "kalker"
+    spin_point: float = 0.0
+    tolerance: Tolerance = Tolerance()

@@ -1,0 +1,107 @@
+"""What a solved case is: status, scalars, fields, proof; and the catalogue of every stored variable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+
+
+class Status(IntEnum):
+    """How a case ended; anything but SOLVED must never be read as a result."""
+
+    SOLVED = 0
+    NOT_CONVERGED = 1
+    PROOF_FAILED = 2
+    REFUSED = 3
+    ERROR = 4
+
+
+class CellState(IntEnum):
+    """State of a cell of the potential contact area."""
+
+    EXTERIOR = 0
+    STICK = 1
+    SLIP = 2
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One stored quantity: its kind, units, and the words shown next to it."""
+
+    kind: Literal["field", "scalar", "text"]
+    units: str
+    long_name: str
+    dtype: str = "f8"
+    tangential: bool = False  # absent from a pressure-only scene
+    timing: bool = False  # differs from run to run
+    enum: type[IntEnum] | None = None
+
+
+VARIABLES: dict[str, Variable] = {
+    # fields, dims (..., x, y)
+    "pressure": Variable("field", "MPa", "contact pressure"),
+    "traction_x": Variable("field", "MPa", "longitudinal traction on the coated body", tangential=True),
+    "traction_y": Variable("field", "MPa", "lateral traction on the coated body", tangential=True),
+    "slip_x": Variable("field", "1", "longitudinal slip per unit rolling speed", tangential=True),
+    "slip_y": Variable("field", "1", "lateral slip per unit rolling speed", tangential=True),
+    "state": Variable("field", "1", "state of the cell", "i1", tangential=True, enum=CellState),
+    # resultants and extrema
+    "force_x": Variable("scalar", "N", "longitudinal force on the coated body", tangential=True),
+    "force_y": Variable("scalar", "N", "lateral force on the coated body", tangential=True),
+    "moment_z": Variable("scalar", "N mm", "spin moment sum(x qy - y qx) dx dy", tangential=True),
+    "pressure_max": Variable("scalar", "MPa", "largest pressure"),
+    "contact_area": Variable("scalar", "mm2", "area of contact"),
+    "slip_area": Variable("scalar", "mm2", "area of slip", tangential=True),
+    "contact_radius": Variable("scalar", "mm", "radius of the circle of the area of contact"),
+    "approach": Variable("scalar", "mm", "rigid approach of the bodies"),
+    "traction_max": Variable("scalar", "MPa", "largest magnitude of the traction", tangential=True),
+    "friction_power": Variable("scalar", "N", "friction power per unit rolling speed", tangential=True),
+    # how the case ended
+    "status": Variable("scalar", "1", "how the case ended", "i1", enum=Status),
+    "status_reason": Variable("text", "1", "why the case is not solved", "str"),
+    "residual_normal": Variable("scalar", "1", "relative residual of the pressure solver"),
+    "residual_tangential": Variable(
+        "scalar", "1", "relative residual of the traction solver", tangential=True
+    ),
+    "iterations_normal": Variable("scalar", "1", "iterations of the pressure solver", "i4"),
+    "iterations_tangential": Variable(
+        "scalar", "1", "iterations of the traction solver", "i4", tangential=True
+    ),
+    "operator_products": Variable(
+        "scalar", "1", "operator and preconditioner products of the traction solver", "i4", tangential=True
+    ),
+    "products_normal": Variable(
+        "scalar", "1", "operator and preconditioner products of the pressure solver", "i4"
+    ),
+    "solve_seconds": Variable("scalar", "s", "wall time of the solve", timing=True),
+    # the proof: computed apart from the solver's own stopping test
+    "proof_load": Variable("scalar", "1", "|sum(p) dx dy - P| / P"),
+    "proof_gap": Variable("scalar", "1", "largest |gap| where p > 0, over the approach"),
+    "proof_penetration": Variable("scalar", "1", "largest overlap outside the contact, over the approach"),
+    "proof_stick": Variable(
+        "scalar", "1", "largest |slip| in a stick cell, over the largest rigid slip", tangential=True
+    ),
+    "proof_slip": Variable(
+        "scalar",
+        "1",
+        "largest deviation of the traction from -mu p s/|s| in a slip cell, over mu p_max",
+        tangential=True,
+    ),
+    "proof_bound": Variable("scalar", "1", "largest excess of |q| over mu p, over mu p_max", tangential=True),
+}
+
+
+@dataclass
+class Result:
+    """Outcome of one case. `fields` are [ix, iy] arrays of the whole window; `scalars` and `fields` use VARIABLES' names.
+
+    A case that was not solved has a status and a reason; its numbers, if any, are kept for inspection.
+    """
+
+    status: Status
+    reason: str = ""
+    scalars: dict[str, float] = field(default_factory=dict)
+    fields: dict[str, np.ndarray] = field(default_factory=dict)

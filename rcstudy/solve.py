@@ -1,0 +1,144 @@
+"""Scene in, result out: runs the solvers, asks for the proof, and sets the status. Never raises for a bad case."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from rcstudy.mechanics.contact import NormalContact, solve_coupled, solve_normal, solve_rolling
+from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling
+from rcstudy.mechanics.rolling import RollingSolution
+from rcstudy.mechanics.scene import Scene
+from rcstudy.result import CellState, Result, Status
+
+
+def solve_scene(scene: Scene) -> Result:
+    """Solve one scene. See `solve_group`."""
+    return next(iter(solve_group([scene])))
+
+
+def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Solve scenes that share one normal problem, the pressure once (with `coupling: full`: its frictionless start).
+
+    Yields a :class:`Result` a scene, in order. Whatever goes wrong becomes a status with its reason; the seconds of
+    the shared pressure are charged to the first scene.
+    """
+    start = time.perf_counter()
+    contact: NormalContact | None = None
+    failure: Result | None = None
+    for scene in scenes:
+        try:
+            if contact is None and failure is None:
+                contact = solve_normal(scene)
+                failure = _normal_failure(contact)
+            result = failure if failure is not None or contact is None else _solve_with(contact, scene)
+        except Exception as error:  # a batch must go on: any failure of one case becomes its status
+            result = Result(Status.ERROR, f"{type(error).__name__}: {error}")
+        now = time.perf_counter()
+        result = Result(result.status, result.reason, dict(result.scalars), result.fields)
+        result.scalars["solve_seconds"] = now - start
+        start = now
+        yield result
+
+
+def _normal_failure(contact: NormalContact) -> Result | None:
+    """The result of every scene whose pressure cannot be had, or None."""
+    solution = contact.solution
+    if solution.edge:
+        size = contact.scene.mesh.size
+        return Result(
+            Status.REFUSED,
+            f"the contact reaches the edge of the {size[0]:g} x {size[1]:g} mm window: enlarge mesh.size",
+        )
+    if not solution.converged:
+        return Result(
+            Status.NOT_CONVERGED,
+            f"pressure: residual {solution.residual:.3g} after {solution.iterations} iterations, "
+            f"tolerance {contact.scene.tolerance.normal:g}",
+            {
+                "residual_normal": solution.residual,
+                "iterations_normal": solution.iterations,
+                "products_normal": solution.products,
+            },
+        )
+    return None
+
+
+def _solve_with(contact: NormalContact, scene: Scene) -> Result:
+    """Result of `scene` under (or, with full coupling, starting from) the pressure of `contact`."""
+    rolling: RollingSolution | None = None
+    if scene.creepage is not None:
+        if scene.coupling == "full":
+            contact, rolling = solve_coupled(scene, contact)
+            failure = _normal_failure(contact)
+            if failure is not None:
+                return failure
+        else:
+            rolling = solve_rolling(contact, scene)
+    proof = prove_normal(contact, scene, rolling)
+    fields, scalars = _normal_numbers(contact, scene)
+    status, reasons = Status.SOLVED, []
+    if rolling is not None:
+        proof |= prove_rolling(contact, scene, rolling)
+        more_fields, more_scalars = _rolling_numbers(contact, scene, rolling)
+        fields |= more_fields
+        scalars |= more_scalars
+        if not rolling.converged:
+            status = Status.NOT_CONVERGED
+            reasons.append(
+                f"tractions: residual {rolling.residual:.3g} after {rolling.iterations} iterations, "
+                f"tolerance {scene.tolerance.tangential:g}"
+            )
+    missed = failures(proof, scene)
+    if missed and status == Status.SOLVED:
+        status = Status.PROOF_FAILED
+    return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
+
+
+def _normal_numbers(contact: NormalContact, scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+    """Fields and scalars that follow from the pressure."""
+    solution = contact.solution
+    dx, dy = scene.mesh.spacing
+    area = contact.cells.shape[0] * dx * dy
+    scalars = {
+        "pressure_max": float(solution.p.max()),
+        "contact_area": area,
+        "contact_radius": math.sqrt(area / math.pi),
+        "approach": solution.approach,
+        "residual_normal": solution.residual,
+        "iterations_normal": solution.iterations,
+        "products_normal": solution.products,
+    }
+    return {"pressure": solution.p}, scalars
+
+
+def _rolling_numbers(
+    contact: NormalContact, scene: Scene, rolling: RollingSolution
+) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+    """Fields and scalars that follow from the tractions."""
+    dx, dy = scene.mesh.spacing
+    x, y = contact.centres
+    q, s = rolling.q, rolling.s
+    state = np.where(rolling.slip, CellState.SLIP, CellState.STICK).astype(np.int8)
+    fields = {
+        "traction_x": contact.spread(q[:, 0]),
+        "traction_y": contact.spread(q[:, 1]),
+        "slip_x": contact.spread(s[:, 0]),
+        "slip_y": contact.spread(s[:, 1]),
+        "state": contact.spread(state),
+    }
+    scalars = {
+        "force_x": float(q[:, 0].sum()) * dx * dy,
+        "force_y": float(q[:, 1].sum()) * dx * dy,
+        "moment_z": float(np.sum(x * q[:, 1] - y * q[:, 0])) * dx * dy,
+        "slip_area": float(rolling.slip.sum()) * dx * dy,
+        "traction_max": float(np.hypot(q[:, 0], q[:, 1]).max()),
+        "friction_power": -float(np.sum(q * s)) * dx * dy,
+        "residual_tangential": rolling.residual,
+        "iterations_tangential": rolling.iterations,
+        "operator_products": rolling.products,
+    }
+    return fields, scalars
