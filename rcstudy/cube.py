@@ -1,0 +1,120 @@
+"""Reads cubes: opening and checking one, its grids, its table of cases; one solved scene as a Dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from rcstudy.cube_writer import write_cube
+from rcstudy.errors import UserError
+from rcstudy.layout import GRID, LABEL, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, cell_centres, result_items
+from rcstudy.result import Result, Status
+
+if TYPE_CHECKING:
+    from rcstudy.mechanics.scene import Scene
+
+__all__ = ["case_dims", "case_table", "grids", "open_cube", "to_dataset", "write_cube"]
+
+
+def open_cube(path: Path | str) -> xr.DataTree:
+    """Open a cube lazily: values are read when they are used; close it, or use it in a ``with`` block.
+
+    The root holds the provenance as attributes and, in a study of several grids, a table of all cases; the grids
+    are its children (:func:`grids` gives them in either layout).
+
+    Raises UserError when the file is missing, unreadable, not an rcstudy cube, or of a newer layout.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise UserError(f"{path}: no such file")
+    if not path.is_file():
+        raise UserError(f"{path}: not a file")
+    try:
+        tree = xr.open_datatree(path, engine="h5netcdf")
+    except Exception as error:  # whatever HDF5, h5netcdf or xarray make of a file that is not theirs
+        raise UserError(f"{path}: not a readable rcstudy cube: {_first_line(error)}") from error
+    try:
+        schema = tree.attrs.get(SCHEMA_ATTRIBUTE)
+        if schema is None:
+            raise UserError(f"{path}: not an rcstudy cube: it has no attribute {SCHEMA_ATTRIBUTE}")
+        if int(schema) != SCHEMA:
+            raise UserError(f"{path}: layout {schema} of the cube is not known here: layout {SCHEMA} is")
+        if not grids(tree):
+            raise UserError(f"{path}: not an rcstudy cube: it has no grid")
+    except BaseException:
+        tree.close()
+        raise
+    return tree
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).strip() or type(error).__name__).splitlines()[0]
+
+
+def grids(tree: xr.DataTree) -> dict[str, xr.Dataset]:
+    """The grids of a cube by name, in the study's order, whether the study had one grid or several."""
+    if "axes" in tree.attrs:
+        return {str(tree.attrs[GRID]): tree.to_dataset()}
+    found = {name: node.to_dataset(inherit=False) for name, node in tree.children.items() if "axes" in node.attrs}
+    if GRID not in tree.dataset:
+        return found
+    order = list(dict.fromkeys(str(name) for name in tree.dataset[GRID].values))
+    return {name: found[name] for name in sorted(found, key=lambda n: order.index(n) if n in order else len(order))}
+
+
+def case_dims(grid: xr.Dataset) -> tuple[str, ...]:
+    """Names of the case dimensions of a grid, in the study's order; x, y and layer are not among them."""
+    return tuple(str(grid.attrs["axes"]).split())
+
+
+def case_table(tree: xr.DataTree) -> pd.DataFrame:
+    """One row a case: grid, label, index within the grid, coordinates of its axes, settings and all scalars.
+
+    Columns that a grid does not have are missing (NaN, None) in its rows; fields are not read.
+    """
+    return pd.concat([_grid_table(name, grid) for name, grid in grids(tree).items()], ignore_index=True)
+
+
+def _grid_table(name: str, grid: xr.Dataset) -> pd.DataFrame:
+    dims = case_dims(grid)
+    shape = tuple(grid.sizes[d] for d in dims)
+    count = int(np.prod(shape))
+    columns: dict[Hashable, Any] = {
+        "grid": [name] * count,
+        "label": grid[LABEL].values.reshape(-1),
+        "index": list(np.ndindex(*shape)),
+    }
+    for key, variable in grid.variables.items():
+        if key == LABEL or not set(variable.dims) <= set(dims):
+            continue
+        along = [grid.sizes[d] if d in variable.dims else 1 for d in dims]
+        columns[key] = np.broadcast_to(variable.values.reshape(along), shape).reshape(-1)
+    return pd.DataFrame(columns)
+
+
+def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
+    """One result with the names, units and dimensions (x, y) of a cube; floats are NaN where there is no value."""
+    values: dict[str, Any] = {**result.scalars, **result.fields}
+    values |= {"status": Status(result.status).value, "status_reason": result.reason}
+    variables = {}
+    for item in result_items((), tangential=scene.creepage is not None, fields=True):
+        value = values.get(item.name)
+        if value is None:
+            missing = np.nan if item.dtype.startswith("f") else MISSING
+            value = np.full(scene.mesh.cells, missing) if item.field else missing
+        dtype = object if item.dtype == "str" else item.dtype
+        variables[item.name] = (item.dims, np.asarray(value, dtype=dtype), item.attrs)
+    coords = {
+        dim: (
+            (dim,),
+            cell_centres(scene.mesh.size[k], scene.mesh.cells[k]),
+            {"long_name": f"{word} position of the cell's centre", "units": "mm"},
+        )
+        for k, (dim, word) in enumerate((("x", "longitudinal"), ("y", "lateral")))
+    }
+    return xr.Dataset(variables, coords, {SCHEMA_ATTRIBUTE: SCHEMA})

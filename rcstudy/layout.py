@@ -1,0 +1,299 @@
+"""What stands in a cube: its groups, dimensions, coordinates, variables, attributes and case labels.
+
+A study of one grid is one flat file. A study of several has a group per grid, and in the root a table of all
+cases (dimension ``entry``), so that opening the file without options shows something useful. Knows nothing of
+HDF5: :mod:`rcstudy.cube_writer` writes what is laid out here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rcstudy.errors import UserError
+from rcstudy.mechanics.exact import Hertz, hertz
+from rcstudy.mechanics.scene import Layer, Scene
+from rcstudy.result import VARIABLES, Variable
+
+if TYPE_CHECKING:
+    from rcstudy.cases import Case, Expansion, Grid
+
+SCHEMA_ATTRIBUTE = "rcstudy_schema"
+"""Root attribute that marks a file as an rcstudy cube and holds the version of this layout."""
+
+SCHEMA = 1
+"""Version of the layout; goes up when a name, a dimension or the meaning of a variable changes."""
+
+MISSING = -1
+"""Stored where an integer variable has no value (floats store NaN)."""
+
+ENTRY = "entry"
+LAYER = "layer"
+LABEL = "label"
+GRID = "grid"
+CASE_KEY = "case_key"
+
+
+@dataclass(frozen=True)
+class Item:
+    """One variable of a group.
+
+    `dtype` is a numpy type code, or ``"str"`` for variable-length text. `values` holds what is known before any
+    case is solved; None means that it comes from the results. `field` marks variables stored a case at a time.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    attrs: dict[str, Any]
+    values: np.ndarray | None = None
+    field: bool = False
+    coordinate: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """One group: `dims` with their sizes, case dimensions first, and its `items`; `attrs` of the group."""
+
+    name: str
+    case_dims: tuple[str, ...]
+    dims: dict[str, int]
+    items: tuple[Item, ...]
+    attrs: dict[str, Any]
+
+    @property
+    def case_shape(self) -> tuple[int, ...]:
+        """Sizes of the case dimensions."""
+        return tuple(self.dims[d] for d in self.case_dims)
+
+    def __getitem__(self, name: str) -> Item:
+        """The item called `name`; KeyError if there is none."""
+        for item in self.items:
+            if item.name == name:
+                return item
+        raise KeyError(name)
+
+
+@dataclass(frozen=True)
+class _Setting:
+    """A number of the scene stored with each case."""
+
+    units: str
+    long_name: str
+    value: Callable[[Scene, Hertz], float]
+    tangential: bool = False
+
+
+def _creepage(name: str) -> Callable[[Scene, Hertz], float]:
+    return lambda scene, _: getattr(scene.creepage, name) if scene.creepage is not None else np.nan
+
+
+SETTINGS: dict[str, _Setting] = {
+    "friction": _Setting("1", "coefficient of friction", lambda s, _: s.friction),
+    "load": _Setting("N", "normal load", lambda s, _: s.load),
+    "hertz_radius": _Setting("mm", "contact radius of the uncoated pair after Hertz", lambda _, h: h.radius),
+    "hertz_pressure": _Setting("MPa", "peak pressure of the uncoated pair after Hertz", lambda _, h: h.p0),
+    "longitudinal": _Setting("1", "longitudinal creepage", _creepage("longitudinal"), tangential=True),
+    "lateral": _Setting("1", "lateral creepage", _creepage("lateral"), tangential=True),
+    "spin": _Setting("rad mm-1", "spin creepage", _creepage("spin"), tangential=True),
+}
+
+LAYER_SETTINGS: dict[str, tuple[str, str, Callable[[Layer], float]]] = {
+    "layer_modulus": ("MPa", "Young's modulus of each layer, from the surface down", lambda layer: layer.E),
+    "layer_nu": ("1", "Poisson's ratio of each layer, from the surface down", lambda layer: layer.nu),
+    "layer_thickness": ("mm", "thickness of each layer, from the surface down", lambda layer: layer.thickness),
+}
+
+
+def variable_attrs(variable: Variable) -> dict[str, Any]:
+    """Attributes of a variable of the catalogue: units, long_name, and the values and meanings of an enumeration."""
+    attrs: dict[str, Any] = {"long_name": variable.long_name, "units": variable.units}
+    if variable.enum is not None:
+        members = [(m.value, m.name.lower()) for m in variable.enum]
+        if variable.kind == "field":
+            members.insert(0, (MISSING, "not_computed"))
+        attrs["flag_values"] = np.array([value for value, _ in members], dtype=variable.dtype)
+        attrs["flag_meanings"] = " ".join(name for _, name in members)
+    elif variable.dtype.startswith("i"):
+        attrs["comment"] = f"{MISSING} where not computed"
+    return attrs
+
+
+def cell_centres(size: float, cells: int) -> np.ndarray:
+    """Coordinates (mm) of the centres of `cells` equal cells over a length `size` centred on the origin."""
+    return (np.arange(cells) - 0.5 * (cells - 1)) * (size / cells)
+
+
+def case_label(grid: Grid, index: Sequence[int]) -> str:
+    """Name of a case within its grid, such as ``thickness=0.25 a, modulus=2 Es, creepage=b``."""
+    parts = []
+    for axis, i in zip(grid.axes, index, strict=True):
+        parts.append(axis.labels[i] if axis.name == "case" else f"{axis.name}={axis.labels[i]}")
+    return ", ".join(parts) or grid.name
+
+
+def _coordinate_items(grid: Grid) -> Iterator[Item]:
+    for axis in grid.axes:
+        for name, coord in axis.coords.items():
+            values = np.asarray(coord.values)
+            text = values.dtype.kind in "UOST"
+            attrs = {"long_name": coord.long_name or name, "units": coord.units or "1"}
+            values = values.astype(object if text else "i8" if values.dtype.kind in "iu" else "f8")
+            dtype = "str" if text else values.dtype.str[1:]
+            yield Item(name, (axis.name,), dtype, attrs, values, coordinate=True)
+
+
+def _pair(scene: Scene) -> tuple[Any, ...]:
+    """What Hertz's solution for the uncoated pair depends on."""
+    return scene.substrate, scene.counterbody, scene.radius, scene.load
+
+
+def _setting_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Sequence[Case]) -> Iterator[Item]:
+    tangential = any(case.scene.creepage is not None for case in cases)
+    uncoated: dict[Any, Hertz] = {}  # solved once for each uncoated pair: an ellipse costs a root search
+    for case in cases:
+        if _pair(case.scene) not in uncoated:
+            uncoated[_pair(case.scene)] = hertz(case.scene)
+    for name, setting in SETTINGS.items():
+        if setting.tangential and not tangential:
+            continue
+        values = np.empty(shape)
+        for case in cases:
+            values[case.index] = setting.value(case.scene, uncoated[_pair(case.scene)])
+        yield Item(name, case_dims, "f8", {"long_name": setting.long_name, "units": setting.units}, values)
+    keys = np.empty(shape, dtype=object)
+    for case in cases:
+        keys[case.index] = case.key
+    attrs = {"long_name": "content hash of the case: scene, solver version, schema", "units": "1"}
+    yield Item(CASE_KEY, case_dims, "str", attrs, keys)
+
+
+def _layer_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Sequence[Case]) -> Iterator[Item]:
+    count = max(len(case.scene.layers) for case in cases)
+    if count == 0:
+        return
+    attrs = {"long_name": "number of the layer, from the surface down", "units": "1"}
+    yield Item(LAYER, (LAYER,), "i8", attrs, np.arange(1, count + 1), coordinate=True)
+    for name, (units, long_name, value) in LAYER_SETTINGS.items():
+        values = np.full((*shape, count), np.nan)
+        for case in cases:
+            for k, layer in enumerate(case.scene.layers):
+                values[(*case.index, k)] = value(layer)
+        yield Item(name, (*case_dims, LAYER), "f8", {"long_name": long_name, "units": units}, values)
+
+
+def _mesh_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Sequence[Case]) -> Iterator[Item]:
+    """Coordinates x and y; where the mesh varies among the cases, the centres of each case's cells instead."""
+    first = cases[0].scene.mesh
+    varies = any(case.scene.mesh != first for case in cases)
+    for k, dim in enumerate(("x", "y")):
+        words = ("longitudinal", "lateral")[k]
+        attrs = {"long_name": f"{words} position of the cell's centre", "units": "mm"}
+        if not varies:
+            centres = cell_centres(first.size[k], first.cells[k])
+            yield Item(dim, (dim,), "f8", attrs, centres, coordinate=True)
+            continue
+        values = np.full((*shape, max(case.scene.mesh.cells[k] for case in cases)), np.nan)
+        for case in cases:
+            cells = case.scene.mesh.cells[k]
+            values[(*case.index, slice(cells))] = cell_centres(case.scene.mesh.size[k], cells)
+        yield Item(f"{dim}_centre", (*case_dims, dim), "f8", attrs, values, coordinate=True)
+
+
+def result_items(
+    case_dims: tuple[str, ...], *, tangential: bool, fields: bool, precision: str = "float64"
+) -> Iterator[Item]:
+    """The variables of the catalogue that a group holds, dimensions `case_dims` (fields: and x, y)."""
+    for name, variable in VARIABLES.items():
+        if variable.tangential and not tangential:
+            continue
+        if variable.kind != "field":
+            yield Item(name, case_dims, variable.dtype, variable_attrs(variable))
+        elif fields:
+            dtype = "f4" if variable.dtype == "f8" and precision == "float32" else variable.dtype
+            yield Item(name, (*case_dims, "x", "y"), dtype, variable_attrs(variable), field=True)
+
+
+def grid_layout(grid: Grid, cases: Sequence[Case], *, fields: bool, precision: str) -> Layout:
+    """Layout of one grid. `cases` are the grid's cases, in any order.
+
+    Raises UserError where a name of the grid's axes is also the name of a variable.
+    """
+    case_dims = tuple(axis.name for axis in grid.axes)
+    shape = tuple(grid.shape)
+    tangential = any(case.scene.creepage is not None for case in cases)
+    items = list(_coordinate_items(grid))
+    if fields:
+        items += _mesh_items(case_dims, shape, cases)
+    labels = np.empty(shape, dtype=object)
+    for case in cases:
+        labels[case.index] = case_label(grid, case.index)
+    items.append(Item(LABEL, case_dims, "str", {"long_name": "name of the case within its grid", "units": "1"}, labels))
+    taken = {item.name for item in items}
+    # a setting that is an axis, or goes with one, is already there as its coordinate
+    items += [item for item in _setting_items(case_dims, shape, cases) if item.name not in taken]
+    items += [item for item in _layer_items(case_dims, shape, cases) if item.name not in taken]
+    items += result_items(case_dims, tangential=tangential, fields=fields, precision=precision)
+    names = [item.name for item in items]
+    for axis in grid.axes:
+        if any(names.count(name) > 1 for name in axis.coords) or axis.name in (LAYER, ENTRY):
+            raise UserError(f"grid {grid.name}: axis {axis.name}: is also the name of a variable of the cube")
+    dims = dict(zip(case_dims, shape, strict=True))
+    if any(LAYER in item.dims for item in items):
+        dims[LAYER] = max(len(case.scene.layers) for case in cases)
+    if fields:
+        dims["x"] = max(case.scene.mesh.cells[0] for case in cases)
+        dims["y"] = max(case.scene.mesh.cells[1] for case in cases)
+    attrs = {"grid": grid.name, "grid_description": grid.description or "", "axes": " ".join(case_dims)}
+    return Layout(grid.name, case_dims, dims, tuple(items), attrs)
+
+
+def table_layout(layouts: Sequence[Layout]) -> Layout:
+    """The root of a study of several grids: every scalar of every case, grids one after another."""
+    count = sum(int(np.prod(layout.case_shape)) for layout in layouts)
+    names = np.concatenate([np.full(int(np.prod(g.case_shape)), g.name, dtype=object) for g in layouts])
+    items = [Item(GRID, (ENTRY,), "str", {"long_name": "grid of the case", "units": "1"}, names)]
+    for name in (LABEL, *SETTINGS, CASE_KEY):
+        parts = [_flat(layout, name) for layout in layouts]
+        model = next((layout[name] for layout in layouts if _has(layout, name)), None)
+        if model is not None:
+            items.append(Item(name, (ENTRY,), model.dtype, model.attrs, np.concatenate(parts)))
+    tangential = any(_has(layout, "force_x") for layout in layouts)
+    items += result_items((ENTRY,), tangential=tangential, fields=False)
+    return Layout("", (ENTRY,), {ENTRY: count}, tuple(items), {})
+
+
+def _has(layout: Layout, name: str) -> bool:
+    return any(item.name == name for item in layout.items)
+
+
+def _flat(layout: Layout, name: str) -> np.ndarray:
+    """A known variable or coordinate of a grid for each of its cases, in C order; NaN where it has none."""
+    shape = layout.case_shape
+    if not _has(layout, name):
+        return np.full(int(np.prod(shape)), np.nan)
+    item = layout[name]
+    assert item.values is not None
+    along = [shape[k] if dim in item.dims else 1 for k, dim in enumerate(layout.case_dims)]
+    return np.broadcast_to(item.values.reshape(along), shape).reshape(-1)
+
+
+def lay_out(expansion: Expansion, *, fields: bool, precision: str) -> tuple[list[Layout], Layout | None]:
+    """Layouts of all grids, and that of the root table when there are several grids (else None).
+
+    Raises UserError where a grid's name is also the name of a variable, or an axis's is.
+    """
+    of_grid: dict[str, list[Case]] = {grid.name: [] for grid in expansion.grids}
+    for case in expansion.cases:
+        of_grid[case.grid].append(case)
+    layouts = [grid_layout(g, of_grid[g.name], fields=fields, precision=precision) for g in expansion.grids]
+    if len(layouts) == 1:
+        return layouts, None
+    root = table_layout(layouts)
+    for layout in layouts:
+        if _has(root, layout.name) or layout.name in (ENTRY, "x", "y"):
+            raise UserError(f"grid {layout.name}: is also the name of a variable of the cube: rename it")
+    return layouts, root

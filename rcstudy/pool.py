@@ -1,0 +1,184 @@
+"""Solves batches of cases in worker processes: single-threaded, spawned, replaced when they die.
+
+Each worker holds one batch at a time and sends a result as soon as it has one, so it is always known which case a
+dead worker was at. That case is tried once more; if its worker dies again it gets status ERROR, and the rest of its
+batch goes on in another worker.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import signal
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from typing import TYPE_CHECKING, Any
+
+from rcstudy.errors import UserError
+from rcstudy.result import Result, Status
+from rcstudy.threads import limited_threads
+
+if TYPE_CHECKING:
+    from rcstudy.cases import Case
+    from rcstudy.mechanics.scene import Scene
+
+Solve = Callable[[Sequence["Scene"]], Iterator[Result]]
+"""Solves scenes that share a normal problem, a result each, in order; importable by name, so that workers find it."""
+
+ATTEMPTS = 2
+"""Times a case is tried before the death of its worker is laid at its door."""
+
+_FAILED_STARTS = 3
+
+
+@dataclass
+class _Worker:
+    process: Any
+    connection: Connection
+    ready: bool = False
+    batch: deque[Case] = field(default_factory=deque)  # not yet solved; the first one is being solved
+
+
+def solve_in_processes(
+    batches: Iterable[Sequence[Case]], workers: int, solve: Solve, warm_up: Sequence[Scene] = ()
+) -> Iterator[tuple[Case, Result]]:
+    """Solve `batches` (cases sharing a normal problem) in `workers` processes; yield results as they come.
+
+    The first worker solves the scenes of `warm_up` before the others start, so that kernels are compiled once.
+    Closing the iterator ends the workers. Raises UserError when worker processes do not start.
+    """
+    pool = _Pool(solve, deque(list(batch) for batch in batches))
+    finished = False
+    try:
+        yield from pool.run(workers, warm_up)
+        finished = True
+    finally:
+        pool.stop(gently=finished)
+
+
+class _Pool:
+    def __init__(self, solve: Solve, waiting: deque[list[Case]]) -> None:
+        self.solve = solve
+        self.waiting = waiting
+        self.workers: list[_Worker] = []
+        self.deaths: dict[tuple[str, tuple[int, ...]], int] = {}
+        self.failed_starts = 0
+
+    def run(self, workers: int, warm_up: Sequence[Scene]) -> Iterator[tuple[Case, Result]]:
+        if self.waiting:
+            self._start(warm_up)
+        while self.waiting or any(worker.batch for worker in self.workers):
+            for connection in wait([worker.connection for worker in self.workers]):
+                worker = next(w for w in self.workers if w.connection is connection)
+                try:
+                    message = worker.connection.recv()
+                except (EOFError, OSError):
+                    yield from self._bury(worker)
+                    continue
+                if message is None:
+                    worker.ready = True
+                    self.failed_starts = 0
+                else:
+                    yield worker.batch.popleft(), message
+                self._give(worker)
+            warmed = any(worker.ready for worker in self.workers)
+            missing = min(workers, len(self.workers) + len(self.waiting)) if warmed else 1
+            while self.waiting and len(self.workers) < missing:
+                self._start(())
+
+    def _start(self, warm_up: Sequence[Scene]) -> None:
+        context = multiprocessing.get_context("spawn")
+        ours, theirs = context.Pipe()
+        process = context.Process(target=_work, args=(theirs, self.solve, list(warm_up)), daemon=True)
+        # Ctrl-C goes to every process of the terminal: it is this one's to handle
+        with limited_threads(), _interrupts_held():
+            process.start()
+        theirs.close()
+        self.workers.append(_Worker(process, ours))
+
+    def _give(self, worker: _Worker) -> None:
+        if worker.batch or not self.waiting:
+            return
+        batch = self.waiting.popleft()
+        worker.batch = deque(batch)
+        # a worker that has just died is found out at the next wait
+        with contextlib.suppress(OSError):
+            worker.connection.send([case.scene for case in batch])
+
+    def _bury(self, worker: _Worker) -> Iterator[tuple[Case, Result]]:
+        """Deal with a dead worker: its case again or given up, the rest of its batch to others."""
+        self.workers.remove(worker)
+        worker.connection.close()
+        worker.process.join()
+        how = _how_it_died(worker.process.exitcode)
+        if not worker.ready:
+            self.failed_starts += 1
+            if self.failed_starts >= _FAILED_STARTS and not any(w.ready for w in self.workers):
+                raise UserError(
+                    f"worker processes do not start ({how}); in a script, call rcstudy under "
+                    'if __name__ == "__main__", or use one worker'
+                )
+        if worker.batch:
+            case = worker.batch[0]
+            deaths = self.deaths[case.grid, case.index] = self.deaths.get((case.grid, case.index), 0) + 1
+            if deaths >= ATTEMPTS:
+                worker.batch.popleft()
+                yield case, Result(Status.ERROR, f"the worker process died {deaths} times at this case: {how}")
+        if worker.batch:
+            self.waiting.appendleft(list(worker.batch))
+
+    def stop(self, *, gently: bool) -> None:
+        """End all workers: those of a finished run leave by themselves, others are terminated, at last killed."""
+        for worker in self.workers:
+            if gently:
+                with contextlib.suppress(OSError):
+                    worker.connection.send(None)
+            else:
+                worker.process.terminate()
+        deadline = time.monotonic() + (5.0 if gently else 1.0)
+        for worker in self.workers:
+            worker.process.join(max(0.0, deadline - time.monotonic()))
+            if worker.process.is_alive():
+                worker.process.kill()
+                worker.process.join()
+            worker.connection.close()
+        self.workers.clear()
+
+
+def _work(connection: Connection, solve: Solve, warm_up: list[Scene]) -> None:
+    """A worker's life: ready, then a batch in, its results out, until told to end or the parent is gone."""
+    for scene in warm_up:
+        for _ in solve([scene]):
+            pass
+    try:
+        connection.send(None)
+        while (scenes := connection.recv()) is not None:
+            for result in solve(scenes):
+                connection.send(result)
+    except (EOFError, OSError):
+        pass  # the parent has gone, and with it whoever wanted the results
+
+
+def _how_it_died(code: int | None) -> str:
+    if code is not None and code < 0:
+        try:
+            return f"killed by {signal.Signals(-code).name}"
+        except ValueError:
+            return f"killed by signal {-code}"
+    return f"exit code {code}"
+
+
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Hold Ctrl-C back in the block; processes started in it never see one, this one does afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

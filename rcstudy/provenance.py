@@ -1,0 +1,97 @@
+"""Where a cube comes from: versions, machine, revision, command, time; as attributes a netCDF file can hold."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shlex
+import subprocess
+import sys
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+
+from rcstudy.mechanics import SOLVER_VERSION
+
+_LIBRARIES = ("numpy", "scipy", "numba", "pyfftw", "h5py", "h5netcdf", "xarray")
+
+
+def collect(command: str | None = None) -> dict[str, str | int | float]:
+    """Provenance of a run started now; `command` defaults to this process's own command line.
+
+    A revision is given only when rcstudy itself runs from a git checkout, with ``+changes`` when files differ from it.
+    """
+    found: dict[str, str | int | float] = {
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": command if command is not None else _command(),
+        "rcstudy_version": version("rcstudy"),
+        "solver_version": SOLVER_VERSION,
+        "python_version": platform.python_version(),
+    }
+    found |= {f"{name}_version": version(name) for name in _LIBRARIES}
+    found |= {
+        "hdf5_version": _hdf5_version(),
+        "machine_cpu": _cpu(),
+        "machine_cores": available_cores(),
+        "machine_os": platform.platform(),
+    }
+    revision = _git_revision()
+    if revision:
+        found["git_revision"] = revision
+    return found
+
+
+def version(distribution: str) -> str:
+    """Installed version of a distribution, or "unknown" (as when rcstudy runs from a plain checkout)."""
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def available_cores() -> int:
+    """Number of processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _command() -> str:
+    return shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+
+
+def _hdf5_version() -> str:
+    import h5py
+
+    return str(h5py.version.hdf5_version)
+
+
+def _cpu() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine() or "unknown"
+
+
+def _git_revision() -> str | None:
+    package = Path(__file__).resolve().parent
+
+    def git(*arguments: str) -> str | None:
+        try:
+            done = subprocess.run(
+                ["git", "-C", str(package), *arguments], capture_output=True, text=True, timeout=10, check=False
+            )
+        except (OSError, subprocess.TimeoutExpired):
+            return None
+        return done.stdout.strip() if done.returncode == 0 else None
+
+    # an installed copy inside some other project's checkout is not that project's revision
+    if git("ls-files", "--error-unmatch", "provenance.py") is None:
+        return None
+    revision = git("rev-parse", "HEAD")
+    if not revision:
+        return None
+    return f"{revision}+changes" if git("status", "--porcelain", "--untracked-files=no", "--", ".") else revision

@@ -1,0 +1,101 @@
+"""Crash-safe writing: a file appears under its name whole, or not at all.
+
+A process killed while an HDF5 file is open leaves a file that may open and be silently wrong, so nothing is ever
+written under a final name. It is written beside it, closed, forced to the disk, and renamed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+from rcstudy.errors import UserError
+
+_MARK = ".tmp-"
+_active: set[Path] = set()
+_lock = threading.Lock()
+
+
+@contextlib.contextmanager
+def replacing(path: Path | str) -> Iterator[Path]:
+    """Give a temporary path to write to; on leaving without an error it becomes `path`, atomically and durably.
+
+    The file must be closed when the block ends. On an error or an interrupt the temporary file is removed and
+    whatever was at `path` stays as it was. Leftovers of writers that were killed are removed first.
+
+    Raises UserError when the folder cannot be written to or the disk is full.
+    """
+    target = Path(os.path.realpath(path))  # a link keeps pointing to what it pointed to
+    if target.is_dir():
+        raise UserError(f"{path}: is a folder, not a file")
+    temporary = target.with_name(f"{target.name}{_MARK}{_host()}-{os.getpid()}-{threading.get_ident():x}")
+    with _lock:
+        _active.add(temporary)
+    try:
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            remove_leftovers(target)
+            yield temporary
+            _sync(temporary)
+            temporary.replace(target)
+            _sync(target.parent)
+        except OSError as error:
+            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from error
+        finally:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+    finally:
+        with _lock:
+            _active.discard(temporary)
+
+
+def remove_leftovers(target: Path) -> list[Path]:
+    """Remove temporary files beside `target` whose writers no longer run on this machine; return what was removed."""
+    pattern = re.compile(re.escape(target.name + _MARK) + r"(?P<host>.+)-(?P<pid>\d+)-[0-9a-f]+")
+    removed = []
+    for candidate in target.parent.iterdir():
+        match = pattern.fullmatch(candidate.name)
+        if match is None or match["host"] != _host():
+            continue
+        with _lock:
+            ours = candidate in _active
+        if ours or _runs(int(match["pid"])):
+            continue
+        candidate.unlink(missing_ok=True)
+        removed.append(candidate)
+    return removed
+
+
+def _host() -> str:
+    return re.sub(r"[^\w.]", "_", socket.gethostname()) or "localhost"
+
+
+def _runs(pid: int) -> bool:
+    """Whether another process `pid` runs here; when that cannot be told, it is taken to run."""
+    if pid == os.getpid():
+        return False  # not among the active ones: a process before this one had the same number
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def _sync(path: Path) -> None:
+    """Force a file's content, or a folder's entries, to the disk."""
+    if os.name != "posix" and path.is_dir():
+        return
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

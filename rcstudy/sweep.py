@@ -1,0 +1,167 @@
+"""Runs a study: cases in batches that share a normal problem, solved here or in worker processes, into a cube."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rcstudy import pool, provenance
+from rcstudy.errors import UserError
+from rcstudy.layout import case_label
+from rcstudy.mechanics.scene import Mesh, Scene
+from rcstudy.progress import Progress, Silent
+from rcstudy.result import Result, Status
+
+if TYPE_CHECKING:
+    from rcstudy.cases import Case, Expansion
+    from rcstudy.study import Study
+
+_BATCHES_PER_WORKER = 4  # so that workers end at about the same time
+_SMALLEST_SPLIT, _LARGEST_BATCH = 8, 64  # cases; a batch that is split has its pressure solved again
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A case that was not solved: where, its name, how it ended and why."""
+
+    grid: str
+    label: str
+    status: Status
+    reason: str
+
+
+@dataclass
+class Summary:
+    """What a sweep did: number of `cases`, which of them failed, `seconds` of wall time, the cube at `output`."""
+
+    output: Path
+    cases: int = 0
+    seconds: float = 0.0
+    failures: list[Failure] = field(default_factory=list)
+
+    @property
+    def failed(self) -> int:
+        """Number of cases that are not solved."""
+        return len(self.failures)
+
+    @property
+    def solved(self) -> int:
+        """Number of solved cases."""
+        return self.cases - self.failed
+
+
+def run(
+    study: Study,
+    output: Path | str,
+    *,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    command: str | None = None,
+    solve: pool.Solve | None = None,
+) -> Summary:
+    """Solve all cases of `study` and write the cube `output`, which is replaced only when all is done.
+
+    `workers` is the number of processes (default: as many as processors, no more than batches); 1 solves in this
+    one. `progress` is told of each case; `command` goes to the provenance; `solve` takes the place of
+    :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch goes on.
+
+    Raises UserError when the cube cannot be written, KeyboardInterrupt when interrupted; the cube that was there
+    before then stays as it was.
+    """
+    from rcstudy.cases import expand
+    from rcstudy.cube_writer import write_cube
+
+    started = time.monotonic()
+    if workers is not None and workers < 1:
+        raise UserError(f"workers: {workers}: a number of at least 1")
+    expansion = expand(study)
+    summary = Summary(Path(output))
+    reporter = progress or Silent()
+    with contextlib.closing(_results(expansion, workers, solve or solve_batch)) as results:
+        told = _told(results, expansion, summary, reporter)
+        write_cube(output, study, expansion, told, provenance.collect(command))
+    summary.seconds = time.monotonic() - started
+    return summary
+
+
+def _told(
+    results: Iterator[tuple[Case, Result]], expansion: Expansion, summary: Summary, reporter: Progress
+) -> Iterator[tuple[Case, Result]]:
+    """Pass results on, keeping the summary and the progress up to date."""
+    grids = {grid.name: grid for grid in expansion.grids}
+    reporter.begin(len(expansion.cases))
+    try:
+        for case, result in results:
+            summary.cases += 1
+            failed = result.status != Status.SOLVED
+            if failed:
+                label = case_label(grids[case.grid], case.index)
+                summary.failures.append(Failure(case.grid, label, Status(result.status), result.reason))
+            reporter.advance(failed=failed)
+            yield case, result
+    finally:
+        reporter.end()
+
+
+def _results(expansion: Expansion, workers: int | None, solve: pool.Solve) -> Iterator[tuple[Case, Result]]:
+    wanted = workers or provenance.available_cores()
+    batches = make_batches(expansion.cases, wanted)
+    wanted = min(wanted, len(batches))
+    if wanted <= 1:
+        for batch in batches:
+            yield from zip(batch, solve([case.scene for case in batch]), strict=True)
+        return
+    yield from pool.solve_in_processes(batches, wanted, solve, warm_up_scenes(expansion.cases))
+
+
+def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
+    """Neighbouring cases with the same normal problem, in batches small enough to keep `workers` busy to the end."""
+    from rcstudy.cases import normal_problem
+
+    if workers == 1:
+        limit = len(cases)
+    else:
+        share = -(-len(cases) // (_BATCHES_PER_WORKER * workers))
+        limit = min(max(share, _SMALLEST_SPLIT), _LARGEST_BATCH)
+    batches: list[list[Case]] = []
+    last = None
+    for case in cases:
+        key = normal_problem(case.scene)
+        if key != last or len(batches[-1]) >= limit:
+            batches.append([])
+        batches[-1].append(case)
+        last = key
+    return batches
+
+
+def solve_batch(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Solve scenes that share a normal problem: a result each, in order, whatever the solver does."""
+    from rcstudy.solve import solve_group
+
+    done = 0
+    while done < len(scenes):
+        reason = "the solver gave no result"
+        try:
+            for result in solve_group(scenes[done:]):
+                done += 1
+                yield result
+        except Exception as error:  # not the solver's own: it turns those into results
+            reason = f"{type(error).__name__}: {error}"
+        if done < len(scenes):
+            done += 1
+            yield Result(Status.ERROR, reason)
+
+
+def warm_up_scenes(cases: Sequence[Case]) -> list[Scene]:
+    """A few tiny scenes, one of each kind among `cases`, that have every kernel compiled that the cases will use."""
+    kinds: dict[tuple[object, ...], Scene] = {}
+    for case in cases:
+        s = case.scene
+        kind = (s.method, s.coupling, s.discretisation, s.counterbody is None, bool(s.layers), s.creepage is None)
+        if kind not in kinds:
+            kinds[kind] = replace(s, mesh=Mesh(s.mesh.size, (16, 16)))
+    return list(kinds.values())

@@ -1,0 +1,33 @@
+"""One thread a process: cases run side by side, so threads inside numerical libraries only get in the way.
+
+The variables are read when the libraries are first imported, so they are set before that: in the command line's
+entry, and in the environment in which worker processes start. Importing rcstudy as a library sets nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def limit_threads() -> None:
+    """Set the variables for this process and those it starts."""
+    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+
+
+@contextlib.contextmanager
+def limited_threads() -> Iterator[None]:
+    """Set the variables for processes started inside the block."""
+    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
+    limit_threads()
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
