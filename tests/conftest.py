@@ -1,0 +1,16 @@
+"""Tests marked `heavy` are skipped when the JIT is off: interpreted kernels take some 200 times as long."""
+
+from __future__ import annotations
+
+import numba
+import pytest
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip `heavy` tests without the JIT."""
+    if not numba.config.DISABLE_JIT:
+        return
+    skip = pytest.mark.skip(reason="heavy: the JIT is off")
+    for item in items:
+        if item.get_closest_marker("heavy") is not None:
+            item.add_marker(skip)
