@@ -63,19 +63,14 @@ VARIABLES: dict[str, Variable] = {
     "status": Variable("scalar", "1", "how the case ended", "i1", enum=Status),
     "status_reason": Variable("text", "1", "why the case is not solved", "str"),
     "residual_normal": Variable("scalar", "1", "relative residual of the pressure solver"),
-    "residual_tangential": Variable(
-        "scalar", "1", "relative residual of the traction solver", tangential=True
-    ),
+    "residual_tangential": Variable("scalar", "1", "relative residual of the traction solver", tangential=True),
     "iterations_normal": Variable("scalar", "1", "iterations of the pressure solver", "i4"),
-    "iterations_tangential": Variable(
-        "scalar", "1", "iterations of the traction solver", "i4", tangential=True
-    ),
+    "iterations_tangential": Variable("scalar", "1", "iterations of the traction solver", "i4", tangential=True),
     "operator_products": Variable(
         "scalar", "1", "operator and preconditioner products of the traction solver", "i4", tangential=True
     ),
-    "products_normal": Variable(
-        "scalar", "1", "operator and preconditioner products of the pressure solver", "i4"
-    ),
+    "coarse_products": Variable("scalar", "1", "products on the coarser meshes of its cascade", "i4", tangential=True),
+    "products_normal": Variable("scalar", "1", "operator and preconditioner products of the pressure solver", "i4"),
     "solve_seconds": Variable("scalar", "s", "wall time of the solve", timing=True),
     # the proof: computed apart from the solver's own stopping test
     "proof_load": Variable("scalar", "1", "|sum(p) dx dy - P| / P"),
@@ -85,18 +80,18 @@ VARIABLES: dict[str, Variable] = {
         "scalar", "1", "largest |slip| in a stick cell, over the largest rigid slip", tangential=True
     ),
     "proof_slip": Variable(
-        "scalar",
-        "1",
-        "largest deviation of the traction from -mu p s/|s| in a slip cell, over mu p_max",
-        tangential=True,
+        "scalar", "1", "largest |s + |s| q/|q|| in a slip cell, over the largest rigid slip", tangential=True
     ),
-    "proof_bound": Variable("scalar", "1", "largest excess of |q| over mu p, over mu p_max", tangential=True),
+    "proof_bound": Variable(
+        "scalar", "1", "largest excess of |q| over mu p, in slip cells any deviation, over mu p_max", tangential=True
+    ),
 }
 
 
 @dataclass
 class Result:
-    """Outcome of one case. `fields` are [ix, iy] arrays of the whole window; `scalars` and `fields` use VARIABLES' names.
+    """Outcome of one case. `fields` are [ix, iy] arrays of the whole window; `scalars` and `fields` use VARIABLES'
+    names.
 
     A case that was not solved has a status and a reason; its numbers, if any, are kept for inspection.
     """

@@ -140,5 +140,6 @@ def _rolling_numbers(
         "residual_tangential": rolling.residual,
         "iterations_tangential": rolling.iterations,
         "operator_products": rolling.products,
+        "coarse_products": rolling.coarse_products,
     }
     return fields, scalars

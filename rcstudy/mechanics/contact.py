@@ -6,11 +6,12 @@ by pressure, slip operator. With `coupling: full` pressure and tractions are mad
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from rcstudy.mechanics.cascade import Level, build_levels, solve_cascade
 from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
@@ -23,7 +24,7 @@ from rcstudy.mechanics.convolution import (
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.normal import NormalSolution, cell_centres, initial_gap, solve_pressure
 from rcstudy.mechanics.paper_cg import solve_paper_cg
-from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
+from rcstudy.mechanics.rolling import RollingSolution, rigid_slip
 from rcstudy.mechanics.scene import Creepage, Scene
 
 _MAX_COUPLING = 60
@@ -42,7 +43,6 @@ class NormalContact:
     scene: Scene
     influence: Influence
     solution: NormalSolution
-    _operators: dict[tuple[int, int], SlipOperator] = field(default_factory=dict)
 
     @cached_property
     def box(self) -> Box:
@@ -67,7 +67,10 @@ class NormalContact:
 
     @cached_property
     def slip_by_pressure(self) -> np.ndarray:
-        """Slip [m, 2] by the displacement that the pressure causes along the surface; zero for quasi-identical bodies."""
+        """Slip [m, 2] by the displacement along the surface that the pressure causes.
+
+        Zero for quasi-identical bodies.
+        """
         out = np.zeros((self.cells.shape[0], 2))
         if not self.influence.moves_by_pressure:
             return out
@@ -80,13 +83,10 @@ class NormalContact:
             out[:, component] = convolve(hat, padded, p)[self.cells[:, 0], self.cells[:, 1]]
         return out
 
-    @property
-    def operator(self) -> SlipOperator:
-        """Slip by tractions on the box; kept for boxes of the same shape."""
-        shape = self.box.shape
-        if shape not in self._operators:
-            self._operators[shape] = SlipOperator(self.influence, self.scene.mesh.spacing, shape)
-        return self._operators[shape]
+    @cached_property
+    def levels(self) -> list[Level]:
+        """The cascade of meshes of the traction solver, finest first."""
+        return build_levels(self.influence, self.scene.mesh.spacing, self.box.shape, self.cells, self.pressure)
 
     @cached_property
     def displacement(self) -> PairOperator:
@@ -122,12 +122,11 @@ def solve_rolling(contact: NormalContact, scene: Scene, guess: np.ndarray | None
     if scene.creepage is None:
         raise ValueError("a scene without creepage has no tractions")
     w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
-    bound = scene.friction * contact.pressure
     tolerance = scene.tolerance.tangential
     if scene.method == "paper-cg":
         dx = scene.mesh.spacing[0]
-        return solve_paper_cg(contact.displacement, contact.cells, bound, w, dx, tolerance)
-    return solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess)
+        return solve_paper_cg(contact.displacement, contact.cells, scene.friction * contact.pressure, w, dx, tolerance)
+    return solve_cascade(contact.levels, w, scene.friction, tolerance, guess)
 
 
 def displacement_by_tractions(contact: NormalContact, rolling: RollingSolution, box: Box) -> np.ndarray:
@@ -162,11 +161,12 @@ def solve_coupled(scene: Scene, contact: NormalContact) -> tuple[NormalContact, 
         solution.products += contact.solution.products
         guess_field = contact.spread(rolling.q[:, 0]), contact.spread(rolling.q[:, 1])
         previous = rolling
-        contact = NormalContact(scene, contact.influence, solution, contact._operators)
+        contact = NormalContact(scene, contact.influence, solution)
         guess = np.stack([contact.gather(component) for component in guess_field], axis=1)
         rolling = solve_rolling(contact, scene, guess)
         rolling.iterations += previous.iterations
         rolling.products += previous.products
+        rolling.coarse_products += previous.coarse_products
         turns += 1
         if change <= max(scene.tolerance.normal, scene.tolerance.tangential):
             break

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 import pyfftw
 
-from rcstudy.mechanics import kernels
+from rcstudy.mechanics.kernels import arrays
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,7 @@ class Box:
 
     def grown(self, i: int, j: int, window: tuple[int, int]) -> Box:
         """This box with `i` and `j` more cells on each side, cut to the window."""
-        return Box(
-            max(0, self.i0 - i), min(window[0], self.i1 + i), max(0, self.j0 - j), min(window[1], self.j1 + j)
-        )
+        return Box(max(0, self.i0 - i), min(window[0], self.i1 + i), max(0, self.j0 - j), min(window[1], self.j1 + j))
 
 
 class Transform:
@@ -84,22 +82,21 @@ def symbol(quadrant: np.ndarray, padded: tuple[int, int], parity: tuple[int, int
     """
     px, py = padded
     plan = transform(padded, 1)
-    kernels.unfold(quadrant, parity[0], parity[1], plan.real[0])
+    arrays.unfold(quadrant, parity[0], parity[1], plan.real[0])
     plan.forward()
     hat: np.ndarray = plan.hat[0] / (px * py)
     return hat
 
 
-def difference_symbol(
-    quadrant: np.ndarray, padded: tuple[int, int], parity: tuple[int, int], dx: float
-) -> np.ndarray:
-    """Symbol, over px py, of the upwind difference (u_i - u_(i+1))/dx of the displacement u with coefficients `quadrant`.
+def difference_symbol(quadrant: np.ndarray, padded: tuple[int, int], parity: tuple[int, int], dx: float) -> np.ndarray:
+    """Symbol, over px py, of the upwind difference (u_i - u_(i+1))/dx of the displacement u with coefficients
+    `quadrant`.
 
     `quadrant` [> px//2 + 1, > py//2], else as in `symbol`.
     """
     px, py = padded
     plan = transform(padded, 1)
-    kernels.upwind_difference(quadrant, parity[0], parity[1], dx, plan.real[0])
+    arrays.upwind_difference(quadrant, parity[0], parity[1], dx, plan.real[0])
     plan.forward()
     hat: np.ndarray = plan.hat[0] / (px * py)
     return hat
@@ -108,7 +105,7 @@ def difference_symbol(
 def convolve(hat: np.ndarray, padded: tuple[int, int], field: np.ndarray) -> np.ndarray:
     """Product of the operator with symbol `hat` and `field` [nx, ny], on the same cells."""
     plan = transform(padded, 1)
-    kernels.pad(field, plan.real[0])
+    arrays.pad(field, plan.real[0])
     plan.forward()
     plan.hat[0] *= hat
     plan.backward()
@@ -134,15 +131,20 @@ class PairOperator:
         plan.real[0][cells[:, 0], cells[:, 1]] = q[:, 0]
         plan.real[1][cells[:, 0], cells[:, 1]] = q[:, 1]
         plan.forward()
-        kernels.multiply_2x2(plan.hat, self.symbols)
+        arrays.multiply_2x2(plan.hat, self.symbols)
         plan.backward()
         result: np.ndarray = plan.real[:, : self.box[0], : self.box[1]]
         return result
 
 
-def displacement_operator(quadrant: np.ndarray, box: tuple[int, int]) -> PairOperator:
-    """u_x, u_y by q_x, q_y on `box` cells from the coefficients `quadrant` [6, ...] (see `influence.py`)."""
-    padded = padded_shape(box)
+def displacement_operator(
+    quadrant: np.ndarray, box: tuple[int, int], padded: tuple[int, int] | None = None
+) -> PairOperator:
+    """u_x, u_y by q_x, q_y on `box` cells from the coefficients `quadrant` [6, ...] (see `influence.py`).
+
+    A torus `padded` smaller than 2n - 1 gives a circular convolution: an approximation, fit for preconditioners only.
+    """
+    padded = padded or padded_shape(box)
     xx = symbol(quadrant[1], padded)
     yy = symbol(quadrant[2], padded)
     xy = symbol(quadrant[3], padded, (-1, -1))

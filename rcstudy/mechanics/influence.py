@@ -17,22 +17,21 @@ radial integral done once and for all (so a layer may be far thinner than a cell
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import fht
 from scipy.interpolate import make_interp_spline
 
-from rcstudy.mechanics import kernels
+from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import response_difference
 from rcstudy.mechanics.scene import Layer, Material
 
 # Components of a coefficient array, in this order: displacement, then stress. All by tests/reference/ic.json.
 COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
 
-_LOG_STEP = (
-    0.06  # of the grids of alpha and r; half of it changes the coefficients by less than 1e-10 of the largest
-)
+_LOG_STEP = 0.06  # of the grids of alpha and r; half of it changes the coefficients by less than 1e-10 of the largest
 _BIAS = -0.5  # makes alpha * D(alpha) / alpha^bias vanish at both ends of the grid, and the transform too
 _LOW, _HIGH = 1e-24, 2e4  # range of alpha, in units of 1/(total thickness) and 1/(thinnest layer)
 _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in polar coordinates
@@ -81,9 +80,11 @@ def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) 
 
 
 class Influence:
-    """Influence coefficients of the difference u1 - u2 (u_z: of the approach) on one mesh, computed as far as asked for.
+    """Influence coefficients of the difference u1 - u2 (u_z: of the approach) on one mesh, computed as far as asked
+    for.
 
-    Body 1 is `layers` (from the surface down) on `substrate`, body 2 a half-space or rigid (None). `spacing` dx, dy (mm);
+    Body 1 is `layers` (from the surface down) on `substrate`, body 2 a half-space or rigid (None). `spacing` dx, dy
+    (mm);
     `reach` (mm): the largest distance that will ever be asked for.
     """
 
@@ -95,12 +96,19 @@ class Influence:
         spacing: tuple[float, float],
         reach: float,
     ) -> None:
+        self.spacing = spacing
         self._layers = layers
         self._top: Material = layers[0] if layers else substrate
         self._counterbody = counterbody
-        self._spacing = spacing
         self._tables = radial_tables(substrate, layers, reach + math.hypot(*spacing)) if layers else None
         self._quadrant = np.zeros((6, 0, 0))
+
+    def coarser(self) -> Influence:
+        """The coefficients of cells of twice the size; the tables of the radial functions are shared."""
+        other = copy(self)
+        other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
+        other._quadrant = np.zeros((6, 0, 0))
+        return other
 
     @property
     def moves_by_pressure(self) -> bool:
@@ -113,8 +121,8 @@ class Influence:
     def quadrant(self, nx: int, ny: int) -> np.ndarray:
         """Coefficients at offsets i dx, j dy, i = 0..nx-1, j = 0..ny-1: array [6, >= nx, >= ny] in mm/MPa.
 
-        Components as in `COMPONENTS`; negative offsets follow by parity (zz, xx, yy even; xy odd in x and in y; xp odd in
-        x, yp odd in y).
+        Components as in `COMPONENTS`; negative offsets follow by parity (zz, xx, yy even; xy odd in x and in y; xp
+        odd in x, yp odd in y).
         """
         have = self._quadrant.shape
         if have[1] < nx or have[2] < ny:
@@ -131,10 +139,10 @@ class Influence:
         nu_g = sum(m.nu / (2.0 * math.pi * m.G) for m, _ in bodies)
         dilation = sum(sign * (1.0 - 2.0 * m.nu) / (4.0 * math.pi * m.G) for m, sign in bodies)
         inverse_r, xx, yy, xy, x_r2, y_r2 = (np.empty((nx, ny)) for _ in range(6))
-        kernels.rectangle_integrals(nx, ny, *self._spacing, inverse_r, xx, yy, xy, x_r2, y_r2)
+        coefficients.rectangle_integrals(nx, ny, *self.spacing, inverse_r, xx, yy, xy, x_r2, y_r2)
         out = np.zeros((6, nx, ny))
         if self._tables is not None:
-            layer_integrals(self._tables, self._spacing, out)
+            layer_integrals(self._tables, self.spacing, out)
         out[0] += (g_inv - nu_g) * inverse_r
         out[1] += (g_inv - nu_g) * inverse_r + nu_g * xx
         out[2] += (g_inv - nu_g) * inverse_r + nu_g * yy
@@ -151,8 +159,8 @@ def layer_integrals(tables: RadialTables, spacing: tuple[float, float], out: np.
     reach = _NEAR * max(dx, dy)
     near_x, near_y = min(nx, math.ceil(reach / dx)), min(ny, math.ceil(reach / dy))
     grid = (tables.log_r0, tables.step, dx, dy, near_x, near_y)
-    kernels.far_cells(tables.kernel, *grid, *_gauss(_FAR_POINTS), out)
-    kernels.near_cells(tables.primitive, *grid, *_gauss(_NEAR_POINTS), out)
+    coefficients.far_cells(tables.kernel, *grid, *_gauss(_FAR_POINTS), out)
+    coefficients.near_cells(tables.primitive, *grid, *_gauss(_NEAR_POINTS), out)
 
 
 def _gauss(points: int) -> tuple[np.ndarray, np.ndarray]:

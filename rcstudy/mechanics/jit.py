@@ -1,8 +1,8 @@
 """The one place that states the Numba flags.
 
 ``fastmath`` and ``parallel`` stay off: they change last bits, and active sets amplify them. ``cache`` keeps the
-machine code between processes; all kernels live in one file, so an edited callee can never leave a stale caller
-behind.
+machine code between processes; all kernels live in a package whose files do not call each other, so an edited callee
+can never leave a stale caller behind.
 """
 
 from __future__ import annotations

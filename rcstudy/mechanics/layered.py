@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rcstudy.mechanics.kernels import layered_response
+from rcstudy.mechanics.kernels.coefficients import layered_response
 from rcstudy.mechanics.scene import Layer, Material
 
 

@@ -1,7 +1,7 @@
 """Pressure of a frictionless contact under a given load.
 
-Find p >= 0 with gap = h + A p - approach >= 0, p gap = 0 and sum(p) dx dy = load (the paper's Eqs 1 to 4). The quadratic
-programme behind it is solved by conjugate gradients that keep p >= 0 and the load (Polonsky and Keer 1999),
+Find p >= 0 with gap = h + A p - approach >= 0, p gap = 0 and sum(p) dx dy = load (the paper's Eqs 1 to 4). The
+quadratic programme behind it is solved by conjugate gradients that keep p >= 0 and the load (Polonsky and Keer 1999),
 preconditioned by the inverse symbol of the operator (Vollebregt 2014, NormCG), on a box around the contact.
 """
 
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rcstudy.mechanics import kernels
 from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbol, transform
 from rcstudy.mechanics.exact import hertz_contact
 from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
 from rcstudy.mechanics.scene import Scene
 
@@ -123,7 +123,10 @@ def solve_pressure(
 def _conjugate_gradients(
     scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np.ndarray
 ) -> tuple[np.ndarray, float, float, int, int, bool]:
-    """Bound-constrained conjugate gradients on one box; returns p, approach, residual, iterations, products, converged."""
+    """Bound-constrained conjugate gradients on one box.
+
+    Returns p, approach, residual, iterations, products, converged.
+    """
     shape = box.shape
     dx, dy = scene.mesh.spacing
     total = scene.load / (dx * dy)
@@ -146,21 +149,21 @@ def _conjugate_gradients(
     converged = False
     iteration = 0
     while iteration < _MAX_ITERATIONS:
-        approach, entered, _ = kernels.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
+        approach, entered, _ = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
         plan.forward()
-        kernels.scale_real(plan.hat[0], inverse_hat)
+        arrays.scale_real(plan.hat[0], inverse_hat)
         plan.backward()
         products += 1
-        zr, z_norm = kernels.normal_direction(plan.real[0], mask, r, r_old, d, zr, plan.real[0])
-        residual = z_norm / kernels.norm2(p)
+        zr, z_norm = pressure.normal_direction(plan.real[0], mask, r, r_old, d, zr, plan.real[0])
+        residual = z_norm / arrays.norm2(p)
         if residual <= scene.tolerance.normal and entered == 0:
             converged = True
             break
         plan.forward()
-        kernels.scale_real(plan.hat[0], operator_hat)
+        arrays.scale_real(plan.hat[0], operator_hat)
         plan.backward()
         products += 1
-        cut, scale = kernels.normal_step(p, g, d, plan.real[0], r, total)
+        cut, scale = pressure.normal_step(p, g, d, plan.real[0], r, total)
         iteration += 1
         if cut or abs(scale - 1.0) > 1e-14:
             g = gap + convolve(operator, padded, p)

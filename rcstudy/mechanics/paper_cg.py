@@ -1,8 +1,8 @@
 """The paper's own conjugate gradients for the tractions (its Eqs 9 and 18 to 23), taken at its word.
 
-Kept so that its error can be reported. It iterates on Eq. 8, the no-slip condition integrated along x, and scales tractions
-beyond the bound back onto it (Eq. 23), which keeps q parallel to the accumulated displacement instead of the slip: it does
-not satisfy Coulomb's law where cells slip, and may stop short of its tolerance.
+Kept so that its error can be reported. It iterates on Eq. 8, the no-slip condition integrated along x, and scales
+tractions beyond the bound back onto it (Eq. 23), which keeps q parallel to the accumulated displacement instead of
+the slip: it does not satisfy Coulomb's law where cells slip, and may stop short of its tolerance.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ def solve_paper_cg(
     `displacement`: u (mm) by q (MPa) on the contact's box and one more row of cells ahead of it (+x); `cells` [m, 2],
     `bound` mu p [m] (MPa), `w` [m, 2] rigid slip plus slip by pressure; `dx` (mm).
 
-    The residual of Eq. 18 is u - (xi_x x - phi x y + f_j) and its like for y. Eq. 9 takes f_j, g_j where the residual is
-    to vanish: the leading edge of each row, here the centre of the cell ahead of its first cell in contact (the reading
-    under which no residual is the same as no discrete slip). Sums over cells are over stick cells in Eq. 19 and its use in
-    Eqs 20, 21. `residual` of the result: relative change of the tractions in the last iteration, which the paper's
-    tolerance is read to bound.
+    The residual of Eq. 18 is u - (xi_x x - phi x y + f_j) and its like for y. Eq. 9 takes f_j, g_j where the
+    residual is to vanish: the leading edge of each row, here the centre of the cell ahead of its first cell in
+    contact (the reading under which no residual is the same as no discrete slip). Sums over cells are over stick
+    cells in Eq. 19 and its use in Eqs 20, 21. `residual` of the result: relative change of the tractions in the last
+    iteration, which the paper's tolerance is read to bound.
     """
     n = cells.shape[0]
     # rows of cells of equal y, each from its leading edge backwards

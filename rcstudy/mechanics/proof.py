@@ -56,15 +56,15 @@ def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution
     speed = np.hypot(s[:, 0], s[:, 1])
     largest = float(np.hypot(w[:, 0], w[:, 1]).max())
     slip = rolling.slip
-    direction = -s / np.maximum(speed, 1e-300)[:, None]
-    miss = np.hypot(*(rolling.q - bound[:, None] * direction).T)
-    top = float(bound.max())
+    # slip has to point against the traction; weighted by the slip itself, whose direction means nothing where it
+    # vanishes
+    astray = np.hypot(*(s * size[:, None] + speed[:, None] * rolling.q).T) / np.maximum(size, 1e-300)
+    excess = np.where(slip, np.abs(size - bound), np.clip(size - bound, 0.0, None))
+    scale = largest if largest > 0.0 else 1.0
     return {
-        "proof_stick": float(speed[~slip].max(initial=0.0)) / largest
-        if largest > 0.0
-        else float(speed.max()),
-        "proof_slip": float(miss[slip].max(initial=0.0)) / top,
-        "proof_bound": float(np.clip(size - bound, 0.0, None).max()) / top,
+        "proof_stick": float(speed[~slip].max(initial=0.0)) / scale,
+        "proof_slip": float(astray[slip].max(initial=0.0)) / scale,
+        "proof_bound": float(excess.max()) / float(bound.max()),
     }
 
 
@@ -83,7 +83,5 @@ def failures(proof: dict[str, float], scene: Scene) -> list[str]:
         "proof_bound": _FLOOR,
     }
     return [
-        f"{key} = {value:.3g} exceeds {limits[key]:.3g}"
-        for key, value in proof.items()
-        if not value <= limits[key]
+        f"{key} = {value:.3g} exceeds {limits[key]:.3g}" for key, value in proof.items() if not value <= limits[key]
     ]

@@ -4,14 +4,17 @@ Unknown: tractions q on the cells in contact. Slip in cell (i, j), the contract 
 
     s = w + s_p + B q,   w = (xi_x - phi y, xi_y + phi x),   (B q)_ij = (u_ij - u_(i+1)j)/dx,  u = A q,
 
-with s_p the same difference of the displacement by pressure (the paper's Eq. 5 with an upwind difference; Kalker 1990,
-section 4). Coulomb's law (Eq. 6) is the equation q = Proj(q - rho s) with Proj onto the disc of radius mu p, any rho > 0.
-Its semismooth Newton step, with t = q - rho s at the last iterate: where |t| <= mu p the cell sticks, s = 0; elsewhere
-q = mu p n + tau m with n = t/|t|, m across it, and
+with s_p the same difference of the displacement by pressure (the paper's Eq. 5 with an upwind difference;
+Kalker 1990, section 4). Coulomb's law (Eq. 6) is the equation q = Proj(q - rho s) with Proj onto the disc of
+radius mu p, any rho > 0. Its semismooth Newton step, with t = q - rho s at the last iterate: where |t| <= mu p
+the cell sticks, s = 0; elsewhere q = mu p n + tau m with n = t/|t|, m across it, and
 
     m.s + d tau = 0,   d = (|t| - mu p)/(rho mu p)   (at the solution |s|/(mu p)).
 
-The linear system is solved by GMRES; one product with B costs four real FFTs of the contact's own padded box.
+The linear systems are solved by GMRES. Its preconditioner treats stick cells first: B is the upwind difference of a
+convolution, so its inverse is nearly a sum along each row from the leading edge followed by the inverse convolution.
+Then the slip cells, with what is left of their residual: the inverse of (B + d) with one d for all. Both work on a
+torus no larger than the contact. So the number of products hardly depends on the mesh.
 """
 
 from __future__ import annotations
@@ -19,22 +22,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pyfftw
 
-from rcstudy.mechanics import kernels
-from rcstudy.mechanics.convolution import difference_symbol, padded_shape, transform
+from rcstudy.mechanics.convolution import difference_symbol, displacement_operator, padded_shape, transform
 from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.scene import Creepage
 
 _MAX_NEWTON = 60
-_SHIFT = 0.06  # of the preconditioner's symbol, over the operator's diagonal
+_LOOSEST = 0.2  # linear residual of a Newton step, over its first one
+_MAX_PRODUCTS = 200  # of one linear system
 
 
 @dataclass
 class RollingSolution:
     """Tractions `q` and slips `s` [m, 2] (MPa, -) and slip flags [m] of the contact cells, and how they were found.
 
-    `residual`: ||q - Proj(q - rho s)|| / ||mu p||; `products`: operator and preconditioner products together.
+    `residual`: ||q - Proj(q - rho s)|| / ||mu p||; `products`: operator and preconditioner products
+    together on the mesh itself, `coarse_products` those on coarser ones.
     """
 
     q: np.ndarray
@@ -44,35 +50,49 @@ class RollingSolution:
     iterations: int
     products: int
     converged: bool
+    coarse_products: int = 0
 
 
 class SlipOperator:
-    """The operator B (slip by tractions, 1/MPa) on a box of cells, and its shifted inverse as a preconditioner.
+    """The operator B (slip by tractions, 1/MPa) on a box of cells, and the inverse convolution of its preconditioner.
 
     Immutable once made: belongs to one set of bodies, one mesh and one box; used by all creepages.
     """
 
     def __init__(self, influence: Influence, spacing: tuple[float, float], shape: tuple[int, int]) -> None:
+        self.spacing = spacing
         padded = padded_shape(shape)
-        size = padded[0] * padded[1]
         quadrant = influence.quadrant(padded[0] // 2 + 2, padded[1] // 2 + 1)
-        xx, xy, yy = (
-            difference_symbol(quadrant[component], padded, (parity, parity), spacing[0])
-            for component, parity in ((1, 1), (3, -1), (2, 1))
-        )
-        self.padded = padded
-        self.symbol = np.stack([xx, xy, xy, yy])
-        # diagonal of B: (A(0) - A(1))/dx
-        self.diagonal = float(
-            min(
-                (quadrant[1, 0, 0] - quadrant[1, 1, 0]) / spacing[0],
-                (quadrant[2, 0, 0] - quadrant[2, 1, 0]) / spacing[0],
-            )
-        )
-        shift = _SHIFT * self.diagonal / size
-        det = (xx + shift) * (yy + shift) - xy * xy
-        self.inverse = np.stack([yy + shift, -xy, -xy, xx + shift]) / (det * size * size)
+        self.symbol = _slip_symbols(quadrant, padded, spacing[0])
         self.plan = transform(padded, 2)
+        # diagonal of B: (A(0) - A(1))/dx
+        self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
+        self.compliance = float(quadrant[1, 0, 0])
+        # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
+        torus = pyfftw.next_fast_len(shape[0] + 1), pyfftw.next_fast_len(shape[1] + 1)
+        self.torus_plan = transform(torus, 2)
+        self.torus_inverse = _inverse(displacement_operator(quadrant, shape, torus).symbols, 0.0, torus)
+        self.edge = np.zeros((2, torus[1]))
+        self.torus_symbol = _slip_symbols(quadrant, torus, spacing[0])
+        self.torus_shifted = _inverse(self.torus_symbol, self.diagonal, torus)
+
+
+def _slip_symbols(quadrant: np.ndarray, padded: tuple[int, int], dx: float) -> np.ndarray:
+    """Symbols xx, xy, yx, yy of the slips by tractions."""
+    xx, xy, yy = (
+        difference_symbol(quadrant[component], padded, (parity, parity), dx)
+        for component, parity in ((1, 1), (3, -1), (2, 1))
+    )
+    return np.stack([xx, xy, xy, yy])
+
+
+def _inverse(symbols: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:
+    """Symbols of the inverse of a symmetric pair operator plus `shift` times the identity, with its 1/(px py)."""
+    size = padded[0] * padded[1]
+    xx, xy, _, yy = symbols
+    xx, yy = xx + shift / size, yy + shift / size
+    result: np.ndarray = np.stack([yy, -xy, -xy, xx]) / ((xx * yy - xy * xy) * size**2)
+    return result
 
 
 def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -> np.ndarray:
@@ -80,9 +100,99 @@ def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -
 
     The paper's Eq. 5; `ahead` (mm) moves the point at which the spin part is taken.
     """
-    return np.stack(
-        (creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * (x + ahead)), axis=1
-    )
+    return np.stack((creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * (x + ahead)), axis=1)
+
+
+class NewtonSystem:
+    """The linear system of one Newton step: which cells slip, their directions, and products with it."""
+
+    def __init__(self, operator: SlipOperator, cells: np.ndarray, bound: np.ndarray, w: np.ndarray) -> None:
+        n = cells.shape[0]
+        self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
+        self.rho = 1.0 / operator.diagonal
+        self.slip = np.zeros(n, dtype=np.bool_)
+        self.normal = np.zeros((n, 2))
+        self.curvature = np.zeros(n)
+        self.damping = np.zeros(n)
+        self.diagonal = np.zeros(n)
+        self.products = 0
+        self._no_slip = np.zeros(n, dtype=np.bool_)
+
+    def classify(self, q: np.ndarray, s: np.ndarray) -> float:
+        """Set stick and slip from q - rho s; returns ||q - Proj(q - rho s)||."""
+        _, square = tractions.classify(q, s, self.bound, self.rho, self.slip, self.normal, self.curvature)
+        operator = self.operator
+        self.diagonal = operator.diagonal + self.curvature
+        # where d rules, a slip cell passes nothing on; elsewhere u = A tau with A its own cell's coefficient
+        passing = 1.0 / (1.0 + operator.spacing[0] / operator.compliance * self.curvature)
+        self.damping = np.where(self.curvature > 2.0 * operator.diagonal, 0.0, passing)
+        return float(np.sqrt(square))
+
+    def slips(self, q: np.ndarray) -> np.ndarray:
+        """Slip [m, 2] under tractions `q` [m, 2]."""
+        return self.w + self._multiply(q.reshape(-1), self._no_slip).reshape(-1, 2)
+
+    def apply(self, v: np.ndarray) -> np.ndarray:
+        """Product of the system's matrix with a vector of unknowns [2 m]."""
+        return self._multiply(v, self.slip)
+
+    def _multiply(self, v: np.ndarray, slip: np.ndarray) -> np.ndarray:
+        self.products += 1
+        plan = self.operator.plan
+        tractions.scatter_traction(v, self.cells, slip, self.normal, plan.real)
+        plan.forward()
+        arrays.multiply_2x2(plan.hat, self.operator.symbol)
+        plan.backward()
+        out = np.empty(v.size)
+        tractions.gather_slip(plan.real, v, self.cells, slip, self.normal, self.curvature, out)
+        return out
+
+    def precondition(self, v: np.ndarray) -> np.ndarray:
+        """Approximate solution [2 m] for the residuals `v` [2 m]: stick cells, then slip cells with what is left."""
+        self.products += 1
+        operator = self.operator
+        plan = operator.torus_plan
+        cells, slip, normal = self.cells, self.slip, self.normal
+        out = np.empty(v.size)
+        tractions.integrate_rows(v, cells, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.real)
+        plan.forward()
+        arrays.multiply_2x2(plan.hat, operator.torus_inverse)
+        plan.backward()
+        tractions.keep_stick(plan.real, v, cells, slip, out)
+        plan.forward()
+        arrays.multiply_2x2(plan.hat, operator.torus_symbol)
+        plan.backward()
+        tractions.slip_residual(plan.real, v, cells, slip, normal)
+        plan.forward()
+        arrays.multiply_2x2(plan.hat, operator.torus_shifted)
+        plan.backward()
+        tractions.gather_slip_traction(plan.real, cells, slip, normal, self.diagonal, 2.0 * operator.diagonal, out)
+        return out
+
+    def step(self, q: np.ndarray, forcing: float) -> np.ndarray:
+        """Tractions after the Newton step from `q`, the linear system solved to `forcing` of its first residual."""
+        slip, normal = self.slip, self.normal
+        # the part of q that the step fixes: mu p n in slip cells; the rest is unknown
+        known = np.where(slip[:, None], self.bound[:, None] * normal, 0.0)
+        rhs = -self.slips(known)
+        b = self._unknowns(rhs)
+        x = gmres(self.apply, b, self._unknowns(q), self.precondition, forcing, _MAX_PRODUCTS)
+        tau = x[1::2]
+        new = known
+        new[:, 0] += np.where(slip, -normal[:, 1] * tau, x[0::2])
+        new[:, 1] += np.where(slip, normal[:, 0] * tau, tau)
+        # the tangent step leaves the circle by second order: back onto it
+        size = np.hypot(new[:, 0], new[:, 1])
+        new *= np.where(slip, self.bound / np.maximum(size, 1e-300), 1.0)[:, None]
+        return new
+
+    def _unknowns(self, q: np.ndarray) -> np.ndarray:
+        """Vector [2 m] of a field [m, 2]: itself in stick cells, 0 and the part across the bound in slip cells."""
+        out = np.empty(q.size)
+        across = -self.normal[:, 1] * q[:, 0] + self.normal[:, 0] * q[:, 1]
+        out[0::2] = np.where(self.slip, 0.0, q[:, 0])
+        out[1::2] = np.where(self.slip, across, q[:, 1])
+        return out
 
 
 def solve_tractions(
@@ -95,76 +205,29 @@ def solve_tractions(
 ) -> RollingSolution:
     """Solve Coulomb's law on the cells in contact.
 
-    `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by pressure;
-    `guess` [m, 2]: tractions to start from. The relative tolerance is on ||q - Proj(q - rho s)||/||mu p||.
+    `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
+    pressure; `guess` [m, 2]: tractions to start from. The relative tolerance is on ||q - Proj(q - rho s)||/||mu p||.
     """
-    n = cells.shape[0]
-    rho = 1.0 / operator.diagonal
-    plan = operator.plan
-    slip = np.zeros(n, dtype=np.bool_)
-    none = np.zeros(n, dtype=np.bool_)
-    normal, diagonal = np.zeros((n, 2)), np.zeros(n)
+    system = NewtonSystem(operator, cells, bound, w)
     scale = float(np.linalg.norm(bound))
-    products = 0
-
-    def multiply(v: np.ndarray, flags: np.ndarray, hat: np.ndarray, diag: np.ndarray) -> np.ndarray:
-        nonlocal products
-        products += 1
-        kernels.scatter_traction(v, cells, flags, normal, plan.real)
-        plan.forward()
-        kernels.multiply_2x2(plan.hat, hat)
-        plan.backward()
-        out = np.empty(2 * n)
-        kernels.gather_slip(plan.real, v, cells, flags, normal, diag, out)
-        return out
-
-    def slips(q: np.ndarray) -> np.ndarray:
-        return w + multiply(q.reshape(-1), none, operator.symbol, diagonal).reshape(n, 2)
-
-    q = np.zeros((n, 2)) if guess is None else guess.copy()
-    s = slips(q) if guess is not None else w.copy()
-    residual = np.inf
-    converged = False
+    q = np.zeros(w.shape) if guess is None else guess
+    s = w if guess is None else system.slips(q)
     iteration = 0
     previous = np.inf
     while True:
-        changed, square = kernels.classify(q, s, bound, rho, slip, normal, diagonal)
-        residual = float(np.sqrt(square)) / scale
+        residual = system.classify(q, s) / scale
         if residual <= tolerance or iteration >= _MAX_NEWTON:
-            converged = residual <= tolerance
             break
-        # the part of q that the step fixes: mu p n in slip cells; the rest is unknown
-        known = np.where(slip[:, None], bound[:, None] * normal, 0.0)
-        rhs = -(w + multiply(known.reshape(-1), none, operator.symbol, diagonal).reshape(n, 2))
-        b = rhs.reshape(-1).copy()
-        across = -normal[:, 1] * rhs[:, 0] + normal[:, 0] * rhs[:, 1]
-        b[0::2] = np.where(slip, 0.0, rhs[:, 0])
-        b[1::2] = np.where(slip, across, rhs[:, 1])
-        start = q.reshape(-1).copy()
-        start[0::2] = np.where(slip, 0.0, q[:, 0])
-        start[1::2] = np.where(slip, -normal[:, 1] * q[:, 0] + normal[:, 0] * q[:, 1], q[:, 1])
-        # slip rows carry the bound's curvature on the diagonal: the preconditioner's rows are scaled to match
-        weight = np.where(slip, 1.0 / (1.0 + diagonal / operator.diagonal), 1.0)
-        forcing = min(1e-2, max(0.1 * residual, 1e-12)) if previous < np.inf else 1e-2
-
-        def apply(v: np.ndarray) -> np.ndarray:
-            return multiply(v, slip, operator.symbol, diagonal)
-
-        def precondition(v: np.ndarray, weight: np.ndarray = weight) -> np.ndarray:
-            out = multiply(v, slip, operator.inverse, np.zeros(n))
-            out[1::2] *= weight
-            return out
-
-        x = gmres(apply, b, start, precondition, relative=forcing, max_products=400)
-        q = known.copy()
-        tau = x[1::2]
-        q[:, 0] += np.where(slip, -normal[:, 1] * tau, x[0::2])
-        q[:, 1] += np.where(slip, normal[:, 0] * tau, tau)
-        # the tangent step leaves the circle by second order: back onto it
-        size = np.hypot(q[:, 0], q[:, 1])
-        shrink = np.where(slip, bound / np.maximum(size, 1e-300), 1.0)
-        q *= shrink[:, None]
-        s = slips(q)
-        previous = residual
+        q = system.step(q, _forcing(residual, previous, tolerance))
+        s = system.slips(q)
         iteration += 1
-    return RollingSolution(q, s, slip, residual, iteration, products, converged)
+        previous = residual
+    return RollingSolution(q, s, system.slip, residual, iteration, system.products, residual <= tolerance)
+
+
+def _forcing(residual: float, previous: float, tolerance: float) -> float:
+    """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
+
+    As far as the last Newton step got on with the nonlinear problem, and never past the tolerance.
+    """
+    return min(_LOOSEST, max(0.5 * (residual / previous) ** 2, 0.5 * tolerance / residual))

@@ -1,0 +1,105 @@
+"""Padded arrays, symbols and norms (`convolution.py`)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def unfold(quadrant: np.ndarray, parity_x: int, parity_y: int, out: np.ndarray) -> None:
+    """Coefficients of all offsets, in the order of a circular convolution, from those at offsets >= 0.
+
+    quadrant [> px//2, > py//2]; out [px, py]: offset -i sits at p - i. All of the torus is filled: offsets beyond a
+    box of (p + 1)/2 cells play no part in a linear convolution, and filling them keeps the symbol of a positive
+    kernel positive.
+    """
+    px, py = out.shape
+    for i in range(px):
+        fold_x = i > px // 2
+        a = px - i if fold_x else i
+        for j in range(py):
+            fold_y = j > py // 2
+            b = py - j if fold_y else j
+            c = quadrant[a, b]
+            if fold_x:
+                c *= parity_x
+            if fold_y:
+                c *= parity_y
+            # the offset p/2 is its own mirror image
+            if (parity_x < 0 and 2 * a == px) or (parity_y < 0 and 2 * b == py):
+                c = 0.0
+            out[i, j] = c
+
+
+@jit
+def upwind_difference(quadrant: np.ndarray, parity_x: int, parity_y: int, dx: float, out: np.ndarray) -> None:
+    """Coefficients of (u_i - u_(i+1))/dx at all offsets of the torus out [px, py], from those of u at offsets >= 0.
+
+    quadrant [> px//2 + 1, > py//2]. Offsets as in `unfold`, differenced before folding, so that the torus's seam,
+    which no linear convolution on the box reaches, is the only place where the wrap is felt.
+    """
+    px, py = out.shape
+    for i in range(px):
+        a = i if i <= px // 2 else i - px
+        low = abs(a)
+        high = abs(a + 1)
+        sign_low = parity_x if a < 0 else 1
+        sign_high = parity_x if a + 1 < 0 else 1
+        for j in range(py):
+            fold_y = j > py // 2
+            b = py - j if fold_y else j
+            c = (sign_low * quadrant[low, b] - sign_high * quadrant[high, b]) / dx
+            if fold_y:
+                c *= parity_y
+            if parity_y < 0 and 2 * b == py:
+                c = 0.0
+            out[i, j] = c
+
+
+@jit
+def pad(field: np.ndarray, out: np.ndarray) -> None:
+    """Copy field [nx, ny] into the corner of out [px, py], zeros elsewhere."""
+    nx, ny = field.shape
+    px, py = out.shape
+    for i in range(px):
+        if i < nx:
+            for j in range(ny):
+                out[i, j] = field[i, j]
+            for j in range(ny, py):
+                out[i, j] = 0.0
+        else:
+            for j in range(py):
+                out[i, j] = 0.0
+
+
+@jit
+def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
+    """Multiply the pair hat [2, px, py//2+1], in place, by the matrix k [4, ...] = (xx, xy, yx, yy)."""
+    for i in range(hat.shape[1]):
+        for j in range(hat.shape[2]):
+            a = hat[0, i, j]
+            b = hat[1, i, j]
+            hat[0, i, j] = k[0, i, j] * a + k[1, i, j] * b
+            hat[1, i, j] = k[2, i, j] * a + k[3, i, j] * b
+
+
+@jit
+def scale_real(hat: np.ndarray, symbol_real: np.ndarray) -> None:
+    """Multiply a half-complex array by a real symbol, in place."""
+    for i in range(hat.shape[0]):
+        for j in range(hat.shape[1]):
+            hat[i, j] *= symbol_real[i, j]
+
+
+@jit
+def norm2(a: np.ndarray) -> float:
+    """Euclidean norm of a 2-D array."""
+    total = 0.0
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            total += a[i, j] * a[i, j]
+    return math.sqrt(total)

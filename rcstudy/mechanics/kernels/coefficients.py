@@ -1,0 +1,293 @@
+"""Frequency responses of layered bodies and integrals over cells (`layered.py`, `influence.py`)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def layered_response(
+    alpha: np.ndarray, young: np.ndarray, poisson: np.ndarray, thickness: np.ndarray, out: np.ndarray
+) -> None:
+    """Surface response of a layered half-space less that of a half-space of its top material, times alpha.
+
+    alpha [n] (1/mm) > 0; young (MPa), poisson [m] from the surface down, the last one the substrate; thickness [m-1]
+    (mm); out [4, n]: alpha times the differences of a, b, c, d (1/MPa). The derivation is in `layered.py`.
+    """
+    n = alpha.size
+    m = young.size
+    for i in range(n):
+        k = alpha[i]
+        # surface compliance, times alpha, of what lies below the layer in hand: starts as the substrate
+        g = young[m - 1] / (2.0 * (1.0 + poisson[m - 1]))
+        ya = (1.0 - poisson[m - 1]) / g
+        yb = (1.0 - 2.0 * poisson[m - 1]) / (2.0 * g)
+        yc = ya
+        yd = 1.0 / g
+        da = db = dc = dd = 0.0
+        for layer in range(m - 2, -1, -1):
+            nu = poisson[layer]
+            g = young[layer] / (2.0 * (1.0 + nu))
+            kappa = 3.0 - 4.0 * nu
+            p = 1.0 - 2.0 * nu
+            q = 2.0 * (1.0 - nu)
+            zeta = k * thickness[layer]
+            e2 = math.exp(-2.0 * zeta)
+            h = 0.5 / g
+            # anti-plane (SH): one reflection coefficient at the lower interface
+            rho = (yd * g - 1.0) / (yd * g + 1.0)
+            dd = 2.0 / g * rho * e2 / (1.0 - rho * e2)
+            yd = 1.0 / g + dd
+            # in-plane (P-SV). Rows of M: displacement (U, W) + compliance below * stress (X, Z); columns: the two modes
+            # decaying modes A0 = (-1, -1, 1, 1), B0 = (0, -kappa, p, q); growing A1 = (-1, 1, -1, 1), B1 = (0,
+            # -kappa, p, -q)
+            md00 = -h + yc - yb
+            md01 = yc * p - yb * q
+            md10 = -h - yb + ya
+            md11 = -kappa * h - yb * p + ya * q
+            mg00 = -h - yc - yb
+            mg01 = yc * p + yb * q
+            mg10 = h + yb + ya
+            mg11 = -kappa * h - yb * p - ya * q
+            det = mg00 * mg11 - mg01 * mg10
+            r00 = -(mg11 * md00 - mg01 * md10) / det
+            r01 = -(mg11 * md01 - mg01 * md11) / det
+            r10 = -(mg00 * md10 - mg10 * md00) / det
+            r11 = -(mg00 * md11 - mg10 * md01) / det
+            # carried to the top of the layer: e^(-2 zeta) [1, -zeta; 0, 1] R [1, zeta; 0, 1]
+            s00 = r00 - zeta * r10
+            s01 = r01 - zeta * r11
+            t00 = e2 * s00
+            t01 = e2 * (s01 + zeta * s00)
+            t10 = e2 * r10
+            t11 = e2 * (r11 + zeta * r10)
+            # N = -(stress of decaying modes + stress of growing modes * T): surface tractions per decaying mode
+            n00 = -(1.0 - t00 + p * t10)
+            n01 = -(p - t01 + p * t11)
+            n10 = -(1.0 + t00 - q * t10)
+            n11 = -(q + t01 - q * t11)
+            # growing modes' displacement + (half-space compliance of this layer) * their stress
+            ha = (1.0 - nu) / g
+            hb = p * h
+            w00 = -h - ha - hb
+            w01 = ha * p + hb * q
+            w10 = h + hb + ha
+            w11 = -kappa * h - hb * p - ha * q
+            v00 = w00 * t00 + w01 * t10
+            v01 = w00 * t01 + w01 * t11
+            v10 = w10 * t00 + w11 * t10
+            v11 = w10 * t01 + w11 * t11
+            det = n00 * n11 - n01 * n10
+            dc = (v00 * n11 - v01 * n10) / det
+            db = -0.5 * ((v01 * n00 - v00 * n01) + (v10 * n11 - v11 * n10)) / det
+            da = (v11 * n00 - v10 * n01) / det
+            ya = ha + da
+            yb = hb + db
+            yc = ha + dc
+        out[0, i] = da
+        out[1, i] = db
+        out[2, i] = dc
+        out[3, i] = dd
+
+
+@jit
+def rectangle_integrals(
+    nx: int,
+    ny: int,
+    dx: float,
+    dy: float,
+    inverse_r: np.ndarray,
+    xx: np.ndarray,
+    yy: np.ndarray,
+    xy: np.ndarray,
+    x_r2: np.ndarray,
+    y_r2: np.ndarray,
+) -> None:
+    """Integrals of 1/r, x^2/r^3, y^2/r^3, x y/r^3, x/r^2, y/r^2 over the dx by dy rectangle centred at (i dx, j dy).
+
+    i = 0..nx-1, j = 0..ny-1, results (mm; the last two mm as well) into the six [nx, ny] arrays. Primitives after Love
+    (1929) and Cerruti: F(x, y) differenced over the rectangle's corners.
+    """
+    # corner values, one row of corners (fixed i) at a time; two rows are alive
+    low = np.empty((6, ny + 1))
+    high = np.empty((6, ny + 1))
+    for i in range(nx + 1):
+        x = (i - 0.5) * dx
+        for j in range(ny + 1):
+            y = (j - 0.5) * dy
+            r = math.sqrt(x * x + y * y)
+            ay = y * math.asinh(x / abs(y))
+            ax = x * math.asinh(y / abs(x))
+            log_r = math.log(r)
+            high[0, j] = ax + ay
+            high[1, j] = ay
+            high[2, j] = ax
+            high[3, j] = -r
+            high[4, j] = y * log_r + x * math.atan(y / x)
+            high[5, j] = x * log_r + y * math.atan(x / y)
+        if i > 0:
+            for j in range(ny):
+                inverse_r[i - 1, j] = high[0, j + 1] - high[0, j] - low[0, j + 1] + low[0, j]
+                xx[i - 1, j] = high[1, j + 1] - high[1, j] - low[1, j + 1] + low[1, j]
+                yy[i - 1, j] = high[2, j + 1] - high[2, j] - low[2, j + 1] + low[2, j]
+                xy[i - 1, j] = high[3, j + 1] - high[3, j] - low[3, j + 1] + low[3, j]
+                x_r2[i - 1, j] = high[4, j + 1] - high[4, j] - low[4, j + 1] + low[4, j]
+                y_r2[i - 1, j] = high[5, j + 1] - high[5, j] - low[5, j + 1] + low[5, j]
+        low, high = high, low
+
+
+@jit
+def interpolate4(table: np.ndarray, log_r0: float, step: float, r: float, out: np.ndarray) -> None:
+    """Four tabulated functions of log r at `r`, by Lagrange polynomials of degree 7 through the nearest 8 nodes.
+
+    table [n, 4] at log r = log_r0 + step * (0..n-1); out [4]. Below the table its first values hold.
+    """
+    n = table.shape[0]
+    t = (math.log(r) - log_r0) / step if r > 0.0 else -1.0
+    if t <= 0.0:
+        for f in range(4):
+            out[f] = table[0, f]
+        return
+    i = min(max(int(t) - 3, 0), n - 8)
+    u = t - i
+    for f in range(4):
+        out[f] = 0.0
+    # barycentric form with the weights of 8 equidistant nodes: (-1)^k binomial(7, k)
+    weight = 1.0
+    total = 0.0
+    for k in range(8):
+        d = u - k
+        if d == 0.0:
+            for f in range(4):
+                out[f] = table[i + k, f]
+            return
+        w = weight / d
+        total += w
+        for f in range(4):
+            out[f] += w * table[i + k, f]
+        weight = -weight * (7.0 - k) / (k + 1.0)
+    for f in range(4):
+        out[f] /= total
+
+
+@jit
+def far_cells(
+    kernel: np.ndarray,
+    log_r0: float,
+    step: float,
+    dx: float,
+    dy: float,
+    near_x: int,
+    near_y: int,
+    nodes: np.ndarray,
+    weights: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Cell integrals of four radial kernels away from the origin, by Gauss-Legendre points.
+
+    kernel [n, 4]: the functions s, d, g, p of log r (see `influence.py`); out [6, nx, ny]: zz, xx, yy, xy, xp, yp;
+    cells with i < near_x and j < near_y are left alone. Nodes and weights of [-1/2, 1/2].
+    """
+    nx, ny = out.shape[1], out.shape[2]
+    value = np.empty(4)
+    for i in range(nx):
+        for j in range(ny):
+            if i < near_x and j < near_y:
+                continue
+            zz = xx = yy = xy = xp = yp = 0.0
+            for a in range(nodes.size):
+                x = (i + nodes[a]) * dx
+                for b in range(nodes.size):
+                    y = (j + nodes[b]) * dy
+                    w = weights[a] * weights[b] * dx * dy
+                    r = math.sqrt(x * x + y * y)
+                    interpolate4(kernel, log_r0, step, r, value)
+                    c, s = x / r, y / r
+                    zz += w * value[0]
+                    xx += w * (value[1] - value[2] * (c * c - s * s))
+                    yy += w * (value[1] + value[2] * (c * c - s * s))
+                    xy -= w * value[2] * 2.0 * s * c
+                    xp -= w * value[3] * c
+                    yp -= w * value[3] * s
+            out[0, i, j] = zz
+            out[1, i, j] = xx
+            out[2, i, j] = yy
+            out[3, i, j] = xy
+            out[4, i, j] = xp
+            out[5, i, j] = yp
+
+
+@jit
+def corner_integrals(
+    primitive: np.ndarray,
+    log_r0: float,
+    step: float,
+    x: float,
+    y: float,
+    nodes: np.ndarray,
+    weights: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Integrals of four radial kernels over the rectangle [0, x] x [0, y], x, y > 0, in polar coordinates.
+
+    primitive [n, 4]: integrals of (s, d, g, p) r dr from 0 to r. The rectangle is two triangles, r < x/cos(theta) and
+    r < y/sin(theta); with y = x sinh u the angle's integrand is smooth at any aspect ratio. out [6]: zz, xx, yy, xy,
+    xp, yp.
+    """
+    value = np.empty(4)
+    for f in range(6):
+        out[f] = 0.0
+    for triangle in range(2):
+        side, other = (x, y) if triangle == 0 else (y, x)
+        top = math.asinh(other / side)
+        for a in range(nodes.size):
+            u = (nodes[a] + 0.5) * top
+            ch = math.cosh(u)
+            along, across = 1.0 / ch, math.tanh(u)
+            c, s = (along, across) if triangle == 0 else (across, along)
+            interpolate4(primitive, log_r0, step, side * ch, value)
+            w = weights[a] * top / ch
+            out[0] += w * value[0]
+            out[1] += w * (value[1] - value[2] * (c * c - s * s))
+            out[2] += w * (value[1] + value[2] * (c * c - s * s))
+            out[3] -= w * value[2] * 2.0 * s * c
+            out[4] -= w * value[3] * c
+            out[5] -= w * value[3] * s
+
+
+@jit
+def near_cells(
+    primitive: np.ndarray,
+    log_r0: float,
+    step: float,
+    dx: float,
+    dy: float,
+    near_x: int,
+    near_y: int,
+    nodes: np.ndarray,
+    weights: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Cell integrals of four radial kernels near the origin, as differences of corner integrals (any h/dx).
+
+    Fills out[:, :near_x, :near_y]; the arguments are those of `far_cells` and `corner_integrals`.
+    """
+    corner = np.empty((near_x + 1, near_y + 1, 6))
+    for i in range(1, near_x + 1):
+        for j in range(1, near_y + 1):
+            corner_integrals(primitive, log_r0, step, (i - 0.5) * dx, (j - 0.5) * dy, nodes, weights, corner[i, j])
+    # corners at -dx/2, -dy/2 by parity: an integral from the axis is odd where the kernel is even and vice versa
+    for f in range(6):
+        sign_x = 1.0 if f == 3 or f == 4 else -1.0
+        sign_y = 1.0 if f == 3 or f == 5 else -1.0
+        for j in range(1, near_y + 1):
+            corner[0, j, f] = sign_x * corner[1, j, f]
+        for i in range(near_x + 1):
+            corner[i, 0, f] = sign_y * corner[i, 1, f]
+        for i in range(near_x):
+            for j in range(near_y):
+                out[f, i, j] = corner[i + 1, j + 1, f] - corner[i, j + 1, f] - corner[i + 1, j, f] + corner[i, j, f]

@@ -1,0 +1,130 @@
+"""Bound-constrained conjugate gradients for the pressure (`normal.py`)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def normal_residual(
+    p: np.ndarray,
+    g: np.ndarray,
+    approach: float,
+    mask: np.ndarray,
+    r: np.ndarray,
+    r_old: np.ndarray,
+    out: np.ndarray,
+) -> tuple[float, int, int]:
+    """Active cells, approach, and residual r = approach - g on them, projected to zero mean.
+
+    A cell is active if p > 0 or if, at p = 0, the surfaces overlap there (g < approach). p, g, mask, r, r_old [nx, ny];
+    out: padded copy of r. Returns the new approach (mean of g over the active cells), the number of cells that became
+    active, and the number of active cells.
+    """
+    nx, ny = p.shape
+    px, py = out.shape
+    total = 0.0
+    count = 0
+    entered = 0
+    for i in range(nx):
+        for j in range(ny):
+            active = p[i, j] > 0.0 or g[i, j] < approach
+            if active:
+                total += g[i, j]
+                count += 1
+                if p[i, j] <= 0.0:
+                    entered += 1
+            mask[i, j] = active
+    mean = total / max(count, 1)
+    for i in range(px):
+        for j in range(py):
+            out[i, j] = 0.0
+    for i in range(nx):
+        for j in range(ny):
+            r_old[i, j] = r[i, j]
+            r[i, j] = mean - g[i, j] if mask[i, j] else 0.0
+            out[i, j] = r[i, j]
+    return mean, entered, count
+
+
+@jit
+def normal_direction(
+    z: np.ndarray,
+    mask: np.ndarray,
+    r: np.ndarray,
+    r_old: np.ndarray,
+    d: np.ndarray,
+    zr_old: float,
+    out: np.ndarray,
+) -> tuple[float, float]:
+    """New search direction d = z + beta d (Polak-Ribiere, not negative), z made zero-mean on the active cells.
+
+    z: preconditioned residual in the corner of a padded array; out: padded copy of d. `zr_old` <= 0 restarts.
+    Returns z.r and the norm of z.
+    """
+    nx, ny = r.shape
+    px, py = out.shape
+    total = 0.0
+    count = 0
+    for i in range(nx):
+        for j in range(ny):
+            if mask[i, j]:
+                total += z[i, j]
+                count += 1
+    mean = total / max(count, 1)
+    zr = zr_change = zz = 0.0
+    for i in range(nx):
+        for j in range(ny):
+            if mask[i, j]:
+                v = z[i, j] - mean
+                zz += v * v
+                zr += v * r[i, j]
+                zr_change += v * (r[i, j] - r_old[i, j])
+    beta = max(zr_change / zr_old, 0.0) if zr_old > 0.0 else 0.0
+    # the mean of beta d over the active set is not zero once the set has changed; the load is restored by scaling
+    for i in range(nx):
+        for j in range(ny):
+            d[i, j] = z[i, j] - mean + beta * d[i, j] if mask[i, j] else 0.0
+    for i in range(px):
+        for j in range(py):
+            out[i, j] = d[i, j] if i < nx and j < ny else 0.0
+    return zr, math.sqrt(zz)
+
+
+@jit
+def normal_step(
+    p: np.ndarray, g: np.ndarray, d: np.ndarray, ad: np.ndarray, r: np.ndarray, total: float
+) -> tuple[int, float]:
+    """Step along d, negative pressures cut to zero, pressures scaled to the sum `total`; g follows by linearity if
+    none is cut.
+
+    ad: operator times d in the corner of a padded array. Returns the number of cells cut and the scale applied.
+    """
+    nx, ny = p.shape
+    rd = dad = 0.0
+    for i in range(nx):
+        for j in range(ny):
+            rd += r[i, j] * d[i, j]
+            dad += d[i, j] * ad[i, j]
+    step = rd / dad if dad > 0.0 else 0.0
+    cut = 0
+    new_total = 0.0
+    for i in range(nx):
+        for j in range(ny):
+            v = p[i, j] + step * d[i, j]
+            if v <= 0.0:
+                if p[i, j] > 0.0 or d[i, j] != 0.0:
+                    cut += 1
+                v = 0.0
+            p[i, j] = v
+            g[i, j] += step * ad[i, j]
+            new_total += v
+    scale = total / new_total
+    for i in range(nx):
+        for j in range(ny):
+            p[i, j] *= scale
+    return cut, scale

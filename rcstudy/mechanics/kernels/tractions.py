@@ -1,0 +1,213 @@
+"""Newton steps for the tractions (`rolling.py`) and the transfer between meshes (`cascade.py`).
+
+Vectors of unknowns hold two numbers a contact cell, [2 m] and [2 m + 1]: (qx, qy) in a stick cell, (0, tau) in a slip
+cell, tau being the component across the direction (nx, ny) of the bound. cells [m, 2]: i, j in the box.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def scatter_traction(v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, out: np.ndarray) -> None:
+    """Tractions of a vector of unknowns into two padded arrays out [2, px, py], zeros elsewhere.
+
+    slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
+    """
+    out[:, :, :] = 0.0
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        if slip[m]:
+            out[0, i, j] = -normal[m, 1] * v[2 * m + 1]
+            out[1, i, j] = normal[m, 0] * v[2 * m + 1]
+        else:
+            out[0, i, j] = v[2 * m]
+            out[1, i, j] = v[2 * m + 1]
+
+
+@jit
+def gather_slip(
+    field: np.ndarray,
+    v: np.ndarray,
+    cells: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    diagonal: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Rows of the Newton system from slips in two padded arrays: s in stick cells, t.s + diagonal tau in slip cells.
+
+    v: the vector the slips belong to; diagonal [m]: see `rolling.py`. The first unknown of a slip cell is idle: its
+    row is out = v.
+    """
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        if slip[m]:
+            out[2 * m] = v[2 * m]
+            out[2 * m + 1] = -normal[m, 1] * field[0, i, j] + normal[m, 0] * field[1, i, j] + diagonal[m] * v[2 * m + 1]
+        else:
+            out[2 * m] = field[0, i, j]
+            out[2 * m + 1] = field[1, i, j]
+
+
+@jit
+def classify(
+    q: np.ndarray,
+    s: np.ndarray,
+    bound: np.ndarray,
+    rho: float,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    diagonal: np.ndarray,
+) -> tuple[int, float]:
+    """Stick or slip by q - rho s against the bound, and the coefficients of the Newton step.
+
+    q, s [m, 2] (MPa, -), bound mu p [m] (MPa), rho (MPa). A cell slips if |q - rho s| > bound; then normal = (q -
+    rho s)/|...| and diagonal = (|q - rho s| - bound)/(rho bound). Returns the number of cells that changed their
+    state and the squared norm of q - Proj(q - rho s).
+    """
+    changed = 0
+    residual = 0.0
+    for m in range(q.shape[0]):
+        tx = q[m, 0] - rho * s[m, 0]
+        ty = q[m, 1] - rho * s[m, 1]
+        size = math.sqrt(tx * tx + ty * ty)
+        slips = size > bound[m]
+        if slips != slip[m]:
+            changed += 1
+        slip[m] = slips
+        if slips:
+            normal[m, 0] = tx / size
+            normal[m, 1] = ty / size
+            diagonal[m] = (size - bound[m]) / (rho * bound[m])
+            tx = bound[m] * normal[m, 0]
+            ty = bound[m] * normal[m, 1]
+        residual += (q[m, 0] - tx) ** 2 + (q[m, 1] - ty) ** 2
+    return changed, residual
+
+
+@jit
+def integrate_rows(
+    v: np.ndarray,
+    cells: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    damping: np.ndarray,
+    dx: float,
+    edge: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Displacements that undo the upwind difference in stick cells: sums of dx v from each row's leading edge.
+
+    v: residuals as rows of the Newton system; cells ordered by i, so that walking them backwards goes from the
+    leading edge to the trailing one. Through slip cells the displacement dies out: only its part across the bound
+    goes on, by the factor damping [m]. out [2, px, py], zero elsewhere; edge [2, py]: work array.
+    """
+    out[:, :, :] = 0.0
+    edge[:, :] = 0.0
+    for m in range(cells.shape[0] - 1, -1, -1):
+        i, j = cells[m, 0], cells[m, 1]
+        if slip[m]:
+            tx, ty = -normal[m, 1], normal[m, 0]
+            t = (tx * edge[0, j] + ty * edge[1, j]) * damping[m]
+            edge[0, j] = t * tx
+            edge[1, j] = t * ty
+        else:
+            edge[0, j] += dx * v[2 * m]
+            edge[1, j] += dx * v[2 * m + 1]
+        out[0, i, j] = edge[0, j]
+        out[1, i, j] = edge[1, j]
+
+
+@jit
+def keep_stick(field: np.ndarray, v: np.ndarray, cells: np.ndarray, slip: np.ndarray, out: np.ndarray) -> None:
+    """Stick cells' tractions from two padded arrays into the unknowns out [2 m]; `field` keeps those and nothing else.
+
+    Idle unknowns of slip cells take their residual v; the others are left to `gather_slip_traction`.
+    """
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        if slip[m]:
+            out[2 * m] = v[2 * m]
+            out[2 * m + 1] = 0.0
+        else:
+            out[2 * m] = field[0, i, j]
+            out[2 * m + 1] = field[1, i, j]
+    field[:, :, :] = 0.0
+    for m in range(cells.shape[0]):
+        if not slip[m]:
+            field[0, cells[m, 0], cells[m, 1]] = out[2 * m]
+            field[1, cells[m, 0], cells[m, 1]] = out[2 * m + 1]
+
+
+@jit
+def slip_residual(field: np.ndarray, v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray) -> None:
+    """Slip cells' residuals v less the slips in `field`, across the bound, back into `field` [2, px, py] as vectors."""
+    n = cells.shape[0]
+    rest = np.empty(n)
+    for m in range(n):
+        i, j = cells[m, 0], cells[m, 1]
+        rest[m] = v[2 * m + 1] + normal[m, 1] * field[0, i, j] - normal[m, 0] * field[1, i, j]
+    field[:, :, :] = 0.0
+    for m in range(n):
+        if slip[m]:
+            i, j = cells[m, 0], cells[m, 1]
+            field[0, i, j] = -normal[m, 1] * rest[m]
+            field[1, i, j] = normal[m, 0] * rest[m]
+
+
+@jit
+def gather_slip_traction(
+    field: np.ndarray,
+    cells: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    diagonal: np.ndarray,
+    shift: float,
+    out: np.ndarray,
+) -> None:
+    """Slip cells' unknowns from two padded arrays; scaled down where d exceeds the shift the arrays were made with.
+
+    diagonal [m]: diagonal of the system; shift: its value in a cell with d equal to the shift.
+    """
+    for m in range(cells.shape[0]):
+        if slip[m]:
+            i, j = cells[m, 0], cells[m, 1]
+            tau = -normal[m, 1] * field[0, i, j] + normal[m, 0] * field[1, i, j]
+            out[2 * m + 1] = tau * min(1.0, shift / diagonal[m])
+
+
+@jit
+def bilinear_stencil(cells: np.ndarray, number: np.ndarray, stencil: np.ndarray, weights: np.ndarray) -> None:
+    """Bilinear interpolation between cell centres from a mesh of twice the cell size to `cells` [m, 2].
+
+    number [nx, ny]: number of each coarse cell, -1 where it is not in use; such a neighbour's weight goes to the
+    parent, which stands first. stencil [m, 4], weights [m, 4].
+    """
+    nx, ny = number.shape
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        a, b = i // 2, j // 2
+        c = a + 1 if i % 2 == 1 else a - 1
+        d = b + 1 if j % 2 == 1 else b - 1
+        parent = number[a, b]
+        own = 0.5625
+        for k in range(3):
+            e = c if k != 1 else a
+            f = d if k != 0 else b
+            weight = 0.0625 if k == 2 else 0.1875
+            other = number[e, f] if 0 <= e < nx and 0 <= f < ny else -1
+            if other >= 0:
+                stencil[m, k + 1] = other
+                weights[m, k + 1] = weight
+            else:
+                stencil[m, k + 1] = parent
+                weights[m, k + 1] = 0.0
+                own += weight
+        stencil[m, 0] = parent
+        weights[m, 0] = own
