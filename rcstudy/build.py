@@ -1,0 +1,145 @@
+"""Validated settings -> Scene in absolute units: relative quantities resolved, coatings built, window checked."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, cast
+
+import numpy as np
+
+from rcstudy.mechanics.exact import Hertz, contact_modulus, hertz_contact
+from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Layer, Material, Mesh, Method, Scene, Tolerance
+from rcstudy.quantities import Quantity
+from rcstudy.spec import CoatingSpec, LayerSpec, SceneSpec
+
+COATING_KEYS = ("layer_count", "thickness", "modulus", "layer_nu")
+
+# Validated settings of one scene: the keys of SceneSpec, mappings as dicts, and "coating" (None for no coating).
+Parts = dict[str, Any]
+
+
+class BuildError(ValueError):
+    """Settings that are each allowed but make no scene together."""
+
+
+def parts_of(scene: SceneSpec, coating: CoatingSpec | None) -> Parts:
+    """The settings in `scene` and `coating`."""
+    parts: Parts = {name: getattr(scene, name) for name in SceneSpec.model_fields}
+    for name in ("substrate", "counterbody", "creepage", "mesh", "tolerance"):
+        parts[name] = None if parts[name] is None else dict(parts[name])
+    parts["coating"] = None if coating is None else dict(coating)
+    return parts
+
+
+def keys_to(path: str) -> tuple[str, ...]:
+    """Where the axis `path` puts its value among the Parts."""
+    return ("coating", path) if path in COATING_KEYS else tuple(path.split("."))
+
+
+def part(parts: Parts, path: str) -> Any:
+    """The setting that the axis `path` varies."""
+    value: Any = parts
+    for key in keys_to(path):
+        value = value[key]
+    return value
+
+
+def with_part(parts: Parts, path: str, value: Any) -> Parts:
+    """A copy of `parts` with the setting of the axis `path` replaced."""
+    head, *rest = keys_to(path)
+    changed = dict(parts)
+    changed[head] = {**(parts[head] or {}), rest[0]: value} if rest else value
+    return changed
+
+
+@lru_cache(maxsize=4096)
+def uncoated_hertz(radius: tuple[float, float], load: float, body: Material, counterbody: Material | None) -> Hertz:
+    """Hertz contact of the uncoated pair; BuildError if it is beyond the range of floating point numbers."""
+    try:
+        with np.errstate(divide="raise", over="raise", invalid="raise"):
+            contact = hertz_contact(radius, load, contact_modulus(body, counterbody))
+    except (ArithmeticError, ValueError) as error:
+        raise BuildError("radius, load and moduli too extreme for a Hertz contact") from error
+    if not all(math.isfinite(v) and v > 0.0 for v in (*contact.a, contact.p0, contact.approach, contact.radius)):
+        raise BuildError("radius, load and moduli too extreme for a Hertz contact")
+    return contact
+
+
+def scene_hertz(scene: Scene) -> Hertz:
+    """Hertz contact of the uncoated pair of `scene`, remembered between scenes that share it."""
+    return uncoated_hertz(scene.radius, scene.load, scene.substrate, scene.counterbody)
+
+
+@lru_cache(maxsize=4096)
+def _coating(count: int, thickness: float, modulus: float, nu: float, es: float) -> tuple[Layer, ...]:
+    """`count` layers from the surface down; the k-th above the substrate has E = (modulus/Es)^k Es."""
+    ratio = modulus / es
+    try:
+        layers = tuple(Layer(ratio**k * es, nu, thickness) for k in range(count, 0, -1))
+    except OverflowError as error:
+        raise BuildError("modulus too extreme for so many layers") from error
+    return tuple(map(_checked, layers))
+
+
+def _checked(layer: Layer) -> Layer:
+    if not (0.0 < layer.E < math.inf and 0.0 < layer.thickness < math.inf):
+        raise BuildError("a layer's modulus or thickness is beyond the range of floating point numbers")
+    return layer
+
+
+def _layer(spec: LayerSpec, es: float, a: float) -> Layer:
+    return _checked(Layer(spec.E.resolve(es), spec.nu, spec.thickness.resolve(a)))
+
+
+def build(parts: Parts) -> Scene:
+    """The scene of `parts`; BuildError if the settings make none."""
+    substrate = Material(parts["substrate"]["E"], parts["substrate"]["nu"])
+    es = substrate.E
+    counterbody = None
+    if (other := parts["counterbody"]) is not None:
+        counterbody = Material(other["E"].resolve(es), other["nu"])
+    radius = cast(tuple[float, float], parts["radius"])
+    a = uncoated_hertz(radius, parts["load"], substrate, counterbody).radius
+    if (coating := parts["coating"]) is not None:
+        if parts["layers"]:
+            raise BuildError("layers and coating are both given: only one of them may be")
+        nu = substrate.nu if coating["layer_nu"] is None else coating["layer_nu"]
+        thickness, modulus = coating["thickness"].resolve(a), coating["modulus"].resolve(es)
+        layers = _coating(coating["layer_count"], thickness, modulus, nu, es)
+    else:
+        layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
+    size: tuple[Quantity, Quantity] = parts["mesh"]["size"]
+    creepage = parts["creepage"]
+    return Scene(
+        substrate=substrate,
+        radius=radius,
+        load=parts["load"],
+        mesh=Mesh((size[0].resolve(a), size[1].resolve(a)), parts["mesh"]["cells"]),
+        layers=layers,
+        counterbody=counterbody,
+        friction=parts["friction"],
+        creepage=None if creepage is None else Creepage(**creepage),
+        coupling=cast(Coupling, parts["coupling"]),
+        method=cast(Method, parts["method"]),
+        discretisation=cast(Discretisation, parts["discretisation"]),
+        spin_point=parts["spin_point"],
+        tolerance=Tolerance(**parts["tolerance"]),
+    )
+
+
+def window_problem(scene: Scene) -> tuple[str, str]:
+    """Why the mesh does not suit the contact, judged by Hertz's for the uncoated pair: ("", "") if it does.
+
+    Returns the key of the mesh at fault ("size" or "cells") and what is allowed for it.
+
+    This is an estimate made before anything is solved: a soft layer spreads the contact further, and a contact that
+    does reach the edge is refused by the solver.
+    """
+    semi_axes = scene_hertz(scene).a
+    for axis, half, size, step in zip("xy", semi_axes, scene.mesh.size, scene.mesh.spacing, strict=True):
+        if not 2.0 * half < size < math.inf:
+            return "size", f"a window larger than the contact, about {2.0 * half:.4g} mm along {axis}"
+        if 2.0 * half < step:
+            return "cells", f"cells smaller than the contact, about {2.0 * half:.4g} mm along {axis}"
+    return "", ""

@@ -1,0 +1,282 @@
+"""Study -> grids with their coordinates and ordered cases, each with a content hash.
+
+Cases that share a normal problem stand next to each other, and so do those that share layers and mesh, whichever grid
+they come from: whoever walks the cases in order can keep what is shared and drop it when it changes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import math
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rcstudy.build import scene_hertz
+from rcstudy.grids import AxisPlan, GridPlan
+from rcstudy.mechanics import SOLVER_VERSION
+from rcstudy.mechanics.scene import Layer, Material, Scene
+from rcstudy.quantities import LENGTH, MODULUS, Quantity
+from rcstudy.study import Study
+
+CASE_SCHEMA = 1
+"""Version of what a case's key covers; goes up when the meaning of a scene's record changes."""
+
+# units and long_name of a setting, by the last name of its path
+_WORDS: dict[str, tuple[str, str]] = {
+    "layer_count": ("1", "number of layers"),
+    "thickness": ("mm", "thickness of each layer"),
+    "modulus": ("MPa", "Young's modulus of the layer next to the substrate"),
+    "layer_nu": ("1", "Poisson's ratio of the layers"),
+    "E": ("MPa", "Young's modulus"),
+    "nu": ("1", "Poisson's ratio"),
+    "radius": ("mm", "radius"),
+    "load": ("N", "normal load"),
+    "friction": ("1", "coefficient of friction"),
+    "longitudinal": ("1", "longitudinal creepage"),
+    "lateral": ("1", "lateral creepage"),
+    "spin": ("rad mm-1", "spin creepage"),
+    "size": ("mm", "size of the window"),
+    "cells": ("1", "number of cells"),
+    "spin_point": ("1", "point of the spin, in cells ahead of the centre"),
+    "normal": ("1", "tolerance of the pressure"),
+    "tangential": ("1", "tolerance of the tractions"),
+    "creepage": ("1", "creepage"),
+    "counterbody": ("1", "counterbody"),
+    "substrate": ("1", "substrate"),
+    "layers": ("1", "layers"),
+    "mesh": ("1", "mesh"),
+    "tolerance": ("1", "tolerances"),
+    "method": ("1", "method of the traction solver"),
+    "coupling": ("1", "coupling of tractions and pressure"),
+    "discretisation": ("1", "discretisation of the slip"),
+    "case": ("1", "case"),
+}
+_OVER = {LENGTH: "the Hertz radius a", MODULUS: "the substrate's modulus Es"}
+
+
+@dataclass(frozen=True)
+class Coord:
+    """A coordinate along one axis: `values` (numbers, or text), their `units` and `long_name`."""
+
+    values: Sequence[Any] | np.ndarray
+    units: str
+    long_name: str
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One dimension of a grid: `coords[name]` is the dimension's own coordinate, the others go along with it.
+
+    `labels` are the values as a person writes them ("0.25 a", "a").
+    """
+
+    name: str
+    size: int
+    coords: dict[str, Coord]
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Grid:
+    """One grid of a study: its dimensions in order, and their sizes."""
+
+    name: str
+    description: str
+    axes: tuple[Axis, ...]
+    shape: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene to solve and its place: `index` in the grid called `grid`. `key` is its content hash, hex."""
+
+    grid: str
+    index: tuple[int, ...]
+    scene: Scene
+    key: str
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """All grids in the study's order, and all cases in the order in which they are best solved."""
+
+    grids: tuple[Grid, ...]
+    cases: tuple[Case, ...]
+
+    def groups(self) -> Iterator[tuple[Case, ...]]:
+        """The cases, those of one normal problem together."""
+        for _, group in itertools.groupby(self.cases, key=lambda case: normal_problem(case.scene)):
+            yield tuple(group)
+
+
+def scene_record(scene: Scene) -> dict[str, Any]:
+    """`scene` as a mapping of plain values with the keys of a study's `scene:`, all in absolute units."""
+
+    def material(body: Material) -> dict[str, float]:
+        return {"E": body.E, "nu": body.nu}
+
+    def layer(one: Layer) -> dict[str, float]:
+        return {"E": one.E, "nu": one.nu, "thickness": one.thickness}
+
+    creepage = scene.creepage
+    return {
+        "substrate": material(scene.substrate),
+        "layers": [layer(one) for one in scene.layers],
+        "counterbody": "rigid" if scene.counterbody is None else material(scene.counterbody),
+        "radius": list(scene.radius),
+        "load": scene.load,
+        "friction": scene.friction,
+        "creepage": "none"
+        if creepage is None
+        else {"longitudinal": creepage.longitudinal, "lateral": creepage.lateral, "spin": creepage.spin},
+        "mesh": {"size": list(scene.mesh.size), "cells": list(scene.mesh.cells)},
+        "coupling": scene.coupling,
+        "method": scene.method,
+        "discretisation": scene.discretisation,
+        "spin_point": scene.spin_point,
+        "tolerance": {"normal": scene.tolerance.normal, "tangential": scene.tolerance.tangential},
+    }
+
+
+def _digest(record: dict[str, Any]) -> str:
+    canonical = json.dumps(record, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def case_key(scene: Scene) -> str:
+    """Content hash (sha256, hex) of `scene`, the solver's version and the schema's."""
+    return _digest({"scene": scene_record(scene), "solver": SOLVER_VERSION, "schema": CASE_SCHEMA})
+
+
+def normal_problem(scene: Scene) -> Hashable:
+    """What the pressure depends on: all of `scene` if coupling is full, else all but what only tractions feel."""
+    if scene.coupling == "full":
+        return scene
+    mesh, tolerance = scene.mesh, scene.tolerance.normal
+    bodies = (scene.substrate, scene.layers, scene.counterbody)
+    return (*bodies, scene.radius, scene.load, mesh, tolerance, scene.coupling, scene.discretisation)
+
+
+def normal_key(scene: Scene) -> str:
+    """Hash (sha256, hex) of what the pressure of `scene` depends on; scenes of one key share one normal problem."""
+    record = scene_record(scene)
+    if scene.coupling != "full":
+        for name in ("creepage", "friction", "method", "spin_point"):
+            del record[name]
+        del record["tolerance"]["tangential"]
+    return _digest(record)
+
+
+def layer_set(scene: Scene) -> Hashable:
+    """What the influence coefficients of the coated body depend on."""
+    return (scene.substrate, scene.layers, scene.mesh)
+
+
+def expand(study: Study) -> Expansion:
+    """All grids and cases of `study`."""
+    ordered: dict[Hashable, dict[Hashable, list[Case]]] = {}
+    grids = []
+    for plan in study.grids:
+        scales = _Scales()
+        for index in plan.indices():
+            scene = plan.scene(index)
+            scales.add(scene)
+            case = Case(plan.name, index, scene, case_key(scene))
+            ordered.setdefault(layer_set(scene), {}).setdefault(normal_problem(scene), []).append(case)
+        grids.append(_grid(plan, scales))
+    cases = (case for of_layers in ordered.values() for group in of_layers.values() for case in group)
+    return Expansion(tuple(grids), tuple(cases))
+
+
+@dataclass
+class _Scales:
+    """The sizes of a (mm) and Es (MPa) met in one grid."""
+
+    found: dict[str, set[float]] = field(default_factory=lambda: {LENGTH: set(), MODULUS: set()})
+
+    def add(self, scene: Scene) -> None:
+        self.found[LENGTH].add(scene_hertz(scene).radius)
+        self.found[MODULUS].add(scene.substrate.E)
+
+    def of(self, scale: str) -> float | None:
+        """The size of `scale` if it is the same for all cases, else None."""
+        values = self.found[scale]
+        return next(iter(values)) if len(values) == 1 else None
+
+
+def _grid(plan: GridPlan, scales: _Scales) -> Grid:
+    axes = tuple(Axis(a.name, len(a.values), _axis_coords(a, scales), a.labels) for a in plan.axes)
+    return Grid(plan.name, plan.description, axes, plan.shape)
+
+
+def _axis_coords(axis: AxisPlan, scales: _Scales) -> dict[str, Coord]:
+    first = axis.values[0]
+    mappings = [value for value in axis.values if isinstance(value, dict)]
+    if (
+        axis.path == "case"
+        or axis.path == "layers"
+        or not (mappings or isinstance(first, int | float | Quantity | tuple))
+    ):
+        coords = _text(axis.name, axis.labels)
+    elif not mappings:
+        coords = _value_coords(axis.name, axis.path, axis.values, axis.labels, scales)
+    else:  # labelled mappings, and None (rigid) among them
+        coords = _text(axis.name, axis.labels)
+        for key in mappings[0]:
+            name = key if axis.path == "creepage" else f"{axis.name}_{key}"
+            values = [math.nan if value is None else value[key] for value in axis.values]
+            coords.update(_value_coords(name, key, values, None, scales))
+    return coords
+
+
+def _text(name: str, labels: Sequence[str]) -> dict[str, Coord]:
+    return {name: Coord(list(labels), "1", _WORDS[name][1])}
+
+
+def _value_coords(
+    name: str, path: str, values: Sequence[Any], labels: Sequence[str] | None, scales: _Scales
+) -> dict[str, Coord]:
+    """Coordinates of numbers, quantities, or pairs of them; pairs as text (`labels`) with one coordinate each way."""
+    units, long_name = _WORDS[path.split(".")[-1]]
+    if path in ("substrate.E", "substrate.nu", "counterbody.E", "counterbody.nu"):
+        long_name += f" of the {path.split('.')[0]}"
+    if any(isinstance(value, tuple) for value in values):
+        if path == "radius" and all(x == y for x, y in values):
+            return {name: Coord([x for x, _ in values], units, long_name)}
+        coords = {} if labels is None else _text(name, labels)
+        for k, way in enumerate("xy"):
+            one_way = [value[k] for value in values]
+            coords.update(_number_coords(f"{name}_{way}", one_way, units, f"{long_name} along {way}", scales))
+        return coords
+    return _number_coords(name, values, units, long_name, scales)
+
+
+def _number_coords(name: str, values: Sequence[Any], units: str, long_name: str, scales: _Scales) -> dict[str, Coord]:
+    """One coordinate of numbers; of quantities the absolute and the relative one, as far as they are the same for all.
+
+    Where the scale differs from case to case there is no absolute coordinate of a relative quantity, nor the reverse.
+    """
+    if not any(isinstance(value, Quantity) for value in values):
+        return {name: Coord(list(values), units, long_name)}
+    # NaN: the modulus of a rigid counterbody
+    quantities = [value if isinstance(value, Quantity) else Quantity(value) for value in values]
+    scale = LENGTH if units == "mm" else MODULUS
+    size = scales.of(scale)
+    over = f"{long_name} over {_OVER[scale]}"
+    if size is not None:
+        ratios = [q.value if q.scale else q.value / size for q in quantities]
+        return {
+            name: Coord([q.resolve(size) for q in quantities], units, long_name),
+            f"{name}_ratio": Coord(ratios, "1", over),
+        }
+    known = [q for q in quantities if not math.isnan(q.value)]
+    if all(not q.scale for q in known):
+        return {name: Coord([q.value for q in quantities], units, long_name)}
+    if all(q.scale for q in known):
+        return {name: Coord([q.value for q in quantities], "1", over)}
+    return {name: Coord([str(q) if q.scale else f"{q} {units}" for q in quantities], "1", long_name)}

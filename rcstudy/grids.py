@@ -1,0 +1,394 @@
+"""The grids of a study: read, expanded to trees that still know their places in the file, and validated.
+
+Each value of an axis is validated in a whole scene (the others at their first value), then every combination that can
+make a difference is built and its window checked, so that nothing is refused later that could be refused here.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import string
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rcstudy.build import (
+    COATING_KEYS,
+    BuildError,
+    Parts,
+    build,
+    keys_to,
+    part,
+    parts_of,
+    scene_hertz,
+    window_problem,
+    with_part,
+)
+from rcstudy.mechanics.scene import Scene
+from rcstudy.quantities import LENGTH, Quantity, number_text
+from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, label_problem, submodel, validate
+from rcstudy.yamltree import Node, Problems, child_path, find, merge, suggest, with_entry, without
+
+MAX_AXES = 16  # of one grid: HDF5 allows 32 dimensions
+_MAX_CASE_PROBLEMS = 5  # reported of one grid, once each of its values is found good by itself
+
+# keys whose value is a mapping or list, so that an axis over them needs labels
+_LABELLED = ("creepage", "counterbody", "substrate", "mesh", "tolerance", "layers")
+# axes that matter neither to the size of the contact nor to how a scene is built
+_HARMLESS = ("creepage", "friction", "method", "coupling", "discretisation", "spin_point", "tolerance")
+_HERTZ = ("substrate", "counterbody", "radius", "load")  # axes that the uncoated contact depends on
+
+
+def _axis_paths() -> tuple[str, ...]:
+    paths = list(COATING_KEYS)
+    for name in SceneSpec.model_fields:
+        paths.append(name)
+        inner = submodel(SceneSpec, name)
+        if inner is not None and name != "layers":
+            paths.extend(f"{name}.{key}" for key in inner.model_fields)
+    return tuple(paths)
+
+
+AXIS_PATHS = _axis_paths()
+
+
+@dataclass(frozen=True)
+class AxisPlan:
+    """An axis of a grid: the `path` of the setting it varies, the dim's `name`, and each value with its label.
+
+    Values are validated settings (float, int, str, pairs, Quantity, dicts of these, tuples of layers); of the axis
+    "case" of an explicit list they are whole Parts.
+    """
+
+    path: str
+    name: str
+    labels: tuple[str, ...]
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class GridPlan:
+    """A validated grid: product of `axes` over the settings `base`."""
+
+    name: str
+    description: str
+    axes: tuple[AxisPlan, ...]
+    base: Parts
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each axis."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def size(self) -> int:
+        """Number of cases."""
+        return math.prod(self.shape)
+
+    def indices(self) -> Iterator[tuple[int, ...]]:
+        """Index of every case, the last axis fastest."""
+        return itertools.product(*(range(n) for n in self.shape))
+
+    def parts(self, index: tuple[int, ...]) -> Parts:
+        """The settings of the case at `index`."""
+        parts = self.base
+        for axis, i in zip(self.axes, index, strict=True):
+            value = axis.values[i]
+            parts = value if axis.path == "case" else with_part(parts, axis.path, value)
+        return parts
+
+    def scene(self, index: tuple[int, ...]) -> Scene:
+        """The scene of the case at `index`."""
+        return build(self.parts(index))
+
+    def label(self, index: tuple[int, ...]) -> str:
+        """The case in words, such as `thickness=0.25 a, creepage=a`."""
+        return ", ".join(f"{axis.name}={axis.labels[i]}" for axis, i in zip(self.axes, index, strict=True))
+
+
+@dataclass
+class _Entry:
+    """One value of an axis: its label ("" if it has none of its own), where it stands, and its tree."""
+
+    label: str
+    place: Node
+    value: Node
+
+
+class GridReader:
+    """Reads one grid: expands it to trees that still know their places, and validates those."""
+
+    def __init__(self, name: str, node: Node, shared: Node, problems: Problems) -> None:
+        self.name, self.node, self.problems = name, node, problems
+        inside = node.value if node.is_mapping else {}
+        over = inside.get("scene")
+        self.scene = merge(shared, over) if over is not None and over.is_mapping else shared
+        self.coating: Node | None = inside.get("coating")
+        self.axes: Node | None = inside.get("axes")
+        self.cases: Node | None = inside.get("cases")
+
+    def count(self) -> int:
+        """Number of cases as written."""
+        if self.axes is not None and self.axes.is_mapping:
+            return math.prod(len(axis.value) for axis in self.axes.value.values() if axis.is_list)
+        return len(self.cases.value) if self.cases is not None and self.cases.is_list else 0
+
+    def read(self) -> GridPlan | None:
+        """The grid; None, with its errors among the problems, if it is not valid."""
+        before = len(self.problems.found)
+        spec = validate(GridSpec, self.node, self.problems)
+        # by itself too: what an axis overrides must still be valid
+        for model, key in ((SceneSpec, "scene"), (CoatingSpec, "coating")):
+            given = self.node.value.get(key) if self.node.is_mapping else None
+            if given is not None and given.is_mapping:
+                validate(model, given, self.problems, partial=True)
+        if self.node.is_mapping and (self.axes is None) == (self.cases is None):
+            both = "both axes and cases" if self.axes is not None else "neither axes nor cases"
+            self.problems.add(self.node.at_key(), "exactly one of axes and cases", value=both)
+            return None
+        plan = None
+        if self.axes is not None and self.axes.is_mapping and self.axes.value:
+            plan = self._product(spec)
+        elif self.cases is not None and self.cases.is_list and self.cases.value:
+            plan = self._list(spec)
+        return plan if len(self.problems.found) == before else None
+
+    def _parts(self, scene: Node, coating: Node | None) -> Parts | None:
+        """Validated settings of one expanded tree."""
+        valid = validate(SceneSpec, scene, self.problems)
+        coated = None if coating is None else validate(CoatingSpec, coating, self.problems)
+        if valid is None or (coating is not None and coated is None):
+            return None
+        return parts_of(valid, coated)
+
+    # explicit lists
+
+    def _list(self, spec: GridSpec | None) -> GridPlan | None:
+        assert self.cases is not None
+        seen: dict[str, Node] = {}
+        labels: list[str] = []
+        values: list[Parts] = []
+        for node in self.cases.value:
+            if not node.is_mapping:
+                self.problems.add(node, "a mapping of a label and scene keys")
+                continue
+            label = self._label(node, seen, required=True)
+            scene = merge(self.scene, without(node, ("label", "coating")))
+            coating = node.value.get("coating")
+            if coating is None or self.coating is None:
+                coating = self.coating if coating is None else coating
+            else:
+                coating = merge(self.coating, coating)
+            parts = self._parts(scene, coating)
+            if parts is None or label is None:
+                continue
+            self._check_case(parts, scene, node, {})
+            labels.append(label)
+            values.append(parts)
+        if spec is None or len(values) < len(self.cases.value):
+            return None
+        axis = AxisPlan("case", "case", tuple(labels), tuple(values))
+        return GridPlan(self.name, spec.description, (axis,), {})
+
+    def _label(self, node: Node, seen: dict[str, Node], *, required: bool) -> str | None:
+        """The label of the mapping `node`: None if it is not valid, "" if there is none and none is required."""
+        given = node.value.get("label")
+        if given is None:
+            if required:
+                self.problems.add(
+                    node,
+                    "a label of 1 to 100 printable characters",
+                    key=child_path(node.path, "label"),
+                    value="missing",
+                )
+                return None
+            return ""
+        # a label such as 0.002 is what was written, not the number
+        label = given.text if isinstance(given.value, str | int | float) and not isinstance(given.value, bool) else ""
+        if reason := label_problem(label):
+            self.problems.add(given, reason)
+            return None
+        if label in seen:
+            self.problems.add(given, f"a label of its own; this one stands at {seen[label].place()} already")
+            return None
+        seen[label] = given
+        return label
+
+    # products
+
+    def _product(self, spec: GridSpec | None) -> GridPlan | None:
+        assert self.axes is not None
+        known: dict[str, Node] = {}
+        for path, node in self.axes.value.items():
+            if path not in AXIS_PATHS:
+                self.problems.add(node.at_key(), suggest(path, AXIS_PATHS), value="unknown axis")
+            elif not node.is_list or not node.value:
+                self.problems.add(node, "a list of at least one value")
+            else:
+                known[path] = node
+        self._check_axes_together(known)
+        entries = {path: self._entries(path, node) for path, node in known.items()}
+        firsts = {path: found[0] for path, found in entries.items() if found}
+        base = self._expanded(firsts)
+        axes = []
+        for path, found in entries.items():
+            axis = self._axis(path, known[path], found, firsts)
+            if axis is not None:
+                axes.append(axis)
+        if spec is None or base is None or len(axes) < len(self.axes.value):
+            return None
+        plan = GridPlan(self.name, spec.description, tuple(axes), base)
+        self._check_product(plan, entries)
+        return plan
+
+    def _check_axes_together(self, axes: Mapping[str, Node]) -> None:
+        assert self.axes is not None
+        if len(axes) > MAX_AXES:
+            self.problems.add(self.axes.at_key(), f"at most {MAX_AXES} axes in a grid", value=f"{len(axes)} axes")
+        for one, other in itertools.combinations(axes, 2):
+            place = axes[other].at_key()
+            if keys_to(one)[: len(keys_to(other))] == keys_to(other) or keys_to(other)[: len(keys_to(one))] == keys_to(
+                one
+            ):
+                self.problems.add(place, f"axes of different settings; axis {one} sets this too", value="axis")
+            elif one.split(".")[-1] == other.split(".")[-1]:
+                name = one.split(".")[-1]
+                self.problems.add(place, f"axes of different names; axis {one} is named {name} too", value="axis")
+            elif "layers" in (one, other) and (one in COATING_KEYS or other in COATING_KEYS):
+                self.problems.add(place, "either layers or a coating (layer_count, thickness, ...)", value="axis")
+
+    def _entries(self, path: str, node: Node) -> list[_Entry]:
+        """The values of an axis with their own labels; those that are none are reported and left out."""
+        entries = []
+        seen: dict[str, Node] = {}
+        for entry in node.value:
+            label: str | None = ""
+            value = entry
+            if path in _LABELLED and entry.is_mapping:
+                label = self._label(entry, seen, required=False)
+                value = without(entry, ("label",))
+                if path == "layers":
+                    if set(value.value) != {"layers"}:
+                        self.problems.add(entry, "a list of layers, or {label, layers}")
+                        continue
+                    value = value.value["layers"]
+            elif path == "creepage":
+                self.problems.add(entry, "{label, longitudinal, lateral, spin}; a grid of its own for none")
+                continue
+            if label is not None:
+                entries.append(_Entry(label, entry, value))
+        return entries
+
+    def _expanded(self, chosen: Mapping[str, _Entry]) -> Parts | None:
+        """Validated settings of the case that takes the value `chosen` of each axis."""
+        scene, coating = self.scene, self.coating
+        for path, entry in chosen.items():
+            keys = keys_to(path)
+            if keys[0] != "coating":
+                scene = with_entry(scene, keys, entry.value)
+                continue
+            if coating is None:
+                place = self.axes.at_key() if self.axes is not None else self.node
+                coating = Node({}, child_path(self.node.path, "coating"), "", place.line, place.column)
+            coating = with_entry(coating, keys[1:], entry.value)
+        return self._parts(scene, coating)
+
+    def _axis(self, path: str, node: Node, entries: list[_Entry], firsts: Mapping[str, _Entry]) -> AxisPlan | None:
+        labels: list[str] = []
+        values: list[Any] = []
+        seen_values: dict[str, Node] = {}
+        seen_labels: dict[str, Node] = {}
+        for i, entry in enumerate(entries):
+            parts = self._expanded({**firsts, path: entry})
+            if parts is None:
+                continue
+            value = part(parts, path)
+            label = entry.label or default_label(value, i)
+            first = seen_values.setdefault(_identity(value, parts), entry.place)
+            if first is not entry.place:
+                self.problems.add(entry.place, f"a value of its own; the one at {first.place()} is the same")
+                continue
+            first = seen_labels.setdefault(label, entry.place)
+            if first is not entry.place:
+                self.problems.add(entry.place, f"a label of its own; the entry at {first.place()} is {label} too")
+                continue
+            labels.append(label)
+            values.append(value)
+        if len(values) < len(node.value):
+            return None
+        return AxisPlan(path, path.split(".")[-1], tuple(labels), tuple(values))
+
+    def _check_product(self, plan: GridPlan, entries: Mapping[str, list[_Entry]]) -> None:
+        """Build every case that can differ in whether it can be built, and check that its window holds the contact."""
+        before = len(self.problems.found)
+        matters = [axis.path.split(".")[0] not in _HARMLESS for axis in plan.axes]
+        ranges = [range(n if used else 1) for n, used in zip(plan.shape, matters, strict=True)]
+        for index in itertools.product(*ranges):
+            if len(self.problems.found) - before >= _MAX_CASE_PROBLEMS:
+                return
+            mesh = self.scene
+            words: dict[str, list[str]] = {"mesh": [], "scene": []}
+            for axis, i, used in zip(plan.axes, index, matters, strict=True):
+                head = axis.path.split(".")[0]
+                if used and head != "mesh":
+                    words["scene"].append(f"{axis.name}={axis.labels[i]}")
+                    if head in _HERTZ:
+                        words["mesh"].append(words["scene"][-1])
+                if head == "mesh":
+                    mesh = with_entry(mesh, axis.path.split("."), entries[axis.path][i].value)
+            self._check_case(plan.parts(index), mesh, self.node.at_key(), words)
+
+    def _check_case(self, parts: Parts, scene: Node, place: Node, words: Mapping[str, list[str]]) -> None:
+        """Report a case that cannot be built (at `place`) or whose mesh in the tree `scene` does not suit its contact.
+
+        `words` say which case of a product it is, as far as it matters to its mesh or to the whole scene.
+        """
+
+        def case(what: str) -> str:
+            return f" (case {', '.join(words[what])})" if words.get(what) else ""
+
+        try:
+            key, reason = window_problem(build(parts))
+        except BuildError as error:
+            self.problems.add(place, f"{error}{case('scene')}", value="")
+            return
+        if reason:
+            self.problems.add(find(scene, ("mesh", key)), reason + case("mesh"))
+
+
+def _identity(value: Any, parts: Parts) -> str:
+    """What tells the values of one axis apart: a relative quantity counts as the absolute one that it comes to."""
+    if isinstance(value, Quantity) and value.scale:
+        try:
+            scene = build(parts)
+        except BuildError:
+            return repr(value)
+        return repr(Quantity(value.resolve(scene_hertz(scene).radius if value.scale == LENGTH else scene.substrate.E)))
+    return repr(value)
+
+
+def default_label(value: Any, position: int) -> str:
+    """Label of the axis value at `position` that has none of its own: the value itself, or a letter."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Quantity):
+        return str(value)
+    if isinstance(value, int | float):
+        return number_text(value)
+    if value is None:
+        return "rigid"
+    if isinstance(value, tuple) and value and isinstance(value[0], int | float | Quantity):
+        one, other = (default_label(v, 0) for v in value)
+        return one if isinstance(value[0], float) and one == other else f"{one} x {other}"
+    return letters(position)
+
+
+def letters(position: int) -> str:
+    """a, b, ... z, aa, ab, ... for 0, 1, 2, ..."""
+    word = ""
+    position += 1
+    while position:
+        position, digit = divmod(position - 1, 26)
+        word = string.ascii_lowercase[digit] + word
+    return word

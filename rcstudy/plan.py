@@ -1,0 +1,189 @@
+"""What a study comes to before it is run: its grids with all values, shared work, and estimates of cost."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
+from rcstudy.mechanics.scene import Scene
+from rcstudy.result import VARIABLES
+from rcstudy.study import Outputs, Study
+
+# Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025, on
+# the paper's cases (64 x 64 cells, contact 16 to 20 cells wide, kernels compiled).
+REFERENCE_CELLS = 64 * 64
+PRESSURE_SECONDS = 0.010  # one normal problem, influence coefficients included
+TRACTION_SECONDS = 0.006  # one case with creepage: newton, one-way
+FULL_COUPLING_FACTOR = 10.0
+PAPER_CG_FACTOR = 80.0  # it runs to its limit of iterations
+COMPRESSED = 0.10  # of the raw size of a field after gzip level 1
+CASE_BYTES = 1500  # stored for a case besides fields: scalars, label, key, and the index of its chunks
+PROCESS_BYTES = 250e6  # an interpreter with NumPy, Numba and the compiled kernels
+CELL_BYTES = 600  # held by a solver for each cell of the largest mesh
+HELD_CASE_BYTES = 2000  # held for each case by the process that deals out the work
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a study comes to: counts, seconds on one core, bytes of memory and of the cube."""
+
+    cases: int
+    distinct: int
+    normal_problems: int
+    layer_sets: int
+    seconds: float
+    worker_bytes: float
+    parent_bytes: float
+    field_bytes: float
+    file_bytes: float
+
+
+def _work(scene: Scene) -> float:
+    """Cost of `scene` relative to the reference mesh: that of FFTs, cells log(cells)."""
+    cells = scene.mesh.cells[0] * scene.mesh.cells[1]
+    return cells * math.log(cells) / (REFERENCE_CELLS * math.log(REFERENCE_CELLS))
+
+
+def _traction_seconds(scene: Scene) -> float:
+    if scene.creepage is None:
+        return 0.0
+    seconds = TRACTION_SECONDS * (PAPER_CG_FACTOR if scene.method == "paper-cg" else 1.0)
+    return seconds * (FULL_COUPLING_FACTOR if scene.coupling == "full" else 1.0)
+
+
+def _field_bytes(cases: Sequence[Case], outputs: Outputs) -> float:
+    """Raw size of the fields of one grid: every case takes the largest mesh, and tractions if any case has them."""
+    if not outputs.fields:
+        return 0.0
+    tangential = any(case.scene.creepage is not None for case in cases)
+    width = {"f8": 8 if outputs.precision == "float64" else 4, "i1": 1}
+    fields = [v for v in VARIABLES.values() if v.kind == "field" and (tangential or not v.tangential)]
+    cells = math.prod(max(case.scene.mesh.cells[k] for case in cases) for k in (0, 1))
+    return float(len(cases) * cells * sum(width[v.dtype] for v in fields))
+
+
+def _of_grids(expansion: Expansion) -> dict[str, list[Case]]:
+    cases: dict[str, list[Case]] = {grid.name: [] for grid in expansion.grids}
+    for case in expansion.cases:
+        cases[case.grid].append(case)
+    return cases
+
+
+def estimate(study: Study, expansion: Expansion) -> Estimate:
+    """Counts and costs of `study`; `expansion` is its expansion."""
+    groups = list(expansion.groups())
+    seconds = sum(_work(group[0].scene) * PRESSURE_SECONDS for group in groups)
+    seconds += sum(_work(case.scene) * _traction_seconds(case.scene) for case in expansion.cases)
+    largest = max(math.prod(case.scene.mesh.cells) for case in expansion.cases)
+    fields = sum(_field_bytes(cases, study.outputs) for cases in _of_grids(expansion).values())
+    count = len(expansion.cases)
+    return Estimate(
+        cases=count,
+        distinct=len({case.key for case in expansion.cases}),
+        normal_problems=len(groups),
+        layer_sets=len({layer_set(case.scene) for case in expansion.cases}),
+        seconds=seconds,
+        worker_bytes=PROCESS_BYTES + CELL_BYTES * largest,
+        parent_bytes=PROCESS_BYTES + HELD_CASE_BYTES * count,
+        field_bytes=fields,
+        file_bytes=COMPRESSED * fields + CASE_BYTES * count,
+    )
+
+
+def plan_report(study: Study) -> str:
+    """The expanded grids, shared work, and estimated memory, file size and time of `study`, as lines of text."""
+    expansion = expand(study)
+    total = estimate(study, expansion)
+    of_grid = _of_grids(expansion)
+    grids = len(study.grids)
+    lines = [f"study {study.name}: {_count(total.cases, 'case')} in {_count(grids, 'grid')}"]
+    if study.description:
+        lines.append(study.description.strip())
+    for grid in expansion.grids:
+        lines += ["", *_grid_lines(grid, of_grid[grid.name])]
+    stored = f"{study.outputs.precision} fields" if study.outputs.fields else "scalars only"
+    lines += [
+        "",
+        "total",
+        f"  cases            {total.cases}, of which {total.distinct} differ",
+        f"  normal problems  {total.normal_problems}, each solved once",
+        f"  layer sets       {total.layer_sets}, influence coefficients computed once each",
+        f"  memory, about    {_bytes(total.worker_bytes)} a worker, {_bytes(total.parent_bytes)} the main process",
+        f"  cube, about      {_bytes(total.file_bytes)} ({stored}, {_bytes(total.field_bytes)} before compression)",
+        f"  time, about      {_seconds(total.seconds)} of one core, divided among the workers",
+        "",
+        f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction solution"
+        f" at {REFERENCE_CELLS} cells, growing as cells log(cells);",
+        f"full coupling counts {FULL_COUPLING_FACTOR:g} times, paper-cg {PAPER_CG_FACTOR:g} times. Starting up and"
+        " compiling are extra. Files assume fields",
+        f"compressed to {COMPRESSED:.0%}.",
+    ]
+    return "\n".join(lines)
+
+
+def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
+    lines = [f"grid {grid.name}" + (f": {grid.description.strip()}" if grid.description.strip() else "")]
+    width = max(len(axis.name) for axis in grid.axes)
+    for axis in grid.axes:
+        start = f"  {axis.name:{width}}  {axis.size:3d}  "
+        wrapped = textwrap.wrap(_values(axis), 110, initial_indent=start, subsequent_indent=" " * len(start))
+        lines += [line.replace("\xa0", " ") for line in wrapped]
+    scenes = [case.scene for case in cases]
+    meshes = sorted({scene.mesh.cells for scene in scenes})
+    mesh = " and ".join(f"{nx} x {ny}" for nx, ny in meshes[:4]) + (" and others" if len(meshes) > 4 else "")
+    solved = "pressure only" if all(scene.creepage is None for scene in scenes) else "pressure and tractions"
+    normals = len(list(Expansion((), tuple(cases)).groups()))
+    lines.append(
+        f"  {_count(len(cases), 'case')}, {_count(normals, 'normal problem')}, "
+        f"{_count(len({layer_set(s) for s in scenes}), 'layer set')}; {solved}, {mesh} cells"
+    )
+    return lines
+
+
+def _values(axis: Axis, most: int = 12) -> str:
+    """The values of an axis as written and what they come to; spaces within one are no-break spaces."""
+    kept = range(axis.size) if axis.size <= most else (*range(most - 1), axis.size - 1)
+    texts = [_value(axis, i).replace(" ", "\xa0") for i in kept]
+    if axis.size > most:
+        texts.insert(-1, "...")
+    return ", ".join(texts)
+
+
+def _value(axis: Axis, i: int) -> str:
+    label = axis.labels[i]
+    inside = []
+    for name, coord in axis.coords.items():
+        value = coord.values[i]
+        if isinstance(value, str) or name.endswith("_ratio") or (axis.name == "creepage" and value == 0.0):
+            continue
+        unit = {"1": "", "rad mm-1": " rad/mm"}.get(coord.units, f" {coord.units}")
+        if name != axis.name:
+            inside.append(f"{name} {value:.6g}{unit}")
+        elif coord.units == "1" or f"{value:.12g}" == label:  # the label says it all, but for its unit
+            label += unit
+        else:
+            inside.append(f"{value:.6g}{unit}")
+    return f"{label} ({', '.join(inside)})" if inside else label
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}" + ("" if number == 1 else "s")
+
+
+def _bytes(number: float) -> str:
+    for unit in ("B", "kB", "MB", "GB"):
+        if number < 999.5:
+            return f"{number:.3g} {unit}"
+        number /= 1000.0
+    return f"{number:.3g} TB"
+
+
+def _seconds(number: float) -> str:
+    if number < 90.0:
+        return f"{number:.2g} s"
+    if number < 5400.0:
+        return f"{number / 60.0:.2g} min"
+    return f"{number / 3600.0:.3g} h"

@@ -1,0 +1,147 @@
+"""Numbers of a study: plain, or relative such as `0.25 a` and `2 Es`; and what is allowed for each kind.
+
+Each kind is a callable used as a pydantic validator. Its `allowed` says in words what it takes; a value outside
+raises a PydanticCustomError of type "allowed" whose message is those words. bool and text never pass as numbers.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic_core import PydanticCustomError
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_RELATIVE = re.compile(rf"\s*({_NUMBER})?\s*(a|Es)\s*")
+_UNIT = re.compile(rf"\s*{_NUMBER}\s*[^\W\d].*")
+
+LENGTH, MODULUS = "a", "Es"  # names of the two scales
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A length or modulus: `value` in mm or MPa, or, if `scale` is "a" or "Es", in multiples of that scale.
+
+    "a" is the Hertz radius of the uncoated pair (geometric mean of the semi-axes), "Es" the substrate's modulus.
+    """
+
+    value: float
+    scale: str = ""
+
+    def resolve(self, scale: float) -> float:
+        """The value in mm or MPa; `scale` is the size of a (mm) or Es (MPa)."""
+        return self.value * scale if self.scale else self.value
+
+    def __str__(self) -> str:
+        return f"{number_text(self.value)} {self.scale}".rstrip()
+
+
+def number_text(value: float) -> str:
+    """A number as a person writes it: `0.25`, `210000`, `1e-07`."""
+    return format(value, ".12g")
+
+
+def refusal(allowed: str) -> PydanticCustomError:
+    """The error that says what is allowed."""
+    return PydanticCustomError("allowed", "{words}", {"words": allowed})
+
+
+def as_number(value: Any) -> float | None:
+    """`value` as a finite float if it is a number (not bool, not text), else None."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number + 0.0 if math.isfinite(number) else None  # + 0.0: no negative zero
+
+
+def _without_unit(allowed: str, value: Any) -> str:
+    """`allowed`, with a word on units if the value was written with one."""
+    if isinstance(value, str) and _UNIT.fullmatch(value) and not _RELATIVE.fullmatch(value):
+        return f"{allowed}; no unit is written: lengths are mm, forces N, moduli MPa, spin rad/mm"
+    return allowed
+
+
+class Real:
+    """A finite number that passes `test`."""
+
+    def __init__(self, allowed: str, test: Callable[[float], bool]) -> None:
+        self.allowed, self._test = allowed, test
+
+    def __call__(self, value: Any) -> float:
+        number = as_number(value)
+        if number is None or not self._test(number):
+            raise refusal(_without_unit(self.allowed, value))
+        return number
+
+
+class Whole:
+    """A whole number from `low` to `high`."""
+
+    def __init__(self, allowed: str, low: int, high: int) -> None:
+        self.allowed, self._low, self._high = allowed, low, high
+
+    def __call__(self, value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not self._low <= value <= self._high:
+            raise refusal(_without_unit(self.allowed, value))
+        return value
+
+
+class Relative:
+    """A :class:`Quantity` above 0: absolute, or in multiples of `scale` ("a" or "Es")."""
+
+    def __init__(self, allowed: str, scale: str) -> None:
+        self.allowed, self._scale = allowed, scale
+
+    def __call__(self, value: Any) -> Quantity:
+        quantity = None
+        match = _RELATIVE.fullmatch(value) if isinstance(value, str) else None
+        if match and match[2] == self._scale:
+            quantity = Quantity(float(match[1]) if match[1] else 1.0, self._scale)
+        elif (number := as_number(value)) is not None:
+            quantity = Quantity(number)
+        if quantity is None or not 0.0 < quantity.value < math.inf:
+            raise refusal(_without_unit(self.allowed, value))
+        return quantity
+
+
+class Choice:
+    """One of a few words. `known` are words of the design that this version does not take, with the reason."""
+
+    def __init__(self, *words: str, known: dict[str, str] | None = None) -> None:
+        self.words, self._known = words, known or {}
+        self.allowed = words[0] if len(words) == 1 else f"one of {', '.join(words)}"
+
+    def __call__(self, value: Any) -> str:
+        if isinstance(value, str) and value in self.words:
+            return value
+        reason = self._known.get(value, "") if isinstance(value, str) else ""
+        raise refusal(f"{reason}; allowed: {self.allowed}" if reason else self.allowed)
+
+
+class Flag:
+    """true or false."""
+
+    allowed = "true or false"
+
+    def __call__(self, value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise refusal(self.allowed)
+        return value
+
+
+class Words:
+    """Text that passes `test`, of at most `longest` characters."""
+
+    def __init__(self, allowed: str, test: Callable[[str], bool], longest: int) -> None:
+        self.allowed, self._test, self._longest = allowed, test, longest
+
+    def __call__(self, value: Any) -> str:
+        if not isinstance(value, str) or len(value) > self._longest or not self._test(value):
+            raise refusal(self.allowed)
+        return value

@@ -1,0 +1,335 @@
+"""Shape of a study file: pydantic models of every key, with what is allowed for each in words.
+
+`validate` turns a positioned tree into a model and reports each error at its place in the file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import cache
+from typing import Annotated, Any, TypeVar, get_args
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
+
+from rcstudy.quantities import LENGTH, MODULUS, Choice, Flag, Quantity, Real, Relative, Whole, Words, refusal
+from rcstudy.result import VARIABLES
+from rcstudy.yamltree import Node, Problems, child_path, find, plain, suggest
+
+MAX_LAYERS = 50
+MAX_CELLS = 4096
+MAX_TEXT = 20_000
+
+# what the cube stores beside a grid's own results; a group or label of that name would hide it
+RESERVED_NAMES = frozenset(VARIABLES) | {
+    *("grid", "entry", "label", "case", "case_key", "x", "y", "layer", "friction", "load", "hertz_radius"),
+    *("hertz_pressure", "longitudinal", "lateral", "spin", "layer_modulus", "layer_nu", "layer_thickness"),
+}
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+_FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*", re.ASCII)
+
+
+def _storable(text: str) -> bool:
+    """True if `text` has no control characters (tab and line ends apart) and can be encoded."""
+    return not any((ord(c) < 32 and c not in "\t\n\r") or 0xD800 <= ord(c) <= 0xDFFF or c == "\x7f" for c in text)
+
+
+class _Pair:
+    """Two values along x and y; a single one stands for both if `single`."""
+
+    def __init__(self, allowed: str, single: bool = False) -> None:
+        self.allowed, self._single = allowed, single
+
+    def __call__(self, value: Any) -> Any:
+        if isinstance(value, list) and len(value) == 2:
+            return value
+        if self._single and not isinstance(value, list | dict):
+            return [value, value]
+        raise refusal(self.allowed)
+
+
+class _WordOr:
+    """`word`, which stands for None, or what the model takes."""
+
+    def __init__(self, word: str, allowed: str) -> None:
+        self.allowed, self._word = allowed, word
+
+    def __call__(self, value: Any) -> Any:
+        if value == self._word and isinstance(value, str):
+            return None
+        if not isinstance(value, dict):
+            raise refusal(self.allowed)
+        return value
+
+
+class _Several:
+    """A list of at most `most` entries."""
+
+    def __init__(self, allowed: str, most: int) -> None:
+        self.allowed, self._most = allowed, most
+
+    def __call__(self, value: Any) -> Any:
+        if not isinstance(value, list) or len(value) > self._most:
+            raise refusal(self.allowed)
+        return value
+
+
+class _Container:
+    """A mapping or a list that is validated later, entry by entry; not empty unless `empty`."""
+
+    def __init__(self, kind: type, allowed: str, empty: bool = False) -> None:
+        self.allowed, self._kind, self._empty = allowed, kind, empty
+
+    def __call__(self, value: Any) -> Any:
+        if not isinstance(value, self._kind) or not (self._empty or value):
+            raise refusal(self.allowed)
+        return value
+
+
+def _positive(value: float) -> bool:
+    return value > 0.0
+
+
+Modulus = Annotated[
+    Quantity, PlainValidator(Relative("a number above 0, in MPa, or of the substrate's such as '2 Es'", MODULUS))
+]
+Length = Annotated[
+    Quantity, PlainValidator(Relative("a number above 0, in mm, or of the Hertz radius such as '0.25 a'", LENGTH))
+]
+AbsoluteModulus = Annotated[
+    float, PlainValidator(Real("a number above 0, in MPa ('Es' is this very modulus)", _positive))
+]
+PoissonRatio = Annotated[float, PlainValidator(Real("a number from 0 to 0.5", lambda v: 0.0 <= v <= 0.5))]
+Radius = Annotated[float, PlainValidator(Real("a number above 0, in mm ('a' follows from it)", _positive))]
+Cells = Annotated[int, PlainValidator(Whole(f"a whole number from 4 to {MAX_CELLS}", 4, MAX_CELLS))]
+Slide = Annotated[
+    float, PlainValidator(Real("a number from -1 to 1 (a plain ratio, not per cent)", lambda v: abs(v) <= 1.0))
+]
+Spin = Annotated[float, PlainValidator(Real("a number from -1000 to 1000, in rad/mm", lambda v: abs(v) <= 1000.0))]
+Fraction = Annotated[float, PlainValidator(Real("a number above 0 and below 1", lambda v: 0.0 < v < 1.0))]
+Text = Annotated[str, PlainValidator(Words("text without control characters", _storable, MAX_TEXT))]
+LayerCount = Annotated[int, PlainValidator(Whole(f"a whole number from 0 to {MAX_LAYERS}", 0, MAX_LAYERS))]
+
+
+class Spec(BaseModel):
+    """Base of all models: unknown keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SubstrateSpec(Spec):
+    """Material of the substrate."""
+
+    E: AbsoluteModulus
+    nu: PoissonRatio
+
+
+class MaterialSpec(Spec):
+    """Material whose modulus may be relative to the substrate's."""
+
+    E: Modulus
+    nu: PoissonRatio
+
+
+class LayerSpec(MaterialSpec):
+    """One bonded layer."""
+
+    thickness: Length
+
+
+class CreepageSpec(Spec):
+    """Creepages (-) and spin (rad/mm)."""
+
+    longitudinal: Slide = 0.0
+    lateral: Slide = 0.0
+    spin: Spin = 0.0
+
+
+class MeshSpec(Spec):
+    """Window and cells."""
+
+    size: Annotated[tuple[Length, Length], BeforeValidator(_Pair("two lengths [x, y], in mm or such as '8 a'"))]
+    cells: Annotated[tuple[Cells, Cells], BeforeValidator(_Pair(f"two whole numbers [x, y] from 4 to {MAX_CELLS}"))]
+
+
+class ToleranceSpec(Spec):
+    """Stopping tolerances."""
+
+    normal: Fraction = 1e-5
+    tangential: Fraction = 1e-7
+
+
+class SceneSpec(Spec):
+    """One rolling contact as written in a study; defaults are those of rcstudy.mechanics.scene.Scene."""
+
+    substrate: SubstrateSpec
+    layers: Annotated[
+        tuple[LayerSpec, ...],
+        BeforeValidator(
+            _Several(f"a list of at most {MAX_LAYERS} layers {{E, nu, thickness}}, [] for none", MAX_LAYERS)
+        ),
+    ] = ()
+    counterbody: Annotated[MaterialSpec | None, BeforeValidator(_WordOr("rigid", "rigid or {E, nu}"))] = None
+    radius: Annotated[
+        tuple[Radius, Radius], BeforeValidator(_Pair("a number above 0, in mm, or two [Rx, Ry]", single=True))
+    ]
+    load: Annotated[float, PlainValidator(Real("a number above 0, in N", _positive))]
+    friction: Annotated[float, PlainValidator(Real("a number above 0", _positive))] = 1.0
+    creepage: Annotated[
+        CreepageSpec | None, BeforeValidator(_WordOr("none", "none or {longitudinal, lateral, spin}"))
+    ] = None
+    mesh: MeshSpec
+    coupling: Annotated[str, PlainValidator(Choice("one-way", "full"))] = "one-way"
+    method: Annotated[str, PlainValidator(Choice("newton", "paper-cg"))] = "newton"
+    discretisation: Annotated[
+        str, PlainValidator(Choice("kalker", known={"aligned": "not offered by this version"}))
+    ] = "kalker"
+    spin_point: Annotated[
+        float, PlainValidator(Real("a number from -0.5 to 0.5, in cells", lambda v: abs(v) <= 0.5))
+    ] = 0.0
+    tolerance: ToleranceSpec = ToleranceSpec()
+
+
+class CoatingSpec(Spec):
+    """Coating builder: `layer_count` layers of `thickness` each, stepping to or from the substrate by one factor.
+
+    With m = modulus/Es the layer next to the substrate has E = m Es, the one above it m^2 Es, and so on.
+    `layer_nu` is the substrate's unless given.
+    """
+
+    layer_count: LayerCount = 1
+    thickness: Length
+    modulus: Modulus
+    layer_nu: PoissonRatio | None = None
+
+
+class OutputsSpec(Spec):
+    """What the cube holds: fields or scalars only, and in which precision fields are stored."""
+
+    fields: Annotated[bool, PlainValidator(Flag())] = True
+    precision: Annotated[str, PlainValidator(Choice("float64", "float32"))] = "float64"
+
+
+class GridSpec(Spec):
+    """A named grid: a product of `axes` or a list of `cases`."""
+
+    description: Text = ""
+    scene: Annotated[dict[str, Any], PlainValidator(_Container(dict, "a mapping of scene keys", empty=True))] = {}
+    coating: Annotated[
+        dict[str, Any] | None,
+        PlainValidator(_Container(dict, "a mapping of layer_count, thickness, modulus, layer_nu")),
+    ] = None
+    axes: Annotated[
+        dict[str, Any] | None, PlainValidator(_Container(dict, "a mapping of at least one axis to its values"))
+    ] = None
+    cases: Annotated[list[Any] | None, PlainValidator(_Container(list, "a list of at least one case"))] = None
+
+
+class StudySpec(Spec):
+    """The whole file."""
+
+    study: Annotated[
+        str,
+        PlainValidator(
+            Words("a name of letters, digits, '_', '-' and '.'", lambda v: bool(_FILE_NAME.fullmatch(v)), 100)
+        ),
+    ]
+    description: Text = ""
+    scene: Annotated[dict[str, Any], PlainValidator(_Container(dict, "a mapping of scene keys"))]
+    outputs: OutputsSpec = OutputsSpec()
+    grids: Annotated[dict[str, Any], PlainValidator(_Container(dict, "a mapping of at least one named grid"))]
+
+
+Model = TypeVar("Model", bound=Spec)
+
+
+def grid_name_problem(name: str) -> str:
+    """What is wrong with `name` as the name of a grid; "" if nothing."""
+    if not _IDENTIFIER.fullmatch(name) or len(name) > 64:
+        return "a grid's name is at most 64 letters, digits and '_', the first a letter"
+    if name in RESERVED_NAMES:
+        return "a grid's name that the cube does not use itself"
+    return ""
+
+
+def label_problem(label: str) -> str:
+    """What is wrong with `label` as the label of a case or axis value; "" if nothing."""
+    if not label.isprintable() or not label.strip() or len(label) > 100:
+        return "a label of 1 to 100 printable characters"
+    return ""
+
+
+@cache
+def keys_of(model: type[Spec]) -> tuple[str, ...]:
+    """The keys that `model` takes."""
+    return tuple(model.model_fields)
+
+
+@cache
+def allowed_at(model: type[Spec], key: str) -> str:
+    """What is allowed for `key` of `model`, in words."""
+    info = model.model_fields[key]
+    for mark in info.metadata:
+        words = getattr(getattr(mark, "func", None), "allowed", "")
+        if words:
+            return str(words)
+    for argument in (info.annotation, *get_args(info.annotation)):
+        for mark in getattr(argument, "__metadata__", ()):
+            if hasattr(mark, "func"):
+                return str(mark.func.allowed)
+    inner = submodel(model, key)
+    return f"a mapping with keys {', '.join(keys_of(inner))}" if inner else "a value"
+
+
+@cache
+def submodel(model: type[Spec], key: str) -> type[Spec] | None:
+    """The model of the value (or of the entries of the list) at `key` of `model`; None if it has none."""
+    queue: list[Any] = [model.model_fields[key].annotation]
+    while queue:
+        kind = queue.pop()
+        if isinstance(kind, type) and issubclass(kind, Spec):
+            return kind
+        queue.extend(get_args(kind))
+    return None
+
+
+def _model_at(model: type[Spec], location: Sequence[str | int]) -> tuple[type[Spec], str]:
+    """The model that holds the last key of `location`, and that key."""
+    key = ""
+    for token in location:
+        if isinstance(token, str):
+            if key:
+                model = submodel(model, key) or model
+            key = token
+    return model, key
+
+
+def validate(model: type[Model], node: Node, problems: Problems, *, partial: bool = False) -> Model | None:
+    """`node` as `model`; None, with every error in `problems`, if it is not. `partial`: missing keys are no error."""
+    if not node.is_mapping:
+        problems.add(node, f"a mapping with keys {', '.join(keys_of(model))}")
+        return None
+    try:
+        return model.model_validate(plain(node))
+    except ValidationError as error:
+        found = error.errors(include_url=False, include_input=False)
+    for one in found:
+        location = one["loc"]
+        at = find(node, location)
+        if one["type"] == "missing":
+            if not partial:
+                owner, key = _model_at(model, location)
+                problems.add(at.at_key(), allowed_at(owner, key), key=child_path(at.path, key), value="missing")
+        elif one["type"] == "extra_forbidden":
+            owner, _ = _model_at(model, location)
+            problems.add(at.at_key(), suggest(str(location[-1]), keys_of(owner)), value="unknown key")
+        elif one["type"] == "allowed":
+            problems.add(at, one["msg"])
+        else:
+            owner, key = _model_at(model, location)
+            words = allowed_at(owner, key)
+            if location and isinstance(location[-1], int) and (inner := submodel(owner, key)):
+                words = f"a mapping with keys {', '.join(keys_of(inner))}"
+            problems.add(at, words)
+    return None

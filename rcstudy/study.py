@@ -1,0 +1,116 @@
+"""Study file -> validated Study: every error found before anything is computed, each with file, line and column.
+
+A study is a shared scene and named grids; a grid overrides the shared scene key by key and is either the product of its
+axes or a list of labelled cases. Lengths and moduli may be relative (`0.25 a`, `2 Es`); they are resolved per case.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rcstudy.build import BuildError, build, parts_of, window_problem
+from rcstudy.errors import UserError
+from rcstudy.grids import GridPlan, GridReader
+from rcstudy.mechanics.scene import Scene
+from rcstudy.spec import SceneSpec, StudySpec, grid_name_problem, validate
+from rcstudy.yamltree import Node, Problems, find, from_python, parse, read_text
+
+MAX_CASES = 2_000_000  # of one study
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What the cube holds: `fields` or scalars only; `precision` of stored fields, "float64" or "float32"."""
+
+    fields: bool = True
+    precision: str = "float64"
+
+
+@dataclass(frozen=True)
+class Study:
+    """A validated study; `text` is the file as read, `sha256` the hash of its UTF-8 bytes (hex)."""
+
+    name: str
+    description: str
+    text: str
+    path: Path
+    sha256: str
+    outputs: Outputs
+    grids: tuple[GridPlan, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of cases of all grids."""
+        return sum(grid.size for grid in self.grids)
+
+
+def load_study(path: str | Path) -> Study:
+    """Read and validate the study file `path`.
+
+    UserError lists everything found wrong, one line each: `file:line:column: key: value: what is allowed`.
+    """
+    text = read_text(path)
+    problems = Problems(str(path))
+    root = parse(text, problems)
+    spec = validate(StudySpec, root, problems)
+    grids: list[GridPlan] = []
+    if root.is_mapping:
+        shared = root.value.get("scene", Node({}, "scene", "", root.line, root.column))
+        if shared.is_mapping:
+            validate(SceneSpec, shared, problems, partial=True)
+            listed = root.value.get("grids")
+            grids = _read_grids(listed, shared, problems) if listed is not None and listed.is_mapping else []
+    problems.check()
+    if spec is None:
+        raise AssertionError("unreachable: a study without model has problems")
+    return Study(
+        name=spec.study,
+        description=spec.description,
+        text=text,
+        path=Path(path),
+        sha256=hashlib.sha256(text.encode()).hexdigest(),
+        outputs=Outputs(spec.outputs.fields, spec.outputs.precision),
+        grids=tuple(grids),
+    )
+
+
+def scene_from_mapping(mapping: Mapping[str, Any]) -> Scene:
+    """The scene of a mapping with the keys of a study's `scene:`; UserError, with key paths, if it is none."""
+    problems = Problems()
+    if not isinstance(mapping, Mapping):
+        raise UserError(f"a scene is a mapping, not {type(mapping).__name__}")
+    node = from_python(mapping)
+    spec = validate(SceneSpec, node, problems)
+    problems.check()
+    if spec is None:
+        raise AssertionError("unreachable: a scene without model has problems")
+    try:
+        scene = build(parts_of(spec, None))
+    except BuildError as error:
+        raise UserError(str(error)) from error
+    key, reason = window_problem(scene)
+    if reason:
+        problems.add(find(node, ("mesh", key)), reason)
+    problems.check()
+    return scene
+
+
+def _read_grids(listed: Node, shared: Node, problems: Problems) -> list[GridPlan]:
+    grids = []
+    cases = 0
+    for name, node in listed.value.items():
+        if reason := grid_name_problem(name):
+            problems.add(node.at_key(), reason, value="name of a grid")
+        reader = GridReader(name, node, shared, problems)
+        cases += reader.count()
+        if cases > MAX_CASES:
+            problems.add(node.at_key(), f"at most {MAX_CASES} cases in a study", value=f"{cases} cases so far")
+            break
+        grid = reader.read()
+        if grid is not None:
+            grids.append(grid)
+    return grids

@@ -1,0 +1,308 @@
+"""From a study to cases: coordinates, hashes, order; and the plan."""
+
+import dataclasses
+import itertools
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rcstudy import cases as cases_module
+from rcstudy.cases import case_key, expand, layer_set, normal_key, scene_record
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.plan import CASE_BYTES, COMPRESSED, PAPER_CG_FACTOR, estimate, plan_report
+from rcstudy.study import load_study, scene_from_mapping
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+
+BASE = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 100
+  mesh: {size: [2, 2], cells: [32, 32]}
+grids:
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Loads grids under the shared scene above."""
+
+    def load(text):
+        path = tmp_path / "s.yaml"
+        path.write_text(BASE + text, encoding="utf-8")
+        return load_study(path)
+
+    return load
+
+
+@pytest.fixture
+def coords(study):
+    """Coordinates of the first axis of a one-grid study: name -> (values, units)."""
+
+    def of_axis(text, axis=0):
+        (grid,) = expand(study(f"  g: {{{text}}}\n")).grids
+        found = grid.axes[axis].coords
+        assert next(iter(found)) == grid.axes[axis].name
+        assert all(len(coord.values) == grid.axes[axis].size and coord.long_name for coord in found.values())
+        return {name: (list(coord.values), coord.units) for name, coord in found.items()}
+
+    return of_axis
+
+
+A = (0.75 * 100 * 50 * (1 - 0.3**2) / 210000) ** (1 / 3)  # Hertz radius of the shared scene
+
+
+# coordinates
+
+
+def test_lengths_and_moduli_have_absolute_and_relative_coordinates(coords):
+    text = "axes: {thickness: [0.25 a, 0.1], modulus: [0.5 Es, 420000]}"
+    assert coords(text) == {
+        "thickness": ([0.25 * A, 0.1], "mm"),
+        "thickness_ratio": ([0.25, 0.1 / A], "1"),
+    }
+    assert coords(text, 1) == {"modulus": ([105000.0, 420000.0], "MPa"), "modulus_ratio": ([0.5, 2.0], "1")}
+
+
+def test_relative_axis_is_its_own_coordinate_where_the_scale_varies(coords):
+    text = "axes: {thickness: [0.5 a, 1 a], modulus: [2 Es], load: [100, 50], substrate.E: [1.0e5, 2.0e5]}"
+    assert coords(text) == {"thickness": ([0.5, 1.0], "1")}
+    assert coords(text, 1) == {"modulus": ([2.0], "1")}
+    assert coords(text, 2) == {"load": ([100.0, 50.0], "N")}
+    assert coords(text, 3) == {"E": ([1e5, 2e5], "MPa")}
+    text = "axes: {thickness: [0.5, 1], load: [100, 50], modulus: [1 Es]}"
+    assert coords(text) == {"thickness": ([0.5, 1.0], "mm")}
+    text = "axes: {thickness: [0.5 a, 1], load: [100, 50], modulus: [1 Es]}"
+    assert coords(text) == {"thickness": (["0.5 a", "1 mm"], "1")}
+
+
+def test_creepage_has_a_coordinate_for_each_component(coords):
+    assert coords("axes: {creepage: [{label: p, longitudinal: 0.1}, {lateral: 0.2, spin: 0.3}]}") == {
+        "creepage": (["p", "b"], "1"),
+        "longitudinal": ([0.1, 0.0], "1"),
+        "lateral": ([0.0, 0.2], "1"),
+        "spin": ([0.0, 0.3], "rad mm-1"),
+    }
+
+
+def test_pairs_are_labelled_with_a_coordinate_each_way(coords):
+    assert coords("axes: {mesh.cells: [[8, 16], [4, 4]]}") == {
+        "cells": (["8 x 16", "4 x 4"], "1"),
+        "cells_x": ([8, 4], "1"),
+        "cells_y": ([16, 4], "1"),
+    }
+    assert coords('axes: {mesh.size: [[2, 3], ["4 a", 2]]}') == {
+        "size": (["2 x 3", "4 a x 2"], "1"),
+        "size_x": ([2.0, 4 * A], "mm"),
+        "size_x_ratio": ([2.0 / A, 4.0], "1"),
+        "size_y": ([3.0, 2.0], "mm"),
+        "size_y_ratio": ([3.0 / A, 2.0 / A], "1"),
+    }
+    assert coords("axes: {radius: [50, 60]}") == {"radius": ([50.0, 60.0], "mm")}
+    assert coords("axes: {radius: [50, [50, 60]]}") == {
+        "radius": (["50", "50 x 60"], "1"),
+        "radius_x": ([50.0, 50.0], "mm"),
+        "radius_y": ([50.0, 60.0], "mm"),
+    }
+
+
+def test_words_and_mappings(coords):
+    assert coords("axes: {method: [newton, paper-cg]}") == {"method": (["newton", "paper-cg"], "1")}
+    found = coords("axes: {counterbody: [rigid, {label: steel, E: 1 Es, nu: 0.3}]}")
+    assert found.pop("counterbody") == (["rigid", "steel"], "1")
+    for name, value in (("counterbody_E", 210000.0), ("counterbody_E_ratio", 1.0), ("counterbody_nu", 0.3)):
+        (rigid, steel), _ = found.pop(name)
+        assert math.isnan(rigid)
+        assert steel == value
+    assert found == {}
+    assert coords("axes: {layers: [[], {label: one, layers: [{E: 1 Es, nu: 0.3, thickness: 1}]}]}") == {
+        "layers": (["a", "one"], "1")
+    }
+    assert coords("cases: [{label: x}, {label: 0.50}]") == {"case": (["x", "0.50"], "1")}
+    assert coords("coating: {thickness: 1, modulus: 1}, axes: {layer_count: [0, 2]}") == {"layer_count": ([0, 2], "1")}
+
+
+def test_grids_keep_order_shape_and_labels(study):
+    expansion = expand(
+        study("  h: {axes: {load: [1, 2, 3], friction: [1, 2]}}\n  g: {description: d, cases: [{label: x}]}\n")
+    )
+    assert [(g.name, g.description, g.shape) for g in expansion.grids] == [("h", "", (3, 2)), ("g", "d", (1,))]
+    assert expansion.grids[0].axes[1].labels == ("1", "2")
+
+
+# cases
+
+
+def test_every_index_has_its_scene(study):
+    plan = study("  g: {axes: {load: [100, 150], friction: [0.1, 0.2, 0.3], creepage.spin: [0, 0.01]}}\n")
+    expansion = expand(plan)
+    found = {case.index: case.scene for case in expansion.cases}
+    assert len(expansion.cases) == len(found) == 12
+    for (i, load), (j, friction), (k, spin) in itertools.product(
+        enumerate((100, 150)), enumerate((0.1, 0.2, 0.3)), enumerate((0, 0.01))
+    ):
+        scene = found[i, j, k]
+        assert (scene.load, scene.friction, scene.creepage) == (load, friction, Creepage(spin=spin))
+
+
+def test_cases_of_one_normal_problem_are_adjacent_across_grids():
+    expansion = expand(load_study(CONFIGS / "paper.yaml"))
+    for of in (normal_key, layer_set):
+        runs = [key for key, _ in itertools.groupby(of(case.scene) for case in expansion.cases)]
+        assert len(runs) == len(set(runs)) == 13
+    groups = list(expansion.groups())
+    assert [case for group in groups for case in group] == list(expansion.cases)
+    assert len(groups) == 13
+    assert {case.grid for case in groups[0]} == {"figure_3_bare", "figure_4"}
+    sizes = {len({normal_key(case.scene) for case in group}) for group in groups}
+    assert sizes == {1}
+
+
+SCENE = Scene(
+    substrate=Material(210000.0, 0.3),
+    radius=(50.0, 60.0),
+    load=100.0,
+    mesh=Mesh((2.0, 3.0), (8, 16)),
+    creepage=Creepage(0.001, 0.002, 0.003),
+)
+
+CHANGES = {
+    "substrate": Material(210000.0, 0.31),
+    "radius": (50.0, 61.0),
+    "load": np.nextafter(100.0, 101.0),
+    "mesh": Mesh((2.0, 3.0), (8, 17)),
+    "layers": (Layer(1.0, 0.0, 1.0),),
+    "counterbody": Material(1.0, 0.0),
+    "friction": 0.9,
+    "creepage": None,
+    "coupling": "full",
+    "method": "paper-cg",
+    "discretisation": "aligned",
+    "spin_point": 0.25,
+    "tolerance": Tolerance(1e-5, 2e-7),
+}
+FELT_BY_TRACTIONS_ONLY = {"friction", "creepage", "method", "spin_point", "tolerance"}
+
+
+def test_changes_cover_every_field_of_a_scene():
+    assert set(CHANGES) == {field.name for field in dataclasses.fields(Scene)}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_keys_follow_the_scene(name):
+    changed = dataclasses.replace(SCENE, **{name: CHANGES[name]})
+    assert case_key(changed) != case_key(SCENE)
+    assert (normal_key(changed) == normal_key(SCENE)) == (name in FELT_BY_TRACTIONS_ONLY)
+    assert (cases_module.normal_problem(changed) == cases_module.normal_problem(SCENE)) == (
+        name in FELT_BY_TRACTIONS_ONLY
+    )
+
+
+@pytest.mark.parametrize("name", FELT_BY_TRACTIONS_ONLY)
+def test_full_coupling_makes_every_setting_part_of_the_normal_problem(name):
+    full = dataclasses.replace(SCENE, coupling="full")
+    changed = dataclasses.replace(full, **{name: CHANGES[name]})
+    assert normal_key(changed) != normal_key(full)
+    assert cases_module.normal_problem(changed) != cases_module.normal_problem(full)
+
+
+def test_normal_tolerance_is_part_of_the_normal_problem():
+    finer = dataclasses.replace(SCENE, tolerance=Tolerance(1e-6, 1e-7))
+    assert normal_key(finer) != normal_key(SCENE)
+    assert cases_module.normal_problem(finer) != cases_module.normal_problem(SCENE)
+
+
+def test_key_follows_solver_and_schema_versions(monkeypatch):
+    key = case_key(SCENE)
+    monkeypatch.setattr(cases_module, "SOLVER_VERSION", cases_module.SOLVER_VERSION + "x")
+    changed = case_key(SCENE)
+    monkeypatch.setattr(cases_module, "CASE_SCHEMA", cases_module.CASE_SCHEMA + 1)
+    assert len({key, changed, case_key(SCENE)}) == 3
+
+
+def test_key_does_not_depend_on_how_a_number_is_written(study):
+    one, other = (
+        expand(study(f"  g: {{axes: {{load: [{text}], creepage.spin: [{zero}]}}}}\n")).cases[0]
+        for text, zero in (("100", "0"), ("1.0e2", "-0.0"))
+    )
+    assert one.key == other.key
+    assert len(one.key) == 64
+    assert set(one.key) <= set("0123456789abcdef")
+
+
+def test_record_of_a_scene_gives_the_scene_back():
+    for case in expand(load_study(CONFIGS / "small.yaml")).cases:
+        record = json.loads(json.dumps(scene_record(case.scene)))
+        assert scene_from_mapping(record) == case.scene
+    bare = dataclasses.replace(SCENE, counterbody=Material(1e5, 0.2), creepage=None)
+    assert scene_from_mapping(scene_record(bare)) == bare
+
+
+# plan
+
+
+def test_plan_counts_and_names(study):
+    plan = study(
+        "  g: {description: words, axes: {load: [100, 150], friction: [0.1, 0.2, 0.3], creepage.spin: [0.01]}}\n"
+        "  h: {cases: [{label: x}]}\n"
+    )
+    report = plan_report(plan)
+    for words in (
+        "7 cases in 2 grids",
+        "grid g: words",
+        "6 cases, 2 normal problems, 1 layer set",
+        "100 N, 150 N",
+        "1  0.01 rad/mm",
+    ):
+        assert words in report
+    assert "pressure only, 32 x 32 cells" in report
+    total = estimate(plan, expand(plan))
+    assert (total.cases, total.distinct, total.normal_problems, total.layer_sets) == (7, 7, 2, 1)
+
+
+def test_plan_of_the_paper_lists_every_grid_and_value():
+    study = load_study(CONFIGS / "paper.yaml")
+    report = plan_report(study)
+    assert all(f"grid {grid.name}: {grid.description}" in report for grid in study.grids)
+    assert "0.25 a (0.0633225 mm), 0.5 a (0.126645 mm), 1 a (0.25329 mm)" in report
+    assert "c (longitudinal 0.002, spin 0.005 rad/mm)" in report
+    assert max(map(len, report.splitlines())) <= 130
+
+
+def test_estimated_size_is_that_of_the_fields(study):
+    def bytes_of(outputs):
+        plan = study("  g: {axes: {friction: [1, 2], creepage.spin: [0.01]}}\n  h: {axes: {friction: [1]}}\n" + outputs)
+        total = estimate(plan, expand(plan))
+        assert total.file_bytes == pytest.approx(COMPRESSED * total.field_bytes + 3 * CASE_BYTES)
+        return total.field_bytes
+
+    cells = 32 * 32
+    assert bytes_of("") == 2 * cells * (5 * 8 + 1) + cells * 8
+    assert bytes_of("outputs: {precision: float32}\n") == 2 * cells * (5 * 4 + 1) + cells * 4
+    assert bytes_of("outputs: {fields: false}\n") == 0
+
+
+def test_estimated_time_grows_with_cells_and_method(study):
+    def seconds(scene):
+        plan = study(f"  g: {{scene: {{{scene}}}, axes: {{friction: [1]}}}}\n")
+        return estimate(plan, expand(plan)).seconds
+
+    pressure = seconds("")
+    newton = seconds("creepage: {spin: 0.1}")
+    assert 0 < pressure < newton
+    assert seconds("creepage: {spin: 0.1}, method: paper-cg") - pressure == pytest.approx(
+        PAPER_CG_FACTOR * (newton - pressure)
+    )
+    cells = 32 * 32
+    growth = 4 * math.log(4 * cells) / math.log(cells)
+    assert seconds("mesh: {cells: [64, 64]}") == pytest.approx(growth * pressure)
+
+
+def test_long_axes_are_shortened(study):
+    report = plan_report(study(f"  g: {{axes: {{friction: {list(range(1, 101))}}}}}\n"))
+    assert "1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, ..., 100" in report

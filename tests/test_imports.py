@@ -1,0 +1,117 @@
+"""Data flows one way: every module imports only from modules below it."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / "rcstudy"
+
+# From the bottom up: a module may import only from entries above its own in this list (and, inside a package, from its
+# sister modules). A new module gets its place here.
+ORDER = [
+    "rcstudy.errors",
+    "rcstudy.threads",
+    "rcstudy.result",
+    "rcstudy.mechanics",
+    "rcstudy.yamltree",
+    "rcstudy.quantities",
+    "rcstudy.spec",
+    "rcstudy.build",
+    "rcstudy.grids",
+    "rcstudy.study",
+    "rcstudy.cases",
+    "rcstudy.plan",
+    "rcstudy.solve",
+    "rcstudy.layout",
+    "rcstudy.publish",
+    "rcstudy.provenance",
+    "rcstudy.progress",
+    "rcstudy.cube_writer",
+    "rcstudy.cube",
+    "rcstudy.pool",
+    "rcstudy.sweep",
+    "rcstudy.structure",
+    "rcstudy.tolerances",
+    "rcstudy.compare",
+    "rcstudy.show",
+    "rcstudy.report",
+    "rcstudy.figures",
+    "rcstudy.tables",
+    "rcstudy",
+    "rcstudy.cli",
+    "rcstudy.__main__",
+]
+PACKAGES = ("rcstudy.mechanics", "rcstudy.report")
+
+
+def modules():
+    return sorted(PACKAGE.rglob("*.py"))
+
+
+def name_of(path):
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(path):
+    """Every module of this package that the file imports, wherever in it: at the top, in functions, for type checks."""
+    known = {name_of(p) for p in modules()}
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "rcstudy")
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path.name}:{node.lineno}: relative import"
+            if node.module and node.module.split(".")[0] == "rcstudy":
+                for alias in node.names:
+                    inner = f"{node.module}.{alias.name}"
+                    yield inner if inner in known else node.module
+
+
+def entry_of(name):
+    """The entry of ORDER that `name` belongs to."""
+    return next((package for package in PACKAGES if name == package or name.startswith(f"{package}.")), name)
+
+
+def wrong_imports(path):
+    """Imports of the file that do not come from below."""
+    own = entry_of(name_of(path))
+    for imported in imports(path):
+        entry = entry_of(imported)
+        if entry not in ORDER or own not in ORDER or (entry != own and ORDER.index(entry) > ORDER.index(own)):
+            yield imported
+
+
+@pytest.mark.parametrize("path", modules(), ids=name_of)
+def test_imports_come_from_below(path):
+    assert entry_of(name_of(path)) in ORDER, "a new module: give it a place in ORDER"
+    assert list(wrong_imports(path)) == []
+
+
+def test_mechanics_knows_nothing_of_files_studies_or_plots():
+    allowed = {"rcstudy.mechanics", "rcstudy.result"}
+    for path in (PACKAGE / "mechanics").rglob("*.py"):
+        assert {entry_of(name) for name in imports(path)} <= allowed, path.name
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    edges = {name_of(path): set(imports(path)) - {name_of(path)} for path in modules()}
+    # take away modules that import nothing that is left, until none is left
+    while edges:
+        free = {name for name, targets in edges.items() if not targets & edges.keys()}
+        assert free, f"a circle among {sorted(edges)}"
+        edges = {name: targets for name, targets in edges.items() if name not in free}
+
+
+def test_order_has_no_module_that_is_gone():
+    assert set(ORDER) - {entry_of(name_of(path)) for path in modules()} == set()
+
+
+def test_imports_are_seen_wherever_they_stand(tmp_path, monkeypatch):
+    monkeypatch.setitem(globals(), "PACKAGE", tmp_path / "rcstudy")
+    (tmp_path / "rcstudy" / "mechanics").mkdir(parents=True)
+    (tmp_path / "rcstudy" / "cli.py").touch()
+    bad = tmp_path / "rcstudy" / "mechanics" / "bad.py"
+    bad.write_text("from rcstudy import cli\nimport os\n\ndef f():\n    from rcstudy.study import Study\n")
+    assert list(imports(bad)) == ["rcstudy.cli", "rcstudy.study"]
+    assert list(wrong_imports(bad)) == ["rcstudy.cli", "rcstudy.study"]

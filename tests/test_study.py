@@ -1,0 +1,526 @@
+"""Reading a study: what is taken, and how everything else is refused, with its place in the file."""
+
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from rcstudy import yamltree
+from rcstudy.cases import expand
+from rcstudy.errors import UserError
+from rcstudy.mechanics.exact import hertz
+from rcstudy.mechanics.scene import Creepage, Layer, Material
+from rcstudy.study import MAX_CASES, Study, load_study, scene_from_mapping
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+
+BASE = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 100
+  mesh: {size: [2, 2], cells: [32, 32]}
+grids:
+"""
+
+SCENE = {
+    "substrate": {"E": 210000, "nu": 0.3},
+    "radius": 50,
+    "load": 100,
+    "mesh": {"size": [2, 2], "cells": [32, 32]},
+}
+
+
+@pytest.fixture
+def load(tmp_path):
+    """Loads a text (str or bytes) as a study file."""
+
+    def load_text(text):
+        path = tmp_path / "s.yaml"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return load_study(path)
+
+    return load_text
+
+
+@pytest.fixture
+def refused(load, tmp_path):
+    """Lines of the refusal of a text, without the folder."""
+
+    def lines(text):
+        with pytest.raises(UserError) as error:
+            load(text)
+        return str(error.value).replace(f"{tmp_path}{os.sep}", "").splitlines()
+
+    return lines
+
+
+def scenes(study, grid=0):
+    plan = study.grids[grid]
+    return [plan.scene(index) for index in plan.indices()]
+
+
+# what is taken
+
+
+def test_paper_study_states_every_case_of_figures_3_to_10():
+    study = load_study(CONFIGS / "paper.yaml")
+    shapes = {grid.name: grid.shape for grid in study.grids}
+    maps = {f"figure_{k}": (2, 6) for k in (7, 8, 9, 10)}
+    assert shapes == {
+        "figure_3_bare": (1,),
+        "figure_3": (2, 3, 2),
+        "figure_4": (4,),
+        "figure_5": (3, 2, 5),
+        "figure_6": (3, 2, 5),
+        **maps,
+    }
+    assert study.size == 125
+    by_name = {grid.name: grid for grid in study.grids}
+    a = hertz(by_name["figure_3_bare"].scene((0,))).radius
+    assert a == pytest.approx(0.2533, abs=5e-5)
+    # Table 1, two stiff layers: E1 = 2 E2 = 4 Es, the first at the surface
+    stiff = by_name["figure_9"].scene((1, 5))
+    assert stiff.layers == (Layer(840000.0, 0.3, 0.25 * a), Layer(420000.0, 0.3, 0.25 * a))
+    assert stiff.creepage == Creepage(0.002, 0.001, 0.01)
+    soft = by_name["figure_10"].scene((0, 1))
+    assert soft.layers == (Layer(52500.0, 0.3, 0.5 * a), Layer(105000.0, 0.3, 0.5 * a))
+    assert soft.creepage == Creepage(0.002, 0.002, 0.0)
+    assert by_name["figure_4"].axes[0].labels == ("a", "c", "e", "g")
+    assert [s.creepage.longitudinal for s in scenes(study, 3)[:5]] == [0.002, 0.004, 0.006, 0.008, 0.01]
+    assert all(s.creepage is None for k in (0, 1) for s in scenes(study, k))
+
+
+def test_study_keeps_its_text_and_hash():
+    path = CONFIGS / "small.yaml"
+    study = load_study(str(path))
+    assert study.text == path.read_text(encoding="utf-8")
+    assert study.path == path
+    assert len(study.sha256) == 64
+    assert (study.name, study.size, study.outputs.fields, study.outputs.precision) == ("small", 8, True, "float64")
+
+
+def test_relative_quantities_follow_the_case(load):
+    study = load(BASE + "  g: {axes: {load: [100, 200], thickness: [0.5 a, 0.1], modulus: [0.5 Es, 300000]}}\n")
+    for scene, (load_n, thickness, modulus) in zip(
+        scenes(study),
+        [(p, t, m) for p in (100, 200) for t in ("0.5 a", 0.1) for m in (105000.0, 300000.0)],
+        strict=True,
+    ):
+        a = (0.75 * load_n * 50 * (1 - 0.3**2) / 210000) ** (1 / 3)
+        assert scene.layers[0].thickness == pytest.approx(0.5 * a if thickness == "0.5 a" else thickness, rel=1e-14)
+        assert modulus == scene.layers[0].E
+
+
+@pytest.mark.parametrize("text", ["0.5 a", "0.5a", " .5  a ", "5e-1 a", "+0.5 a"])
+def test_ways_to_write_a_relative_length(text):
+    layer = {"E": "1 Es", "nu": 0.3, "thickness": text}
+    scene = scene_from_mapping({**SCENE, "layers": [layer]})
+    assert scene.layers == (Layer(210000.0, 0.3, 0.5 * hertz(scene).radius),)
+
+
+def test_a_of_an_elliptic_contact_is_the_geometric_mean():
+    scene = scene_from_mapping({**SCENE, "radius": [50, 200], "mesh": {"size": ["8 a", "8 a"], "cells": [8, 8]}})
+    ax, ay = hertz(scene).a
+    assert scene.mesh.size[0] == pytest.approx(8 * math.sqrt(ax * ay), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1e-3", 1e-3), ("1E-3", 1e-3), ("+1.5e2", 150.0), (".5", 0.5), ("7", 7.0), ("0x10", 16.0), ("1_000", 1000.0)],
+)
+def test_numbers_are_read_as_yaml_1_2_writes_them(load, text, value):
+    (scene,) = scenes(load(BASE + f"  g: {{axes: {{friction: [{text}]}}}}\n"))
+    assert scene.friction == value
+    assert type(scene.friction) is float
+
+
+def test_grid_overrides_the_shared_scene_key_by_key(load):
+    text = BASE + "  g: {scene: {mesh: {cells: [16, 8]}, counterbody: {E: 2 Es, nu: 0}}, axes: {friction: [0.5]}}\n"
+    (scene,) = scenes(load(text))
+    assert scene.mesh.size == (2.0, 2.0)
+    assert scene.mesh.cells == (16, 8)
+    assert scene.counterbody == Material(420000.0, 0.0)
+    assert scene.substrate == Material(210000.0, 0.3)
+
+
+def test_axis_of_one_creepage_keeps_the_others(load):
+    text = BASE + "  g: {scene: {creepage: {longitudinal: 0.001}}, axes: {creepage.spin: [0, 0.02]}}\n"
+    assert [s.creepage for s in scenes(load(text))] == [Creepage(0.001, 0, 0), Creepage(0.001, 0, 0.02)]
+    (alone,) = scenes(load(BASE + "  g: {axes: {creepage.spin: [0.02]}}\n"))
+    assert alone.creepage == Creepage(0, 0, 0.02)
+
+
+def test_case_list(load):
+    study = load(
+        BASE
+        + """\
+  g:
+    coating: {thickness: 0.1, modulus: 2 Es}
+    cases:
+      - {label: coated}
+      - {label: thick, coating: {thickness: 0.2, layer_count: 2, layer_nu: 0.25}}
+      - {label: bare, coating: {layer_count: 0}, creepage: {spin: 0.01}}
+"""
+    )
+    coated, thick, bare = scenes(study)
+    assert coated.layers == (Layer(420000.0, 0.3, 0.1),)
+    assert thick.layers == (Layer(840000.0, 0.25, 0.2), Layer(420000.0, 0.25, 0.2))
+    assert bare.layers == ()
+    assert (coated.creepage, bare.creepage) == (None, Creepage(0, 0, 0.01))
+    assert study.grids[0].axes[0].labels == ("coated", "thick", "bare")
+    assert study.grids[0].label((2,)) == "case=bare"
+
+
+def test_labels(load):
+    study = load(
+        BASE + "  g: {axes: {creepage: [{spin: 0.1}, {label: 0.20, spin: 0.2}, {spin: 0.3}], radius: [[9, 8], 9]}}\n"
+    )
+    assert [axis.labels for axis in study.grids[0].axes] == [("a", "0.20", "c"), ("9 x 8", "9")]
+
+
+def test_aliases_stand_for_what_they_name(load):
+    study = load(BASE + "  g: {axes: {friction: &f [0.1, 0.2]}}\n  h: {axes: {friction: *f}}\n")
+    assert [grid.shape for grid in study.grids] == [(2,), (2,)]
+
+
+# what is refused
+
+
+@pytest.mark.parametrize(
+    ("scene", "words"),
+    [
+        ("substrate: {E: ¶-1}", "scene.substrate.E: -1: a number above 0, in MPa"),
+        ("substrate: {nu: ¶0.51}", "scene.substrate.nu: 0.51: a number from 0 to 0.5"),
+        ("substrate: {E: ¶2 Es}", "scene.substrate.E: 2 Es: a number above 0, in MPa"),
+        ("substrate: {E: ¶210 GPa}", "scene.substrate.E: 210 GPa: a number above 0, in MPa"),
+        ("radius: ¶50 mm", "scene.radius: 50 mm: a number above 0, in mm"),
+        ("radius: [50, ¶0]", "scene.radius[1]: 0: a number above 0, in mm"),
+        ("radius: ¶[50]", "scene.radius: [50]: a number above 0, in mm, or two [Rx, Ry]"),
+        ("radius: ¶3 a", "scene.radius: 3 a: a number above 0, in mm"),
+        ("load: ¶0", "scene.load: 0: a number above 0, in N"),
+        ("load: ¶true", "scene.load: true: a number above 0, in N"),
+        ("load: ¶'100'", "scene.load: 100: a number above 0, in N"),
+        ("load: ¶.inf", "scene.load: .inf: a number above 0, in N"),
+        ("load: ¶.nan", "scene.load: .nan: a number above 0, in N"),
+        ("load: ¶~", "scene.load: ~: a number above 0, in N"),
+        ("load: ¶{}", "scene.load: {}: a number above 0, in N"),
+        ("friction: ¶0", "scene.friction: 0: a number above 0"),
+        ("mesh: {size: [¶0, 1]}", "scene.mesh.size[0]: 0: a number above 0, in mm"),
+        ("mesh: {size: ¶2}", "scene.mesh.size: 2: two lengths [x, y]"),
+        ("mesh: {cells: [¶3, 4]}", "scene.mesh.cells[0]: 3: a whole number from 4 to"),
+        ("mesh: {cells: [¶8.5, 4]}", "scene.mesh.cells[0]: 8.5: a whole number from 4 to"),
+        ("mesh: {cells: [4, ¶99999]}", "scene.mesh.cells[1]: 99999: a whole number from 4 to"),
+        ("tolerance: {normal: ¶0}", "scene.tolerance.normal: 0: a number above 0 and below 1"),
+        ("tolerance: {tangential: ¶1}", "scene.tolerance.tangential: 1: a number above 0 and below 1"),
+        ("spin_point: ¶0.6", "scene.spin_point: 0.6: a number from -0.5 to 0.5"),
+        ("creepage: {spin: ¶x}", "scene.creepage.spin: x: a number from -1000 to 1000, in rad/mm"),
+        ("creepage: {lateral: ¶2}", "scene.creepage.lateral: 2: a number from -1 to 1"),
+        ("creepage: ¶off", "scene.creepage: off: none or {longitudinal, lateral, spin}"),
+        ("counterbody: ¶soft", "scene.counterbody: soft: rigid or {E, nu}"),
+        ("¶counterbody: {E: 1}", "scene.counterbody.nu: missing: a number from 0 to 0.5"),
+        ("coupling: ¶both", "scene.coupling: both: one of one-way, full"),
+        ("method: ¶fem", "scene.method: fem: one of newton, paper-cg"),
+        ("discretisation: ¶aligned", "scene.discretisation: aligned: not offered by this version; allowed: kalker"),
+        ("layers: ¶{}", "scene.layers: {}: a list of at most 50 layers"),
+        ("layers: [¶1]", "scene.layers[0]: 1: a mapping with keys E, nu, thickness"),
+        ("layers: [¶{E: 1, nu: 0.3}]", "scene.layers[0].thickness: missing: a number above 0, in mm"),
+        ("layers: [{E: 1, nu: ¶1, thickness: -2}]", "scene.layers[0].nu: 1: a number from 0 to 0.5"),
+        ("layers: [{E: ¶1 a, nu: 0, thickness: 1}]", "scene.layers[0].E: 1 a: a number above 0, in MPa"),
+        ("¶frictoin: 1", "scene.frictoin: unknown key: did you mean friction?"),
+        ("load: 1, ¶load: 2", "scene.load: given twice, first at line 8, column 15"),
+    ],
+)
+def test_each_bad_value_is_named_with_its_place(refused, scene, words):
+    """The place is marked with a pilcrow."""
+    line = f"  g: {{scene: {{{scene}}}, axes: {{friction: [1]}}}}\n"
+    found = refused(BASE + line.replace("¶", ""))
+    assert any(one.startswith(f"s.yaml:8:{line.index('¶') + 1}: grids.g.{words}") for one in found), found
+
+
+def test_units_are_explained(refused):
+    (line,) = refused(BASE + "  g: {axes: {load: [100 N]}}\n")
+    assert line == (
+        "s.yaml:8:21: grids.g.axes.load[0]: 100 N: a number above 0, in N; "
+        "no unit is written: lengths are mm, forces N, moduli MPa, spin rad/mm"
+    )
+
+
+@pytest.mark.parametrize(
+    ("grid", "line"),
+    [
+        (
+            "axes: {thickness: [0.1, -1], modulus: [1 Es]}",
+            "8:31: grids.g.axes.thickness[1]: -1: a number above 0, in mm",
+        ),
+        ("axes: {load: []}", "8:20: grids.g.axes.load: []: a list of at least one value"),
+        ("axes: {load: 3}", "8:20: grids.g.axes.load: 3: a list of at least one value"),
+        ("axes: {}", "8:13: grids.g.axes: {}: a mapping of at least one axis to its values"),
+        ("axes: {laod: [1]}", "8:14: grids.g.axes.laod: unknown axis: did you mean load?"),
+        (
+            "axes: {load: [100, 1e2]}",
+            "8:26: grids.g.axes.load[1]: 1e2: a value of its own; the one at line 8, column 21",
+        ),
+        (
+            "axes: {thickness: [0.1], modulus: [1 Es, 210000]}",
+            "8:48: grids.g.axes.modulus[1]: 210000: a value of its own",
+        ),
+        ("axes: {creepage: [none]}", "8:25: grids.g.axes.creepage[0]: none: {label, longitudinal, lateral, spin}"),
+        (
+            "axes: {creepage: [{label: b, spin: 1}, {spin: 2}]}",
+            "8:46: grids.g.axes.creepage[1]: {spin: 2}: a label of its own; the entry at line 8, column 25 is b",
+        ),
+        (
+            "axes: {creepage: [{label: b, spin: 1}, {label: b}]}",
+            "8:54: grids.g.axes.creepage[1].label: b: a label of its own; this one stands at line 8, column 33",
+        ),
+        (
+            "axes: {creepage: [{}], creepage.spin: [1]}",
+            "8:30: grids.g.axes.creepage.spin: axis: axes of different settings",
+        ),
+        (
+            "axes: {substrate.E: [1], counterbody.E: [1]}",
+            "8:32: grids.g.axes.counterbody.E: axis: axes of different names",
+        ),
+        (
+            "axes: {thickness: [1], layers: [[]], modulus: [1]}",
+            "8:30: grids.g.axes.layers: axis: either layers or a coat",
+        ),
+        ("axes: {thickness: [1]}", "8:7: grids.g.coating.modulus: missing: a number above 0, in MPa"),
+        ("cases: []", "8:14: grids.g.cases: []: a list of at least one case"),
+        ("cases: [{load: 1}]", "8:15: grids.g.cases[0].label: missing: a label"),
+        ("cases: [{label: x}, {label: x}]", "8:35: grids.g.cases[1].label: x: a label of its own"),
+        ("cases: [{label: x}], axes: {load: [1]}", "8:3: grids.g: both axes and cases: exactly one of axes and cases"),
+        ("description: x", "8:3: grids.g: neither axes nor cases: exactly one of axes and cases"),
+        (
+            "coating: {thickness: 0}, axes: {modulus: [1], load: [1]}",
+            "8:28: grids.g.coating.thickness: 0: a number above",
+        ),
+        (
+            "coating: {thickness: 1, modulus: 1}, cases: [{label: x, layers: [{E: 1, nu: 0, thickness: 1}]}]",
+            "8:52: grids.g.cases[0]: layers and coating are both given",
+        ),
+        (
+            "axes: {layer_count: [50], thickness: [1], modulus: [1e300]}",
+            "8:3: grids.g: modulus too extreme for so many",
+        ),
+        ("axes: {counterbody.E: [5]}", "8:30: scene.counterbody.nu: missing: a number from 0 to 0.5"),
+        ("axes: {radius: [1e-200], load: [1e-300]}", "8:3: grids.g: radius, load and moduli too extreme"),
+    ],
+)
+def test_bad_grids(refused, grid, line):
+    found = refused(BASE + f"  g: {{{grid}}}\n")
+    assert any(one.startswith(f"s.yaml:{line}") for one in found), found
+
+
+def test_all_errors_are_found_at_once_in_the_order_of_the_file(refused):
+    text = BASE.replace("load: 100", "load: -100") + (
+        "  g: {axes: {friction: [0], creepage: [{spin: x}]}, colour: red}\n"
+        "  h: {axes: {method: [fem]}}\n"
+        "  pressure: {axes: {friction: [1]}}\n"
+        "  'a b': {axes: {friction: [1]}}\n"
+    )
+    assert [line.split(": ")[:2] for line in refused(text)] == [
+        ["s.yaml:5:9", "scene.load"],
+        ["s.yaml:8:25", "grids.g.axes.friction[0]"],
+        ["s.yaml:8:47", "grids.g.axes.creepage[0].spin"],
+        ["s.yaml:8:53", "grids.g.colour"],
+        ["s.yaml:9:23", "grids.h.axes.method[0]"],
+        ["s.yaml:10:3", "grids.pressure"],
+        ["s.yaml:11:3", "grids.a b"],
+    ]
+
+
+def test_contact_larger_than_the_window(refused):
+    found = refused(BASE + "  g: {axes: {load: [100, 20000], friction: [1, 2]}}\n")
+    # a = (3 P R / 4 E*)^(1/3) = 1.481 mm at 20 kN
+    words = "a window larger than the contact, about 2.962 mm along x (case load=20000)"
+    assert found == [f"s.yaml:6:16: scene.mesh.size: [2, 2]: {words}"]
+
+
+def test_window_is_checked_for_every_combination(refused):
+    text = BASE + '  g: {axes: {radius: [50, [50, 800]], load: [100, 1000], mesh.size: [[2, 2], ["8 a", 2]]}}\n'
+    found = refused(text)
+    assert [line.split(": ")[0] for line in found] == ["s.yaml:8:70", "s.yaml:8:78"]
+    assert all("along y (case radius=50 x 800, load=1000)" in line for line in found)
+
+
+def test_contact_smaller_than_a_cell(refused):
+    (line,) = refused(BASE + "  g: {axes: {mesh.size: [[2, 2], [200, 2]]}}\n")
+    assert line.startswith("s.yaml:6:31: scene.mesh.cells: [32, 32]: cells smaller than the contact, about 0.5066 mm")
+
+
+def test_too_many_cases(refused):
+    numbers = ", ".join(str(k) for k in range(1, 1501))
+    (line,) = refused(BASE + f"  g: {{axes: {{load: [{numbers}], friction: [{numbers}]}}}}\n")
+    assert line == f"s.yaml:8:3: grids.g: 2250000 cases so far: at most {MAX_CASES} cases in a study"
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("", "1:1: the file is empty"),
+        ("# nothing\n", "1:1: the file is empty"),
+        ("- 1\n", "1:1: [1]: a mapping with keys study,"),
+        ("text\n", "1:1: text: a mapping with keys study,"),
+        (BASE + "---\n" + BASE, "8:1: second document: one document a file"),
+        ("%YAML 1.1\n---\nstudy: s\n", "2:1: %YAML directive: YAML 1.2"),
+        ("study: a: b\n", "1:9: not YAML: mapping values are not allowed here"),
+        ("study: s\n\tscene: 1\n", "2:1: not YAML:"),
+        ('study: "\\UFFFFFFFF"\n', "1:1: not YAML: OverflowError"),
+        ("study: s\nx: \x07\n", "2:4: not YAML: character 7: printable characters"),
+        (b"study: s\nscene: \xff\n", "2:8: byte 0xff: the file must be UTF-8 text"),
+        ("study: s\xe9\nx: \xe9".encode("latin-1"), "1:9: byte 0xe9: the file must be UTF-8 text"),
+        ("[" * 100_000, "1:33: nesting: at most 32 deep"),
+        ("study: ../../etc\n", "1:8: study: ../../etc: a name of letters, digits"),
+        ("study: s\nscene: 1\n", "2:8: scene: 1: a mapping of scene keys"),
+        ("study: s\nscene: {load: 1}\ngrids: {}\n", "3:8: grids: {}: a mapping of at least one named grid"),
+        ("study: s\noutputs: {fields: 1}\n", "2:19: outputs.fields: 1: true or false"),
+        ("study: s\noutputs: {precision: f8}\n", "2:22: outputs.precision: f8: one of float64, float32"),
+        ("study: s\ndescription: \"\\0\"\n", "2:14: description: \\x00: text without control characters"),
+        ("study: s\n1: x\n", "2:1: 1: a key is a word"),
+        ("study: s\n[a]: x\n", "2:1: an alias, list or mapping as key: a key is a word"),
+        ("study: s\n<<: {a: 1}\n", "2:1: <<: merge keys are not part of YAML 1.2"),
+        ("study: &a [*a]\n", "1:12: study[0]: *a: an alias cannot stand inside its own anchor"),
+        ("study: *a\n", "1:8: study: *a: no anchor &a stands before it"),
+    ],
+)  # fmt: skip
+def test_bad_files(refused, text, line):
+    found = refused(text)
+    assert any(one.startswith(f"s.yaml:{line}") for one in found), found
+
+
+@pytest.mark.parametrize(
+    "value", ["!!python/object/apply:os.mkdir [hit]", "!!python/name:os.system x", "!!str x", "!mine {a: 1}", "! x"]
+)
+def test_tags_are_refused_and_construct_nothing(refused, value, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = refused(f"study: s\ndescription: {value}\n")
+    (line,) = (line for line in found if line.endswith("a plain value: tags are not allowed"))
+    assert line.startswith("s.yaml:2:14: description: !")
+    assert [path.name for path in tmp_path.iterdir()] == ["s.yaml"]
+
+
+def test_aliases_that_multiply_are_refused(refused):
+    text = "a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n"
+    for k in range(1, 20):
+        text += f"{chr(97 + k)}: &{chr(97 + k)} [{', '.join(['*' + chr(96 + k)] * 10)}]\n"
+    assert "aliases may add 100000 values in all, no more" in refused(text)[-1]
+
+
+def test_aliases_cannot_nest_beyond_the_bound(refused):
+    text = "".join(f"k{k}: &k{k} [[[[[[[[*k{k - 1}]]]]]]]]\n" if k else "k0: &k0 [1]\n" for k in range(6))
+    assert refused(text)[-1].endswith("nesting at most 32 deep")
+
+
+def test_files_that_cannot_be_read(tmp_path, monkeypatch):
+    for path in (tmp_path / "missing.yaml", tmp_path, "a\0b"):
+        with pytest.raises(UserError, match="cannot be read"):
+            load_study(path)
+    monkeypatch.setattr(yamltree, "MAX_BYTES", 100)
+    (tmp_path / "s.yaml").write_text(BASE)
+    with pytest.raises(UserError, match="larger than"):
+        load_study(tmp_path / "s.yaml")
+
+
+def test_many_errors_are_counted_not_all_listed(refused):
+    found = refused(BASE + f"  g: {{axes: {{load: [{', '.join('x' * k for k in range(1, 101))}]}}}}\n")
+    assert len(found) == yamltree.MAX_REPORTED + 1
+    assert found[-1] == "s.yaml: ... and 60 more errors"
+
+
+# scenes from Python
+
+
+def test_scene_from_mapping_takes_numpy_and_tuples():
+    scene = scene_from_mapping(
+        {
+            **SCENE,
+            "radius": np.array([50.0, 60.0]),
+            "load": np.float64(80),
+            "mesh": {"size": (2, 3), "cells": (np.int64(8), 16)},
+            "creepage": {"longitudinal": np.float32(0.5)},
+        }
+    )
+    assert scene.radius == (50.0, 60.0)
+    assert scene.load == 80.0
+    assert scene.mesh.cells == (8, 16)
+    assert scene.creepage == Creepage(0.5, 0.0, 0.0)
+    assert type(scene.load) is float
+
+
+def test_scene_from_mapping_names_every_bad_key():
+    bad = {**SCENE, "layers": [{"E": 1, "nu": 0.9, "thickness": 1}], "laod": 3, "load": True}
+    with pytest.raises(UserError) as error:
+        scene_from_mapping(bad)
+    assert [line.split(": ")[:2] for line in str(error.value).splitlines()] == [
+        ["layers[0].nu", "0.9"],
+        ["load", "True"],
+        ["laod", "unknown key"],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"load": 1e6}, r"mesh\.size: \[2, 2\]: a window larger than the contact"),
+        ({"load": 1e-300, "radius": 1e-200}, "too extreme"),
+        ({"mesh": {}}, r"mesh\.size: missing"),
+    ],
+)
+def test_scene_from_mapping_refuses(change, words):
+    with pytest.raises(UserError, match=words):
+        scene_from_mapping({**SCENE, **change})
+
+
+def test_scene_from_mapping_of_no_mapping():
+    with pytest.raises(UserError, match="a scene is a mapping, not list"):
+        scene_from_mapping([])
+    inside = {}
+    inside["substrate"] = inside
+    with pytest.raises(UserError, match="nested more than"):
+        scene_from_mapping(inside)
+
+
+# no traceback, whatever the bytes
+
+PAPER = (CONFIGS / "paper.yaml").read_bytes()
+FRAGMENTS = [
+    *(bytes([c]) for c in b"{}[]'\"#->~@`?:0|&*!%,\\"),
+    *(b"true", b"*a", b"1e999", b".nan", b".inf"),
+    *(b"&a ", b"!!python/object:x ", b": ", b"- ", b"? ", b"<<: ", b"1 Es", b"1 a", b"9" * 21),
+    *(b"\t", b"\n", b"\r", b"|\n", b"---\n", b"...\n", b"%YAML 9.9\n"),
+    *(b"\xff", b"\x00", b"\xef\xbb\xbf", b"\xe2\x80\xa8"),
+]
+
+edits = st.lists(
+    st.tuples(st.integers(0, len(PAPER)), st.integers(0, 40), st.sampled_from(FRAGMENTS) | st.binary(max_size=6)),
+    min_size=1,
+    max_size=4,
+)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(edits)
+@example([(0, len(PAPER), b"")])
+@example([(PAPER.index(b"0.25 a"), 6, b"1e-320 a")])
+@example([(PAPER.index(b"50\n"), 2, b"[1e300, 1e-300]")])
+def test_mutated_study_is_a_study_or_a_user_error(tmp_path, changes):
+    data = PAPER
+    for start, length, put in changes:
+        data = data[:start] + put + data[start + length :]
+    path = tmp_path / "mutated.yaml"
+    path.write_bytes(data)
+    try:
+        study = load_study(path)
+    except UserError as error:
+        assert str(error).startswith(str(path))
+        assert "Traceback" not in str(error)
+    else:
+        assert isinstance(study, Study)
+        assert len(expand(study).cases) == study.size
