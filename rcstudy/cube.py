@@ -42,7 +42,7 @@ def open_cube(path: Path | str) -> xr.DataTree:
         schema = tree.attrs.get(SCHEMA_ATTRIBUTE)
         if schema is None:
             raise UserError(f"{path}: not an rcstudy cube: it has no attribute {SCHEMA_ATTRIBUTE}")
-        if int(schema) != SCHEMA:
+        if schema != SCHEMA:
             raise UserError(f"{path}: layout {schema} of the cube is not known here: layout {SCHEMA} is")
         if not grids(tree):
             raise UserError(f"{path}: not an rcstudy cube: it has no grid")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from rcstudy.layout import MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Item, Layout, lay_out
 from rcstudy.publish import replacing
 from rcstudy.result import VARIABLES, Result, Status
+from rcstudy.steady import SteadyFile, interrupts_held
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion
@@ -48,25 +50,43 @@ def write_cube(
         SCHEMA_ATTRIBUTE: SCHEMA,
         **provenance,
     }
-    with replacing(path) as temporary:
-        places = {layout.name: layout.name for layout in layouts} if root is not None else {layouts[0].name: "/"}
-        with h5netcdf.File(temporary, "w") as file:
+    with replacing(path) as temporary, SteadyFile(temporary) as storage:
+        with interrupts_held(), h5netcdf.File(storage, "w") as file:
             for layout in layouts:
                 _create(file.create_group(layout.name) if root is not None else file, layout)
             if root is not None:
                 _create(file, root)
+        storage.check()
         # h5py from here on: through h5netcdf each write of a field costs several times the writing itself
-        with h5py.File(temporary, "r+") as file:
-            grids = {layout.name: _Group(file[places[layout.name]], layout) for layout in layouts}
+        with _opened(storage) as file:
+            with interrupts_held():
+                grids = {
+                    layout.name: _Group(file[layout.name] if root is not None else file, layout) for layout in layouts
+                }
             for case, result in results:
-                grids[case.grid].add(case, result)
-            for group in grids.values():
-                group.finish()
-            if root is not None:
-                _Group(file, root).fill_from(list(grids.values()))
-            attrs["wall_seconds"] = round(time.monotonic() - started, 3)
-            for name, value in attrs.items():
-                file.attrs[name] = value
+                with interrupts_held():
+                    grids[case.grid].add(case, result)
+                storage.check()
+            with interrupts_held():
+                for group in grids.values():
+                    group.finish()
+                if root is not None:
+                    _Group(file, root).fill_from(list(grids.values()))
+                attrs["wall_seconds"] = round(time.monotonic() - started, 3)
+                for name, value in attrs.items():
+                    file.attrs[name] = value
+        storage.check()
+
+
+@contextlib.contextmanager
+def _opened(storage: SteadyFile) -> Iterator[h5py.File]:
+    with interrupts_held():
+        file = h5py.File(storage, "r+")
+    try:
+        yield file
+    finally:
+        with interrupts_held():
+            file.close()
 
 
 def _create(group: Any, layout: Layout) -> None:

@@ -196,10 +196,11 @@ def _mesh_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Seque
             centres = cell_centres(first.size[k], first.cells[k])
             yield Item(dim, (dim,), "f8", attrs, centres, coordinate=True)
             continue
-        values = np.full((*shape, max(case.scene.mesh.cells[k] for case in cases)), np.nan)
+        most = max(case.scene.mesh.cells[k] for case in cases)
+        values = np.full((*shape, most), np.nan)
         for case in cases:
             cells = case.scene.mesh.cells[k]
-            values[(*case.index, slice(cells))] = cell_centres(case.scene.mesh.size[k], cells)
+            values[case.index][:cells] = cell_centres(case.scene.mesh.size[k], cells)
         yield Item(f"{dim}_centre", (*case_dims, dim), "f8", attrs, values, coordinate=True)
 
 

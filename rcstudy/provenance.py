@@ -57,7 +57,8 @@ def available_cores() -> int:
 
 
 def _command() -> str:
-    return shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    program = Path(sys.argv[0]).name
+    return shlex.join([*(["python", "-m", "rcstudy"] if program == "__main__.py" else [program]), *sys.argv[1:]])
 
 
 def _hdf5_version() -> str:

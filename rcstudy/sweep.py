@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -107,7 +107,9 @@ def _told(
         reporter.end()
 
 
-def _results(expansion: Expansion, workers: int | None, solve: pool.Solve) -> Iterator[tuple[Case, Result]]:
+def _results(
+    expansion: Expansion, workers: int | None, solve: pool.Solve
+) -> Generator[tuple[Case, Result], None, None]:
     wanted = workers or provenance.available_cores()
     batches = make_batches(expansion.cases, wanted)
     wanted = min(wanted, len(batches))

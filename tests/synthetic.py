@@ -118,7 +118,7 @@ def grid_cases(grid: Grid, scene: Scene, **fixed: Any) -> list[Case]:
 
 def make_grid(name: str, *axes: Axis, description: str = "") -> Grid:
     """A grid with these axes."""
-    return Grid(name, description, tuple(axes))
+    return Grid(name, description, tuple(axes), tuple(axis.size for axis in axes))
 
 
 def made_up_result(scene: Scene, status: Status = Status.SOLVED) -> Result:

@@ -1,0 +1,67 @@
+"""Batch parameter studies of three-dimensional rolling contact of bodies with elastic layers.
+
+``solve(scene)`` solves one contact, ``open(path)`` opens a cube of results; the command line does the rest.
+Nothing heavy is imported before it is used.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["UserError", "__version__", "open", "solve"]
+
+
+def solve(scene: Mapping[str, Any]) -> xr.Dataset:
+    """Solve one scene: a mapping with the keys of a study's ``scene:`` (N, mm, MPa, rad).
+
+    Returns a Dataset with the names and units of a cube, fields over x, y. Look at its ``status`` first: 0 is
+    solved, anything else is no result, and ``status_reason`` says why. Raises UserError for a scene that is not
+    valid, before anything is computed.
+    """
+    from rcstudy.cube import to_dataset
+    from rcstudy.solve import solve_scene
+    from rcstudy.study import scene_from_mapping
+
+    stated = scene_from_mapping(scene)
+    return to_dataset(stated, solve_scene(stated))
+
+
+def open(path: str | Path) -> xr.DataTree:
+    """Open a cube lazily; close it after use, or use it in a ``with`` block. See :func:`rcstudy.cube.open_cube`.
+
+    Raises UserError when the file is missing, unreadable, or not an rcstudy cube.
+    """
+    from rcstudy.cube import open_cube
+
+    return open_cube(path)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from rcstudy.provenance import version
+
+        return version("rcstudy")
+    if name == "UserError":
+        from rcstudy.errors import UserError
+
+        return UserError
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+class _Package(ModuleType):
+    """The package with its function `solve` kept when the module of that name is imported."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name == "solve" and isinstance(value, ModuleType):
+            return
+        super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,220 @@
+"""The command line. Thin: each command opens what it needs, calls one function, prints, and sets the exit code.
+
+Exit codes: 0 done (all cases solved; cubes the same), 1 cubes differ, 2 bad input, 3 some cases failed,
+130 interrupted.
+"""
+
+from __future__ import annotations
+
+import functools
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, ParamSpec
+
+import typer
+
+from rcstudy.errors import UserError
+from rcstudy.threads import limit_threads
+
+EXIT_DIFFERENT = 1
+EXIT_BAD_INPUT = 2
+EXIT_FAILED_CASES = 3
+EXIT_INTERRUPTED = 130
+
+_SHOWN_FAILURES = 10
+
+app = typer.Typer(
+    help="Batch parameter studies of rolling contact of bodies with elastic layers.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+_P = ParamSpec("_P")
+SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="Study file (YAML).")]
+CubePath = Annotated[Path, typer.Argument(metavar="CUBE", help="Cube written by sweep (.nc).")]
+
+
+def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
+    """Errors a user can mend become one message and exit code 2, Ctrl-C becomes 130, a returned number the code."""
+
+    @functools.wraps(command)
+    def run(*args: _P.args, **kwargs: _P.kwargs) -> None:
+        try:
+            code = command(*args, **kwargs)
+        except UserError as error:
+            print(error, file=sys.stderr)
+            code = EXIT_BAD_INPUT
+        except KeyboardInterrupt:
+            print("interrupted", file=sys.stderr)
+            code = EXIT_INTERRUPTED
+        if code:
+            raise typer.Exit(code)
+
+    return run
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        import rcstudy
+
+        print(f"rcstudy {rcstudy.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+@_guarded
+def sweep(
+    spec: SpecPath,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="CUBE", help="Cube to write; default: the study file's name with .nc."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Processes; default: one for each processor.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")] = False,
+) -> int:
+    """Solve all cases of a study and write them to a cube.
+
+    An existing cube is replaced only when everything has been written. Exit code 3 when some cases were not solved:
+    the cube then says which and why.
+    """
+    from rcstudy import progress
+    from rcstudy import sweep as sweeping
+    from rcstudy.study import load_study
+
+    study = load_study(spec)
+    target = output if output is not None else Path(f"{spec.stem}.nc")
+    reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
+    try:
+        done = sweeping.run(study, target, workers=workers, progress=reporter)
+    except KeyboardInterrupt:
+        there = f"{target} is as it was" if target.exists() else f"{target} was not written"
+        print(f"interrupted: {there}", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    for failure in done.failures[:_SHOWN_FAILURES]:
+        word = failure.status.name.lower().replace("_", " ")
+        print(f"{failure.grid}: {failure.label}: {word}: {failure.reason}", file=sys.stderr)
+    if done.failed > _SHOWN_FAILURES:
+        print(f"... and {done.failed - _SHOWN_FAILURES} more that are not solved", file=sys.stderr)
+    each = progress.duration(done.seconds / max(done.cases, 1))
+    print(
+        f"{done.solved} of {done.cases} cases solved in {progress.duration(done.seconds)} ({each} a case); "
+        f"{target}: {target.stat().st_size / 1e6:.1f} MB"
+    )
+    return EXIT_FAILED_CASES if done.failed else 0
+
+
+@app.command()
+@_guarded
+def plan(spec: SpecPath) -> None:
+    """Print what a sweep would do: grids, number of cases, estimated memory, file size and time."""
+    from rcstudy.plan import plan_report
+    from rcstudy.study import load_study
+
+    print(plan_report(load_study(spec)))
+
+
+@app.command()
+@_guarded
+def show(cube: CubePath) -> None:
+    """Print a summary of a cube."""
+    from rcstudy.cube import open_cube
+    from rcstudy.show import summary
+
+    with open_cube(cube) as tree:
+        print(summary(tree))
+
+
+@app.command()
+@_guarded
+def compare(
+    cube: CubePath,
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="Cube to compare with.")],
+    rtol: Annotated[
+        list[str] | None,
+        typer.Option(metavar="VARIABLE=VALUE", help="Relative tolerance of one variable; may be repeated."),
+    ] = None,
+    tolerances: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Tolerances by variable and case (YAML); --rtol goes before them."),
+    ] = None,
+    state_flips: Annotated[
+        int | None,
+        typer.Option(min=0, metavar="N", help="Cells a case that may stick in one cube and slip in the other."),
+    ] = None,
+    allow_unsolved: Annotated[
+        bool, typer.Option("--allow-unsolved", help="Let cases pass that are not solved, in the same way, in both.")
+    ] = False,
+) -> int:
+    """Compare a cube with a reference: exit code 0 when they agree, 1 when not.
+
+    Structure, status and missing values must be the same; numbers may differ by 1e-6 of the largest magnitude of the
+    field in its case (scalars: of the variable in its grid) unless tolerances say otherwise.
+    """
+    from rcstudy import compare as comparing
+    from rcstudy.cube import open_cube
+    from rcstudy.tolerances import Tolerances, load_tolerances, parse_option
+
+    allowed = Tolerances() if tolerances is None else load_tolerances(tolerances)
+    allowed = allowed.with_options(dict(parse_option(text) for text in rtol or ()), state_flips)
+    with open_cube(cube) as ours, open_cube(reference) as theirs:
+        outcome = comparing.compare(ours, theirs, allowed, allow_unsolved=allow_unsolved)
+    print(outcome.text())
+    return 0 if outcome.same else EXIT_DIFFERENT
+
+
+@app.command()
+@_guarded
+def figures(
+    cube: CubePath,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the figures.")] = Path(
+        "figures"
+    ),
+    formats: Annotated[
+        str, typer.Option("--formats", metavar="LIST", help="File formats, separated by commas.")
+    ] = "png,pdf",
+) -> None:
+    """Draw the figures of a cube."""
+    from rcstudy.cube import open_cube
+    from rcstudy.figures import make_figures
+
+    wanted = tuple(word.strip() for word in formats.split(",") if word.strip())
+    with open_cube(cube) as tree:
+        written = make_figures(tree, output, wanted)
+    print(f"{len(written)} files in {output}")
+
+
+@app.command()
+@_guarded
+def tables(
+    cube: CubePath,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the tables.")] = Path(
+        "tables"
+    ),
+) -> None:
+    """Write the tables of a cube as CSV, Markdown and LaTeX."""
+    from rcstudy.cube import open_cube
+    from rcstudy.tables import make_tables
+
+    with open_cube(cube) as tree:
+        written = make_tables(tree, output)
+    print(f"{len(written)} files in {output}")
+
+
+def main() -> None:
+    """Entry point of the command ``rcstudy``; limits threads before anything numerical is imported."""
+    limit_threads()
+    app()

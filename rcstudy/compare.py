@@ -1,0 +1,410 @@
+"""Compares a cube with a reference: structure and status exactly, numbers relative to their own scale.
+
+A field is measured against its largest magnitude in its own case, a scalar against its largest magnitude in its grid.
+Where that is next to nothing (the lateral force of a purely longitudinal creepage) a millionth of the quantity's
+natural scale (friction times load, say) takes its place, so that rounding is not mistaken for a difference.
+What a solver tells of its own work (iterations, residuals, proof, seconds) must be there but is not compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+
+from rcstudy.cube import case_dims, grids
+from rcstudy.errors import UserError
+from rcstudy.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, MISSING, SETTINGS
+from rcstudy.result import VARIABLES, CellState, Status
+from rcstudy.structure import COORDINATE_RTOL, align, variables_in_both
+from rcstudy.tolerances import Tolerances
+
+TABLE = "table of all cases"
+"""Name, in reports, of the root table of a cube of several grids."""
+
+_FLOOR = 1e-6
+_BLOCK = 32  # cases whose fields are in memory at a time
+_OWN_WORK = ("iterations_", "residual_", "proof_", "products_", "operator_products", "status_reason", CASE_KEY)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The difference of one variable in one case.
+
+    `value` is relative to `scale` (infinite where only one cube has a value), `allowed` likewise; `note` says more.
+    """
+
+    grid: str
+    label: str
+    variable: str
+    value: float
+    allowed: float
+    scale: float
+    note: str = ""
+
+    @property
+    def excess(self) -> float:
+        """How many times larger than allowed; above 1 is too much."""
+        if self.value == 0.0:
+            return 0.0
+        return self.value / self.allowed if self.allowed > 0 else np.inf
+
+    @property
+    def bad(self) -> bool:
+        """Whether it is more than allowed."""
+        return not self.value <= self.allowed
+
+
+@dataclass
+class Comparison:
+    """Outcome: `structure` holds differences other than of numbers, `bad` all that exceed their tolerance,
+    `worst` the largest difference of each variable, `cases` the number of cases compared."""
+
+    structure: list[str] = field(default_factory=list)
+    bad: list[Difference] = field(default_factory=list)
+    worst: dict[str, Difference] = field(default_factory=dict)
+    cases: int = 0
+    flips: int = 0
+
+    @property
+    def same(self) -> bool:
+        """Whether the cube agrees with the reference."""
+        return not self.structure and not self.bad and self.cases > 0
+
+    def add(self, difference: Difference) -> None:
+        """Count one difference in."""
+        if difference.bad:
+            self.bad.append(difference)
+        before = self.worst.get(difference.variable)
+        if before is None or difference.excess > before.excess:
+            self.worst[difference.variable] = difference
+
+    def text(self, limit: int = 20) -> str:
+        """The outcome for a person to read, at most `limit` lines of each kind."""
+        lines = [f"structure: {text}" for text in self.structure[:limit]]
+        if len(self.structure) > limit:
+            lines.append(f"structure: {len(self.structure) - limit} more differences")
+        if self.bad:
+            lines.append("differences beyond their tolerance, worst first:")
+            ordered = sorted(self.bad, key=lambda d: -d.excess)
+            lines += [f"  {_line(d)}" for d in ordered[:limit]]
+            if len(ordered) > limit:
+                lines.append(f"  {len(ordered) - limit} more")
+        within = sorted((d for d in self.worst.values() if d.value > 0 and not d.bad), key=lambda d: -d.excess)
+        if within:
+            lines.append("largest differences within their tolerance:")
+            lines += [f"  {_line(d)}" for d in within[:limit]]
+        if self.flips:
+            lines.append(f"{self.flips} cells at the bound stick in one cube and slip in the other (allowed)")
+        found = "same" if self.same else "DIFFERENT"
+        lines.append(f"{found}: {self.cases} cases compared, {len(self.bad)} values differ by too much")
+        return "\n".join(lines)
+
+
+def _line(d: Difference) -> str:
+    size = "" if not np.isfinite(d.value) else f" {d.value:.2e} of {d.scale:.4g} (allowed {d.allowed:.1e})"
+    note = f" {d.note}" if d.note else ""
+    return f"{d.variable}:{size}{note} [{d.grid}: {d.label}]"
+
+
+def compare(
+    cube: xr.DataTree, reference: xr.DataTree, tolerances: Tolerances | None = None, *, allow_unsolved: bool = False
+) -> Comparison:
+    """Compare `cube` with `reference`, both from :func:`rcstudy.open`.
+
+    Cases are matched by the coordinates of their axes; whatever is in one cube only is a difference, and so is a case
+    that is not solved, unless `allow_unsolved`. Fields are read a few cases at a time.
+
+    Raises UserError when a tolerance is given for a variable that the reference does not have.
+    """
+    tolerances = tolerances or Tolerances()
+    outcome = Comparison()
+    ours, theirs = grids(cube), grids(reference)
+    known = {str(name) for grid in theirs.values() for name in grid.variables}
+    for name in sorted(tolerances.named() - known):
+        raise UserError(f"a tolerance is given for {name}, which the reference does not have")
+    for name in theirs:
+        if name not in ours:
+            outcome.structure.append(f"{name}: missing in the cube")
+    for name in ours:
+        if name not in theirs:
+            outcome.structure.append(f"{name}: not in the reference")
+    slack: dict[str, float] = {}
+    for name in theirs:
+        if name in ours:
+            outcome.cases += _compare_grid(name, ours[name], theirs[name], tolerances, outcome, allow_unsolved, slack)
+    if outcome.cases == 0:
+        outcome.structure.append("no case is in both cubes: nothing was compared")
+    if (GRID in cube.dataset) != (GRID in reference.dataset):
+        outcome.structure.append("one cube has a table of all cases, the other has not")
+    elif GRID in cube.dataset and not outcome.structure and not outcome.bad:
+        # it repeats the grids' scalars: once those agree it is looked at for itself
+        table, model = _table(cube), _table(reference)
+        _compare_grid(TABLE, table, model, tolerances, outcome, allow_unsolved, slack)
+    return outcome
+
+
+def _table(tree: xr.DataTree) -> xr.Dataset:
+    table = tree.to_dataset().assign_attrs(axes="entry")
+    names = [f"{grid}: {label}" for grid, label in zip(table[GRID].values, table[LABEL].values, strict=True)]
+    return table.assign_coords(entry=("entry", names))
+
+
+def _compare_grid(
+    name: str,
+    ours: xr.Dataset,
+    theirs: xr.Dataset,
+    tolerances: Tolerances,
+    outcome: Comparison,
+    allow_unsolved: bool,
+    slack: dict[str, float],
+) -> int:
+    """Compare one grid; the number of cases in both cubes. `slack`: see `_Grid`."""
+    dims = case_dims(theirs)
+    aligned, problems = align(ours, theirs, case_dims(ours), dims)
+    outcome.structure += [f"{name}: {problem}" for problem in problems]
+    if aligned is None or any(aligned[1].sizes[d] == 0 for d in dims):
+        return 0
+    problems, names = variables_in_both(*aligned, dims)
+    outcome.structure += [f"{name}: {problem}" for problem in problems]
+    grid = _Grid(name, *aligned, dims, tolerances, outcome, slack)
+    grid.compare_status(allow_unsolved)
+    fields = [variable for variable in names if {"x", "y"} <= set(aligned[1][variable].dims)]
+    for variable in fields:
+        if variable == "state":
+            grid.compare_state()
+        else:
+            grid.compare_field(variable)
+    for variable in names:
+        if variable not in fields:
+            grid.compare_scalar(variable)
+    return int(grid.labels.size)
+
+
+class _Grid:
+    """One grid of both cubes, reduced to the cases that are in both.
+
+    `slack` gives, by case, the area of cells whose state was let pass: the area of slip moves with them.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        ours: xr.Dataset,
+        theirs: xr.Dataset,
+        dims: tuple[str, ...],
+        tolerances: Tolerances,
+        outcome: Comparison,
+        slack: dict[str, float],
+    ) -> None:
+        self.name, self.ours, self.theirs, self.dims = name, ours, theirs, dims
+        self.outcome, self.slack = outcome, slack
+        self.shape = tuple(theirs.sizes[d] for d in dims)
+        self.labels = theirs[LABEL].values.reshape(self.shape)
+        grids_of = theirs[GRID].values if GRID in theirs else None
+        self.rules = np.empty(self.shape, dtype=object)
+        for index in np.ndindex(*self.shape):
+            grid = name if grids_of is None else str(grids_of[index])
+            self.rules[index] = tolerances.of_case(grid, str(self.labels[index]))
+        self.natural = _natural_scales(theirs, dims)
+
+    def _case(self, index: tuple[int, ...]) -> str:
+        label = str(self.labels[index])
+        return f"{self.theirs[GRID].values[index]}: {label}" if GRID in self.theirs else f"{self.name}: {label}"
+
+    def _add(
+        self, index: tuple[int, ...], variable: str, value: float, allowed: float, scale: float, note: str
+    ) -> None:
+        label = str(self.labels[index])
+        self.outcome.add(Difference(self.name, label, variable, float(value), float(allowed), float(scale), note))
+
+    def compare_status(self, allow_unsolved: bool) -> None:
+        """Status must be the same and, unless `allow_unsolved`, solved."""
+        if "status" not in self.theirs or "status" not in self.ours:
+            return
+        ours, theirs = self.ours["status"].values, self.theirs["status"].values
+        for index in np.ndindex(*self.shape):
+            here, there = _status_word(int(ours[index])), _status_word(int(theirs[index]))
+            if here != there:
+                self._add(index, "status", np.inf, 0.0, 1.0, f"is {here}, in the reference {there}")
+            elif here != Status.SOLVED.name.lower() and not allow_unsolved:
+                self._add(index, "status", np.inf, 0.0, 1.0, f"is {here} in both cubes")
+
+    def compare_scalar(self, name: str) -> None:
+        """One number (or text, or number a layer) a case."""
+        ours, theirs = self.ours[name], self.theirs[name]
+        if VARIABLES.get(name) is not None and VARIABLES[name].timing:
+            return
+        if name == "status" or name.startswith(_OWN_WORK):
+            return
+        a, b = ours.values, theirs.values
+        if b.dtype.kind not in "fiu":
+            for index in zip(*np.nonzero(a.astype(str) != b.astype(str)), strict=True):
+                self._add(index[: len(self.dims)], name, np.inf, 0.0, 1.0, f"is {a[index]!r}, not {b[index]!r}")
+            return
+        a, b = _as_floats(a), _as_floats(b)
+        setting = name in SETTINGS or name in LAYER_SETTINGS
+        scale = _largest(b)
+        if not setting and name in self.natural:
+            scale = max(scale, _FLOOR * _largest(self.natural[name]))
+        for index in np.ndindex(*self.shape):
+            rtol = COORDINATE_RTOL if setting else self.rules[index].rtol(name)
+            difference, note = _difference(np.atleast_1d(a[index]), np.atleast_1d(b[index]))
+            if name == "slip_area":
+                difference = max(0.0, difference - self.slack.get(self._case(index), 0.0))
+            if not note:
+                note = f"{float(a[index]):.9g}, not {float(b[index]):.9g}" if np.ndim(a[index]) == 0 else ""
+            self._add(index, name, _relative(difference, scale), rtol, scale, note)
+
+    def compare_field(self, name: str) -> None:
+        """Numbers in every cell."""
+        for index, a, b in self._pairs(name):
+            a, b = _as_floats(a), _as_floats(b)
+            scale = _largest(b)
+            if name in self.natural:
+                scale = max(scale, _FLOOR * float(self.natural[name][index]))
+            difference, note = _difference(a, b)
+            value = _relative(difference, scale)
+            rtol = self.rules[index].rtol(name)
+            if not note and value > rtol:
+                count = int(np.count_nonzero(np.abs(a - b) > rtol * scale))
+                note = f"in {count} of {b.size} cells"
+            self._add(index, name, value, rtol, scale, note)
+
+    def compare_state(self) -> None:
+        """States of cells, exactly but for the few that may stick in one cube and slip in the other."""
+        for index, a, b in self._pairs("state"):
+            different = a != b
+            count = int(np.count_nonzero(different))
+            if count == 0:
+                self._add(index, "state", 0.0, 0.0, 1.0, "")
+                continue
+            rule = self.rules[index]
+            between = ((a == CellState.STICK) & (b == CellState.SLIP)) | (
+                (a == CellState.SLIP) & (b == CellState.STICK)
+            )
+            at_bound = between & self._at_bound(index, np.where(a == CellState.STICK, 0, 1), rule.state_bound)
+            if np.array_equal(at_bound, different) and count <= rule.state_flips:
+                self.outcome.flips += count
+                self.slack[self._case(index)] = count * self._cell_area(index)
+                continue
+            note = f"differs in {count} of {b.size} cells"
+            if np.any(between):
+                note += (
+                    f"; {np.count_nonzero(between)} of them stick here and slip there, "
+                    f"{np.count_nonzero(at_bound)} at the bound (allowed {rule.state_flips})"
+                )
+            self._add(index, "state", np.inf, 0.0, 1.0, note)
+
+    def _at_bound(self, index: tuple[int, ...], sticks_in: np.ndarray, tolerance: float) -> np.ndarray:
+        """Cells whose traction, in the cube in which they stick (0: the cube, 1: the reference), is at the bound."""
+        at = dict(zip(self.dims, index, strict=True))
+        found = []
+        for grid in (self.ours, self.theirs):
+            fields = ("pressure", "traction_x", "traction_y")
+            if any(name not in grid for name in (*fields, "friction")):
+                return np.zeros(sticks_in.shape, dtype=bool)
+            one = grid[[*fields, "friction"]].isel({d: i for d, i in at.items() if d in grid.dims})
+            bound = float(one["friction"]) * one["pressure"].values
+            size = np.hypot(one["traction_x"].values, one["traction_y"].values)
+            found.append(np.abs(size - bound) <= tolerance * bound)
+        ours, theirs = found
+        return np.where(sticks_in == 0, ours, theirs)
+
+    def _pairs(self, name: str) -> Iterator[tuple[tuple[int, ...], np.ndarray, np.ndarray]]:
+        """A field of both cubes, case by case, read in blocks."""
+        *outer, last = self.shape or (1,)
+        for lead in np.ndindex(*outer):
+            for start in range(0, last, _BLOCK):
+                stop = min(start + _BLOCK, last)
+                at: dict[str, int | slice] = dict(zip(self.dims[:-1], lead, strict=True)) if self.dims else {}
+                if self.dims:
+                    at[self.dims[-1]] = slice(start, stop)
+                order = (*self.dims[-1:], "x", "y")
+                a, b = (grid[name].isel(at).transpose(*order).values for grid in (self.ours, self.theirs))
+                if not self.dims:
+                    yield (), a, b
+                    continue
+                for k in range(stop - start):
+                    yield (*lead, start + k), a[k], b[k]
+
+    def _cell_area(self, index: tuple[int, ...]) -> float:
+        """Area of a cell (mm2) of one case."""
+        area = 1.0
+        for dim in ("x", "y"):
+            centres = (
+                self.theirs[dim].values if dim in self.theirs.coords else self.theirs[f"{dim}_centre"].values[index]
+            )
+            area *= float(centres[1] - centres[0]) * (1.0 + 1e-9)
+        return area
+
+
+def _status_word(value: int) -> str:
+    return Status(value).name.lower() if value in set(Status) else f"unknown ({value})"
+
+
+def _as_floats(values: np.ndarray) -> np.ndarray:
+    """As float64; missing integers become NaN."""
+    if values.dtype.kind in "iu":
+        return np.where(values == MISSING, np.nan, values.astype(float))
+    return values.astype(float)
+
+
+def _largest(values: np.ndarray) -> float:
+    finite = np.abs(values[np.isfinite(values)])
+    return float(finite.max()) if finite.size else 0.0
+
+
+def _difference(a: np.ndarray, b: np.ndarray) -> tuple[float, str]:
+    """Largest difference; infinite, with a note, where only one of the two has a value or an infinite one."""
+    if a.shape != b.shape:
+        return np.inf, f"has shape {a.shape}, in the reference {b.shape}"
+    missing = np.isnan(a) != np.isnan(b)
+    if np.any(missing):
+        here = int(np.count_nonzero(missing & np.isnan(a)))
+        there = int(np.count_nonzero(missing)) - here
+        where = [f"{n} values missing in {name}" for n, name in ((here, "the cube"), (there, "the reference")) if n]
+        return np.inf, " and ".join(where)
+    if not np.array_equal(np.isinf(a) * np.sign(a), np.isinf(b) * np.sign(b), equal_nan=True):
+        return np.inf, "is infinite in one cube only"
+    finite = np.isfinite(b)
+    return (float(np.abs(a[finite] - b[finite]).max()) if np.any(finite) else 0.0), ""
+
+
+def _relative(difference: float, scale: float) -> float:
+    if difference == 0.0:
+        return 0.0
+    return difference / scale if scale > 0 else np.inf
+
+
+def _natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """The size a quantity could have in each case, from its settings: {variable: array of the cases' shape}."""
+    shape = tuple(grid.sizes[d] for d in dims)
+
+    def setting(name: str) -> np.ndarray:
+        if name not in grid or not set(grid[name].dims) <= set(dims):
+            return np.zeros(shape)
+        variable = grid[name].variable
+        values = np.asarray(variable.values, dtype=float)
+        along = [grid.sizes[d] if d in variable.dims else 1 for d in dims]
+        return np.nan_to_num(np.broadcast_to(values.reshape(along), shape))
+
+    mu, load, a, p0 = (setting(n) for n in ("friction", "load", "hertz_radius", "hertz_pressure"))
+    slide = np.sqrt(setting("longitudinal") ** 2 + setting("lateral") ** 2 + (setting("spin") * a) ** 2)
+    return {
+        "pressure": p0,
+        "pressure_max": p0,
+        "traction_x": mu * p0,
+        "traction_y": mu * p0,
+        "traction_max": mu * p0,
+        "slip_x": slide,
+        "slip_y": slide,
+        "force_x": mu * load,
+        "force_y": mu * load,
+        "moment_z": mu * load * a,
+        "friction_power": mu * load * slide,
+        "contact_area": np.pi * a**2,
+        "slip_area": np.pi * a**2,
+    }

@@ -1,0 +1,122 @@
+"""What HDF5 needs to be interrupted and to fail without harm.
+
+HDF5 takes a failed write badly: it keeps what it could not write, tries again at every later step, and in the end
+crashes the process. So it is given a file whose writes never fail, which tells of the failure when asked.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Self
+
+
+class SteadyFile:
+    """A new file at `path`, to be handed to h5py in place of a name.
+
+    After a first error (disk full, quota, lost mount) whatever is written goes to memory and is read back from there,
+    so that HDF5 finds its file as it left it; :meth:`check` raises that error. Ask often: memory is not bounded.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("w+b", buffering=0)
+        self._position = 0
+        self._size = 0
+        self._error: OSError | None = None
+        self._kept: list[tuple[int, bytes]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._file.close()
+
+    def check(self) -> None:
+        """Raise the OSError of the first write that failed, if one has."""
+        if self._error is not None:
+            raise self._error
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Go to a position."""
+        base = {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self._size}[whence]
+        self._position = base + offset
+        return self._position
+
+    def tell(self) -> int:
+        """The position."""
+        return self._position
+
+    def read(self, size: int) -> bytes:
+        """Bytes at the position."""
+        buffer = bytearray(size)
+        return bytes(buffer[: self.readinto(memoryview(buffer))])
+
+    def readinto(self, buffer: memoryview) -> int:
+        """Fill `buffer` from the position; the number of bytes."""
+        start, size = self._position, max(0, min(len(buffer), self._size - self._position))
+        done = 0
+        while done < size:
+            piece = os.pread(self._file.fileno(), size - done, start + done)
+            if not piece:
+                break
+            buffer[done : done + len(piece)] = piece
+            done += len(piece)
+        buffer[done:size] = bytes(size - done)
+        for offset, data in self._kept:
+            low, high = max(offset, start), min(offset + len(data), start + size)
+            if low < high:
+                buffer[low - start : high - start] = data[low - offset : high - offset]
+        self._position += size
+        return size
+
+    def write(self, data: memoryview | bytes) -> int:
+        """Write at the position; never fails."""
+        view = memoryview(data)
+        size, done = view.nbytes, 0
+        if self._error is None:
+            try:
+                while done < size:
+                    done += os.pwrite(self._file.fileno(), view[done:], self._position + done)
+            except OSError as error:
+                self._error = error
+        if done < size:
+            self._kept.append((self._position + done, bytes(view[done:])))
+        self._position += size
+        self._size = max(self._size, self._position)
+        return size
+
+    def truncate(self, size: int) -> int:
+        """Make the file `size` bytes long."""
+        if self._error is None:
+            try:
+                self._file.truncate(size)
+            except OSError as error:
+                self._error = error
+        self._size = size
+        return size
+
+    def flush(self) -> None:
+        """Nothing: nothing is buffered here."""
+
+
+@contextlib.contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Hold Ctrl-C back until the block ends: Python code that HDF5 calls must not raise."""
+    before = signal.getsignal(signal.SIGINT)
+    # only the main thread is ever interrupted; without a handler in Python nothing is raised
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    held: list[FrameType | None] = []
+    signal.signal(signal.SIGINT, lambda _, frame: held.append(frame))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if held:
+            before(signal.SIGINT, held[0])

@@ -1,0 +1,135 @@
+"""What two grids must share before their numbers can be compared: dimensions, coordinates, variables."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+COORDINATE_RTOL = 1e-9
+"""Relative difference allowed to coordinates and settings, which both cubes take from a study."""
+
+_SHOWN = 5
+
+
+def align(
+    ours: xr.Dataset, theirs: xr.Dataset, our_dims: tuple[str, ...], their_dims: tuple[str, ...]
+) -> tuple[tuple[xr.Dataset, xr.Dataset] | None, list[str]]:
+    """Both grids reduced to the cases in both, in the reference's order, and what is different about their structure.
+
+    `our_dims`, `their_dims`: the case dimensions. Where the dimensions differ so much that no case can be matched the
+    first of what is returned is None.
+    """
+    if our_dims != their_dims:
+        return None, [f"dimensions are {_words(our_dims)}, in the reference {_words(their_dims)}"]
+    problems = []
+    for dim in theirs.dims:
+        if dim not in their_dims and ours.sizes.get(dim) != theirs.sizes[dim]:
+            found = ours.sizes.get(dim, "missing")
+            problems.append(f"dimension {dim}: {found}, in the reference {theirs.sizes[dim]}")
+    for dim in ours.dims:
+        if dim not in theirs.dims:
+            problems.append(f"dimension {dim}: not in the reference")
+    if problems:
+        return None, problems
+    for dim in their_dims:
+        here, there = _matches(ours, theirs, dim)
+        for grid, kept, where in ((theirs, there, "missing in the cube"), (ours, here, "not in the reference")):
+            lost = sorted(set(range(grid.sizes[dim])) - set(kept))
+            if lost:
+                problems.append(f"{dim} {_values(grid, dim, lost)}: {where}")
+        if list(here) != sorted(here):
+            problems.append(f"{dim}: in another order than in the reference")
+        ours, theirs = _take(ours, dim, here), _take(theirs, dim, there)
+    problems += _coordinates(ours, theirs, their_dims)
+    return (ours, theirs), problems
+
+
+def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str, ...]) -> tuple[list[str], list[str]]:
+    """Differences in the data variables' names, dimensions, kinds and units; names that can be compared."""
+    problems, names = [], []
+    for name in map(str, theirs.data_vars):
+        if name not in ours.data_vars:
+            problems.append(f"variable {name}: missing in the cube")
+            continue
+        a, b = ours[name], theirs[name]
+        if a.dims != b.dims:
+            problems.append(f"variable {name}: dimensions are {_words(a.dims)}, in the reference {_words(b.dims)}")
+        elif not set(case_dims) <= set(b.dims):
+            problems.append(f"variable {name}: dimensions are {_words(b.dims)}, not a value a case")
+        elif _kind(a) != _kind(b):
+            problems.append(f"variable {name}: holds {_kind(a)}, in the reference {_kind(b)}")
+        else:
+            names.append(name)
+        for attribute in ("units", "flag_meanings"):
+            if a.attrs.get(attribute) != b.attrs.get(attribute):
+                here, there = a.attrs.get(attribute), b.attrs.get(attribute)
+                problems.append(f"variable {name}: {attribute} {here!r}, in the reference {there!r}")
+    problems += [f"variable {name}: not in the reference" for name in ours.data_vars if name not in theirs.data_vars]
+    return problems, names
+
+
+def _kind(variable: xr.DataArray) -> str:
+    return {"f": "numbers", "i": "whole numbers", "u": "whole numbers"}.get(variable.dtype.kind, "text")
+
+
+def _words(dims: tuple[object, ...]) -> str:
+    return f"({', '.join(map(str, dims))})"
+
+
+def _take(grid: xr.Dataset, dim: str, kept: list[int]) -> xr.Dataset:
+    return grid if kept == list(range(grid.sizes[dim])) else grid.isel({dim: kept})
+
+
+def _values(grid: xr.Dataset, dim: str, positions: list[int]) -> str:
+    values = grid[dim].values if dim in grid.coords else np.arange(grid.sizes[dim])
+    shown = ", ".join(str(values[i]) for i in positions[:_SHOWN])
+    return f"{shown}, ..." if len(positions) > _SHOWN else shown
+
+
+def _matches(ours: xr.Dataset, theirs: xr.Dataset, dim: str) -> tuple[list[int], list[int]]:
+    """Positions in both grids of the values of `dim` that are in both, in the reference's order."""
+    if dim not in ours.coords or dim not in theirs.coords:
+        count = min(ours.sizes[dim], theirs.sizes[dim])
+        return list(range(count)), list(range(count))
+    a, b = ours[dim].values, theirs[dim].values
+    here, there = [], []
+    if a.dtype.kind in "fiu" and b.dtype.kind in "fiu":
+        tolerance = COORDINATE_RTOL * max(np.abs(b).max(initial=0.0), np.finfo(float).tiny)
+        for j, value in enumerate(b):
+            i = int(np.argmin(np.abs(a - value))) if a.size else -1
+            if i >= 0 and abs(a[i] - value) <= tolerance:
+                here.append(i)
+                there.append(j)
+        return here, there
+    position = {str(value): i for i, value in enumerate(a)}
+    for j, value in enumerate(b):
+        if str(value) in position:
+            here.append(position[str(value)])
+            there.append(j)
+    return here, there
+
+
+def _coordinates(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str, ...]) -> list[str]:
+    """Differences of all coordinates, but for the values of case dimensions, which have been matched."""
+    problems = []
+    for name in map(str, theirs.coords):
+        if name not in ours.coords:
+            problems.append(f"coordinate {name}: missing in the cube")
+            continue
+        a, b = ours[name], theirs[name]
+        if a.attrs.get("units") != b.attrs.get("units"):
+            here, there = a.attrs.get("units"), b.attrs.get("units")
+            problems.append(f"coordinate {name}: units {here!r}, in the reference {there!r}")
+        if a.dims != b.dims:
+            problems.append(f"coordinate {name}: dimensions are {_words(a.dims)}, in the reference {_words(b.dims)}")
+        elif name not in case_dims and not _equal(a.values, b.values):
+            problems.append(f"coordinate {name}: its values differ")
+    problems += [f"coordinate {name}: not in the reference" for name in ours.coords if name not in theirs.coords]
+    return problems
+
+
+def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+    if a.dtype.kind not in "fiu" or b.dtype.kind not in "fiu":
+        return bool(np.array_equal(a.astype(str), b.astype(str)))
+    scale = np.abs(b[np.isfinite(b)]).max(initial=0.0)
+    return bool(np.allclose(a, b, rtol=0.0, atol=COORDINATE_RTOL * scale, equal_nan=True))
