@@ -20,7 +20,8 @@ TRACTION_SECONDS = 0.006  # one case with creepage: newton, one-way
 FULL_COUPLING_FACTOR = 10.0
 PAPER_CG_FACTOR = 80.0  # it runs to its limit of iterations
 COMPRESSED = 0.10  # of the raw size of a field after gzip level 1
-CASE_BYTES = 1500  # stored for a case besides fields: scalars, label, key, and the index of its chunks
+CASE_BYTES = 1000  # stored for a case besides fields: scalars, label, key, and the index of its chunks
+GROUP_BYTES = 80e3  # stored for a group of the cube: names, attributes, coordinates
 PROCESS_BYTES = 250e6  # an interpreter with NumPy, Numba and the compiled kernels
 CELL_BYTES = 600  # held by a solver for each cell of the largest mesh
 HELD_CASE_BYTES = 2000  # held for each case by the process that deals out the work
@@ -80,6 +81,7 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
     largest = max(math.prod(case.scene.mesh.cells) for case in expansion.cases)
     fields = sum(_field_bytes(cases, study.outputs) for cases in _of_grids(expansion).values())
     count = len(expansion.cases)
+    groups_of_cube = 1 if len(study.grids) == 1 else 1 + len(study.grids)
     return Estimate(
         cases=count,
         distinct=len({case.key for case in expansion.cases}),
@@ -89,7 +91,7 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
         worker_bytes=PROCESS_BYTES + CELL_BYTES * largest,
         parent_bytes=PROCESS_BYTES + HELD_CASE_BYTES * count,
         field_bytes=fields,
-        file_bytes=COMPRESSED * fields + CASE_BYTES * count,
+        file_bytes=COMPRESSED * fields + CASE_BYTES * count + GROUP_BYTES * groups_of_cube,
     )
 
 

@@ -12,7 +12,7 @@ import pytest
 from rcstudy import cases as cases_module
 from rcstudy.cases import case_key, expand, layer_set, normal_key, scene_record
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
-from rcstudy.plan import CASE_BYTES, COMPRESSED, PAPER_CG_FACTOR, estimate, plan_report
+from rcstudy.plan import CASE_BYTES, COMPRESSED, GROUP_BYTES, PAPER_CG_FACTOR, estimate, plan_report
 from rcstudy.study import load_study, scene_from_mapping
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -278,7 +278,7 @@ def test_estimated_size_is_that_of_the_fields(study):
     def bytes_of(outputs):
         plan = study("  g: {axes: {friction: [1, 2], creepage.spin: [0.01]}}\n  h: {axes: {friction: [1]}}\n" + outputs)
         total = estimate(plan, expand(plan))
-        assert total.file_bytes == pytest.approx(COMPRESSED * total.field_bytes + 3 * CASE_BYTES)
+        assert total.file_bytes == pytest.approx(COMPRESSED * total.field_bytes + 3 * CASE_BYTES + 3 * GROUP_BYTES)
         return total.field_bytes
 
     cells = 32 * 32
