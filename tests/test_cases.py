@@ -4,10 +4,10 @@ import dataclasses
 import itertools
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from studies import BASE, CONFIGS, load_text
 
 from rcstudy import cases as cases_module
 from rcstudy.cases import case_key, expand, layer_set, normal_key, scene_record
@@ -15,29 +15,12 @@ from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tole
 from rcstudy.plan import CASE_BYTES, COMPRESSED, GROUP_BYTES, PAPER_CG_FACTOR, estimate, plan_report
 from rcstudy.study import load_study, scene_from_mapping
 
-CONFIGS = Path(__file__).parent.parent / "configs"
-
-BASE = """\
-study: s
-scene:
-  substrate: {E: 210000, nu: 0.3}
-  radius: 50
-  load: 100
-  mesh: {size: [2, 2], cells: [32, 32]}
-grids:
-"""
-
 
 @pytest.fixture
 def study(tmp_path):
     """Loads grids under the shared scene above."""
 
-    def load(text):
-        path = tmp_path / "s.yaml"
-        path.write_text(BASE + text, encoding="utf-8")
-        return load_study(path)
-
-    return load
+    return lambda text: load_text(tmp_path, BASE + text)
 
 
 @pytest.fixture

@@ -25,6 +25,7 @@ ORDER = [
     "rcstudy.solve",
     "rcstudy.layout",
     "rcstudy.publish",
+    "rcstudy.steady",
     "rcstudy.provenance",
     "rcstudy.progress",
     "rcstudy.cube_writer",

@@ -1,0 +1,129 @@
+"""Files that are no study, hostile ones among them: always a message with a place, never a traceback."""
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from studies import BASE, CONFIGS, refusal
+
+from rcstudy import yamltree
+from rcstudy.cases import expand
+from rcstudy.errors import UserError
+from rcstudy.study import Study, load_study
+
+
+@pytest.fixture
+def refused(tmp_path):
+    """Lines of the refusal of a text."""
+    return lambda text: refusal(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("", "1:1: the file is empty"),
+        ("# nothing\n", "1:1: the file is empty"),
+        ("- 1\n", "1:1: [1]: a mapping with keys study,"),
+        ("text\n", "1:1: text: a mapping with keys study,"),
+        (BASE + "---\n" + BASE, "8:1: second document: one document a file"),
+        ("%YAML 1.1\n---\nstudy: s\n", "2:1: %YAML directive: YAML 1.2"),
+        ("study: a: b\n", "1:9: not YAML: mapping values are not allowed here"),
+        ("study: s\n\tscene: 1\n", "2:1: not YAML:"),
+        ('study: "\\UFFFFFFFF"\n', "1:1: not YAML: OverflowError"),
+        ("study: s\nx: \x07\n", "2:4: not YAML: character 7: printable characters"),
+        (b"study: s\nscene: \xff\n", "2:8: byte 0xff: the file must be UTF-8 text"),
+        ("study: s\xe9\nx: \xe9".encode("latin-1"), "1:9: byte 0xe9: the file must be UTF-8 text"),
+        ("[" * 100_000, "1:33: nesting: at most 32 deep"),
+        ("study: ../../etc\n", "1:8: study: ../../etc: a name of letters, digits"),
+        ("study: s\nscene: 1\n", "2:8: scene: 1: a mapping of scene keys"),
+        ("study: s\nscene: {load: 1}\ngrids: {}\n", "3:8: grids: {}: a mapping of at least one named grid"),
+        ("study: s\noutputs: {fields: 1}\n", "2:19: outputs.fields: 1: true or false"),
+        ("study: s\noutputs: {precision: f8}\n", "2:22: outputs.precision: f8: one of float64, float32"),
+        ("study: s\ndescription: \"\\0\"\n", "2:14: description: \\x00: text without control characters"),
+        ("study: s\n1: x\n", "2:1: 1: a key is a word"),
+        ("study: s\n[a]: x\n", "2:1: an alias, list or mapping as key: a key is a word"),
+        ("study: s\n<<: {a: 1}\n", "2:1: <<: merge keys are not part of YAML 1.2"),
+        ("study: &a [*a]\n", "1:12: study[0]: *a: an alias cannot stand inside its own anchor"),
+        ("study: *a\n", "1:8: study: *a: no anchor &a stands before it"),
+    ],
+)  # fmt: skip
+def test_bad_files(refused, text, line):
+    found = refused(text)
+    assert any(one.startswith(f"s.yaml:{line}") for one in found), found
+
+
+@pytest.mark.parametrize(
+    "value", ["!!python/object/apply:os.mkdir [hit]", "!!python/name:os.system x", "!!str x", "!mine {a: 1}", "! x"]
+)
+def test_tags_are_refused_and_construct_nothing(refused, value, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = refused(f"study: s\ndescription: {value}\n")
+    (line,) = (line for line in found if line.endswith("a plain value: tags are not allowed"))
+    assert line.startswith("s.yaml:2:14: description: !")
+    assert [path.name for path in tmp_path.iterdir()] == ["s.yaml"]
+
+
+def test_aliases_that_multiply_are_refused(refused):
+    text = "a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n"
+    for k in range(1, 20):
+        text += f"{chr(97 + k)}: &{chr(97 + k)} [{', '.join(['*' + chr(96 + k)] * 10)}]\n"
+    assert "aliases may add 100000 values in all, no more" in refused(text)[-1]
+
+
+def test_aliases_cannot_nest_beyond_the_bound(refused):
+    text = "".join(f"k{k}: &k{k} [[[[[[[[*k{k - 1}]]]]]]]]\n" if k else "k0: &k0 [1]\n" for k in range(6))
+    assert refused(text)[-1].endswith("nesting at most 32 deep")
+
+
+def test_files_that_cannot_be_read(tmp_path, monkeypatch):
+    for path in (tmp_path / "missing.yaml", tmp_path, "a\0b"):
+        with pytest.raises(UserError, match="cannot be read"):
+            load_study(path)
+    monkeypatch.setattr(yamltree, "MAX_BYTES", 100)
+    (tmp_path / "s.yaml").write_text(BASE)
+    with pytest.raises(UserError, match="larger than"):
+        load_study(tmp_path / "s.yaml")
+
+
+def test_many_errors_are_counted_not_all_listed(refused):
+    found = refused(BASE + f"  g: {{axes: {{load: [{', '.join('x' * k for k in range(1, 101))}]}}}}\n")
+    assert len(found) == yamltree.MAX_REPORTED + 1
+    assert found[-1] == "s.yaml: ... and 60 more errors"
+
+
+# no traceback, whatever the bytes
+
+PAPER = (CONFIGS / "paper.yaml").read_bytes()
+FRAGMENTS = [
+    *(bytes([c]) for c in b"{}[]'\"#->~@`?:0|&*!%,\\"),
+    *(b"true", b"*a", b"1e999", b".nan", b".inf"),
+    *(b"&a ", b"!!python/object:x ", b": ", b"- ", b"? ", b"<<: ", b"1 Es", b"1 a", b"9" * 21),
+    *(b"\t", b"\n", b"\r", b"|\n", b"---\n", b"...\n", b"%YAML 9.9\n"),
+    *(b"\xff", b"\x00", b"\xef\xbb\xbf", b"\xe2\x80\xa8"),
+]
+
+edits = st.lists(
+    st.tuples(st.integers(0, len(PAPER)), st.integers(0, 40), st.sampled_from(FRAGMENTS) | st.binary(max_size=6)),
+    min_size=1,
+    max_size=4,
+)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(edits)
+@example([(0, len(PAPER), b"")])
+@example([(PAPER.index(b"0.25 a"), 6, b"1e-320 a")])
+@example([(PAPER.index(b"50\n"), 2, b"[1e300, 1e-300]")])
+def test_mutated_study_is_a_study_or_a_user_error(tmp_path, changes):
+    data = PAPER
+    for start, length, put in changes:
+        data = data[:start] + put + data[start + length :]
+    path = tmp_path / "mutated.yaml"
+    path.write_bytes(data)
+    try:
+        study = load_study(path)
+    except UserError as error:
+        assert str(error).startswith(str(path))
+        assert "Traceback" not in str(error)
+    else:
+        assert isinstance(study, Study)
+        assert len(expand(study).cases) == study.size
