@@ -28,17 +28,14 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
     """
     start = time.perf_counter()
     contact: NormalContact | None = None
-    failure: Result | None = None
     for scene in scenes:
         try:
-            if contact is None and failure is None:
+            if contact is None:
                 contact = solve_normal(scene)
-                failure = _normal_failure(contact)
-            result = failure if failure is not None or contact is None else _solve_with(contact, scene)
+            result = _normal_failure(contact) or _solve_with(contact, scene)
         except Exception as error:  # a batch must go on: any failure of one case becomes its status
             result = Result(Status.ERROR, f"{type(error).__name__}: {error}")
         now = time.perf_counter()
-        result = Result(result.status, result.reason, dict(result.scalars), result.fields)
         result.scalars["solve_seconds"] = now - start
         start = now
         yield result

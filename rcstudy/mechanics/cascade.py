@@ -16,7 +16,7 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import tractions
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, solve_tractions
 
-_COARSEST = 8  # cells: a level whose box is no larger in some direction starts the cascade
+_COARSEST = 12  # cells: a level whose box is no larger in some direction starts the cascade
 _COARSE_TOLERANCE = 3e-3  # of the coarser levels: their discretisation error is larger
 
 

@@ -16,10 +16,10 @@ from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
     convolve,
-    difference_symbol,
-    displacement_operator,
+    difference_symbols,
     padded_shape,
-    symbol,
+    symbols,
+    traction_quadrants,
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.normal import NormalSolution, cell_centres, initial_gap, solve_pressure
@@ -78,8 +78,8 @@ class NormalContact:
         padded = padded_shape(shape)
         quadrant = self.influence.quadrant(padded[0] // 2 + 2, padded[1] // 2 + 1)
         p = self.solution.p[self.box.slices]
-        for component, parity in ((0, (-1, 1)), (1, (1, -1))):
-            hat = difference_symbol(quadrant[4 + component], padded, parity, self.scene.mesh.spacing[0])
+        by_pressure = [(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))]
+        for component, hat in enumerate(difference_symbols(by_pressure, padded, self.scene.mesh.spacing[0])):
             out[:, component] = convolve(hat, padded, p)[self.cells[:, 0], self.cells[:, 1]]
         return out
 
@@ -93,7 +93,8 @@ class NormalContact:
         """Displacements by tractions on the box and one more row of cells ahead of it (+x)."""
         shape = self.box.shape[0] + 1, self.box.shape[1]
         padded = padded_shape(shape)
-        return displacement_operator(self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1), shape)
+        quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+        return PairOperator(symbols(traction_quadrants(quadrant), padded), padded, shape)
 
     def gather(self, window: np.ndarray) -> np.ndarray:
         """Values [m] at the cells in contact of an array [nx, ny] of the window."""
@@ -137,9 +138,8 @@ def displacement_by_tractions(contact: NormalContact, rolling: RollingSolution, 
     padded = padded_shape(box.shape)
     quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
     out = np.zeros(box.shape)
-    for component, parity in ((0, (-1, 1)), (1, (1, -1))):
-        q = contact.spread(rolling.q[:, component])[box.slices]
-        out -= convolve(symbol(quadrant[4 + component], padded, parity), padded, q)
+    for component, hat in enumerate(symbols([(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))], padded)):
+        out -= convolve(hat, padded, contact.spread(rolling.q[:, component])[box.slices])
     return out
 
 

@@ -6,6 +6,8 @@ no product allocates memory.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -47,82 +49,135 @@ class Box:
 
 
 class Transform:
-    """Real FFT of `fields` padded arrays at once, and back: `real` [fields, px, py], `hat` [fields, px, py//2+1]."""
+    """Real FFTs of `fields` zero-padded arrays at once, and back, stage by stage so that padding costs little.
 
-    def __init__(self, shape: tuple[int, int], fields: int) -> None:
-        px, py = shape
-        self.shape = shape
-        self.real = pyfftw.zeros_aligned((fields, px, py), dtype="float64")
-        self.hat = pyfftw.zeros_aligned((fields, px, py // 2 + 1), dtype="complex128")
-        options = {"axes": (1, 2), "flags": ("FFTW_ESTIMATE",), "threads": 1}
-        self._forward = pyfftw.FFTW(self.real, self.hat, direction="FFTW_FORWARD", **options)
-        # a multi-dimensional c2r destroys its input; `hat` is spent after it
-        backward = {**options, "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")}
-        self._backward = pyfftw.FFTW(self.hat, self.real, direction="FFTW_BACKWARD", **backward)
-        self.forward = self._forward.execute
-        self.backward = self._backward.execute  # unnormalised: 1/(px py) sits in the symbols
+    `real` [fields, rows, py] holds the first `rows` of px rows; the others are zero (forward) or not wanted
+    (backward), and are not transformed along y. `hat` [fields, px, py//2+1]: the coefficients, free to be changed
+    between the two. Unnormalised: 1/(px py) sits in the symbols.
+    """
+
+    def __init__(self, padded: tuple[int, int], fields: int, rows: int) -> None:
+        px, py = padded
+        half = py // 2 + 1
+        self.real = pyfftw.zeros_aligned((fields, rows, py), dtype="float64")
+        self.hat = pyfftw.zeros_aligned((fields, px, half), dtype="complex128")
+        # rows beyond `rows` of the first stage stay zero for good; the last stage may destroy what it reads
+        first = pyfftw.zeros_aligned((fields, px, half), dtype="complex128")
+        last = pyfftw.zeros_aligned((fields, px, half), dtype="complex128")
+        options = {"flags": ("FFTW_ESTIMATE",), "threads": 1}
+        spent = {"flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": 1}
+        back = {"direction": "FFTW_BACKWARD"}
+        # the plans keep their arrays alive; only their bound `execute` is called
+        self._along_y = pyfftw.FFTW(self.real, first[:, :rows], axes=(2,), **options).execute
+        self._along_x = pyfftw.FFTW(first, self.hat, axes=(1,), **options).execute
+        self._back_x = pyfftw.FFTW(self.hat, last, axes=(1,), **back, **options).execute
+        self._back_y = pyfftw.FFTW(last[:, :rows], self.real, axes=(2,), **back, **spent).execute
+
+    def forward(self) -> None:
+        """From `real` to `hat`."""
+        self._along_y()
+        self._along_x()
+
+    def backward(self) -> None:
+        """From `hat` to `real`."""
+        self._back_x()
+        self._back_y()
 
 
-@lru_cache(maxsize=32)
-def transform(shape: tuple[int, int], fields: int) -> Transform:
-    """The plan for `fields` arrays of padded `shape`, made once per process."""
-    return Transform(shape, fields)
+@lru_cache(maxsize=96)
+def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
+    """The plans for `fields` arrays with `rows` rows in use of a `padded` shape, made once per process."""
+    return Transform(padded, fields, rows)
+
+
+@lru_cache(maxsize=1024)
+def good_length(n: int) -> int:
+    """A transform length of at least `n` and at most a quarter more, chosen for speed.
+
+    Cost per point and log(length): 2, 4, 8 are the best factors, 3 and 5 cost a little more each, and a length that
+    is not a multiple of 4 costs the vector units half their speed or more (measured; the figures of the table are
+    ratios).
+    """
+
+    def cost(length: int) -> float:
+        rest, slowdown = length, 1.0
+        for factor, price in ((2, 1.0), (3, 1.12), (5, 1.12), (7, 1.3)):
+            while rest % factor == 0:
+                rest //= factor
+                slowdown *= price
+        if rest > 1:
+            return float("inf")
+        slowdown *= 1.0 if length % 4 == 0 else 1.35 if length % 2 == 0 else 2.5
+        return slowdown * length * max(1.0, math.log2(length))
+
+    return min(range(n, max(n + 4, (5 * n) // 4) + 1), key=cost)
 
 
 def padded_shape(box: tuple[int, int]) -> tuple[int, int]:
-    """Smallest shape with small prime factors that holds a linear convolution on `box` cells: at least 2n - 1."""
-    return pyfftw.next_fast_len(2 * box[0] - 1), pyfftw.next_fast_len(2 * box[1] - 1)
+    """A shape that holds a linear convolution on `box` cells: lengths of at least 2n - 1."""
+    return good_length(2 * box[0] - 1), good_length(2 * box[1] - 1)
 
 
-def symbol(quadrant: np.ndarray, padded: tuple[int, int], parity: tuple[int, int] = (1, 1)) -> np.ndarray:
-    """Discrete Fourier transform, over px py, of coefficients given at offsets i, j >= 0.
+def symbols(quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int]) -> np.ndarray:
+    """Discrete Fourier transforms, over px py, of coefficients given at offsets i, j >= 0.
 
-    `quadrant` [> px//2, > py//2]; `parity` (+1 even, -1 odd) in x and y gives the negative offsets.
-    Complex [px, py//2+1].
+    `quadrants`: pairs of an array [> px//2, > py//2] and its parity (+1 even, -1 odd) in x and y, which gives the
+    negative offsets. Complex [k, px, py//2+1].
     """
     px, py = padded
-    plan = transform(padded, 1)
-    arrays.unfold(quadrant, parity[0], parity[1], plan.real[0])
+    plan = transform(padded, len(quadrants), px)
+    for real, (quadrant, parity) in zip(plan.real, quadrants, strict=True):
+        arrays.unfold(quadrant, parity[0], parity[1], real)
     plan.forward()
-    hat: np.ndarray = plan.hat[0] / (px * py)
+    hat: np.ndarray = plan.hat / (px * py)
     return hat
 
 
-def difference_symbol(quadrant: np.ndarray, padded: tuple[int, int], parity: tuple[int, int], dx: float) -> np.ndarray:
-    """Symbol, over px py, of the upwind difference (u_i - u_(i+1))/dx of the displacement u with coefficients
-    `quadrant`.
+def difference_symbols(
+    quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int], dx: float
+) -> np.ndarray:
+    """Symbols of the upwind difference (u_i - u_(i+1))/dx of displacements u with coefficients `quadrants`.
 
-    `quadrant` [> px//2 + 1, > py//2], else as in `symbol`.
+    Arrays [> px//2 + 1, > py//2], else as in `symbols`.
     """
     px, py = padded
-    plan = transform(padded, 1)
-    arrays.upwind_difference(quadrant, parity[0], parity[1], dx, plan.real[0])
+    plan = transform(padded, len(quadrants), px)
+    for real, (quadrant, parity) in zip(plan.real, quadrants, strict=True):
+        arrays.upwind_difference(quadrant, parity[0], parity[1], dx, real)
     plan.forward()
-    hat: np.ndarray = plan.hat[0] / (px * py)
+    hat: np.ndarray = plan.hat / (px * py)
     return hat
 
 
 def convolve(hat: np.ndarray, padded: tuple[int, int], field: np.ndarray) -> np.ndarray:
-    """Product of the operator with symbol `hat` and `field` [nx, ny], on the same cells."""
-    plan = transform(padded, 1)
+    """Product of the operator with symbol `hat` [px, py//2+1] and `field` [nx, ny], on the same cells."""
+    plan = transform(padded, 1, field.shape[0])
     arrays.pad(field, plan.real[0])
     plan.forward()
     plan.hat[0] *= hat
     plan.backward()
-    return plan.real[0, : field.shape[0], : field.shape[1]].copy()
+    return plan.real[0, :, : field.shape[1]].copy()
+
+
+TRACTION_PARITY = ((1, (1, 1)), (3, (-1, -1)), (2, (1, 1)))  # component of a coefficient array and parity: xx, xy, yy
+
+
+def traction_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int, int]]]:
+    """The coefficients xx, xy, yy of `quadrant` [6, ...] (see `influence.py`) with their parities."""
+    return [(quadrant[component], parity) for component, parity in TRACTION_PARITY]
 
 
 class PairOperator:
     """Two displacements (or slips) by two tractions: a symmetric 2x2 array of convolutions on a box of cells.
 
-    `symbols` [4, px, py//2+1]: xx, xy, yx, yy, with 1/(px py) in them.
+    `symbols` [3, px, py//2+1]: xx, xy = yx, yy, with 1/(px py) in them.
     """
 
     def __init__(self, symbols: np.ndarray, padded: tuple[int, int], box: tuple[int, int]) -> None:
         self.symbols = symbols
         self.padded = padded
         self.box = box
-        self.plan = transform(padded, 2)
+        self.plan = transform(padded, 2, box[0])
 
     def on_box(self, q: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Result [2, nx, ny] on the box of `q` [m, 2] given at `cells` [m, 2]; valid until the plan's next use."""
@@ -133,19 +188,5 @@ class PairOperator:
         plan.forward()
         arrays.multiply_2x2(plan.hat, self.symbols)
         plan.backward()
-        result: np.ndarray = plan.real[:, : self.box[0], : self.box[1]]
+        result: np.ndarray = plan.real[:, :, : self.box[1]]
         return result
-
-
-def displacement_operator(
-    quadrant: np.ndarray, box: tuple[int, int], padded: tuple[int, int] | None = None
-) -> PairOperator:
-    """u_x, u_y by q_x, q_y on `box` cells from the coefficients `quadrant` [6, ...] (see `influence.py`).
-
-    A torus `padded` smaller than 2n - 1 gives a circular convolution: an approximation, fit for preconditioners only.
-    """
-    padded = padded or padded_shape(box)
-    xx = symbol(quadrant[1], padded)
-    yy = symbol(quadrant[2], padded)
-    xy = symbol(quadrant[3], padded, (-1, -1))
-    return PairOperator(np.stack([xx, xy, xy, yy]), padded, box)

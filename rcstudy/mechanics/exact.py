@@ -9,8 +9,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
 
 from rcstudy.mechanics.scene import Material, Scene
 
@@ -49,6 +47,10 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
     if math.isclose(rx, ry, rel_tol=1e-12):
         a = (0.75 * load * rx / modulus) ** (1.0 / 3.0)
         return Hertz((a, a), 1.5 * load / (math.pi * a * a), a * a / rx)
+    # imported here: circles, the common case, should not wait for them
+    from scipy.optimize import brentq
+    from scipy.special import ellipe, ellipk
+
     r_major, r_minor = max(rx, ry), min(rx, ry)  # the longer semi-axis lies along the larger radius
     curvature_ratio = r_major / r_minor
 

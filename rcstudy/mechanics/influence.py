@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from copy import copy
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import fht
@@ -35,7 +36,7 @@ _LOG_STEP = 0.06  # of the grids of alpha and r; half of it changes the coeffici
 _BIAS = -0.5  # makes alpha * D(alpha) / alpha^bias vanish at both ends of the grid, and the transform too
 _LOW, _HIGH = 1e-24, 2e4  # range of alpha, in units of 1/(total thickness) and 1/(thinnest layer)
 _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in polar coordinates
-_FAR_POINTS, _NEAR_POINTS = 3, 20
+_DISTANT = 30.0  # cells this many sides away get 2 x 2 points instead of 3 x 3
 
 
 @dataclass(frozen=True)
@@ -101,13 +102,13 @@ class Influence:
         self._top: Material = layers[0] if layers else substrate
         self._counterbody = counterbody
         self._tables = radial_tables(substrate, layers, reach + math.hypot(*spacing)) if layers else None
-        self._quadrant = np.zeros((6, 0, 0))
+        self._quadrant = self._layer_part = np.zeros((6, 0, 0))
 
     def coarser(self) -> Influence:
         """The coefficients of cells of twice the size; the tables of the radial functions are shared."""
         other = copy(self)
         other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
-        other._quadrant = np.zeros((6, 0, 0))
+        other._quadrant = other._layer_part = np.zeros((6, 0, 0))
         return other
 
     @property
@@ -126,11 +127,21 @@ class Influence:
         """
         have = self._quadrant.shape
         if have[1] < nx or have[2] < ny:
-            self._quadrant = self._compute(max(nx, have[1]), max(ny, have[2]))
+            self._layer_part = self._grown_layer_part(max(nx, have[1]), max(ny, have[2]))
+            self._quadrant = self._half_spaces(self._layer_part)
         return self._quadrant
 
-    def _compute(self, nx: int, ny: int) -> np.ndarray:
-        """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, 3.76, integrated) plus what the layers add."""
+    def _grown_layer_part(self, nx: int, ny: int) -> np.ndarray:
+        """What the layers add, [6, nx, ny]; only cells not computed before cost anything."""
+        out = np.zeros((6, nx, ny))
+        if self._tables is not None:
+            _, have_x, have_y = self._layer_part.shape
+            out[:, :have_x, :have_y] = self._layer_part
+            layer_integrals(self._tables, self.spacing, (have_x, have_y), out)
+        return out
+
+    def _half_spaces(self, layer_part: np.ndarray) -> np.ndarray:
+        """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, 3.76, integrated) plus `layer_part` [6, nx, ny]."""
         bodies = [(self._top, 1.0)]
         if self._counterbody is not None:
             bodies.append((self._counterbody, -1.0))
@@ -138,31 +149,28 @@ class Influence:
         g_inv = sum(1.0 / (2.0 * math.pi * m.G) for m, _ in bodies)
         nu_g = sum(m.nu / (2.0 * math.pi * m.G) for m, _ in bodies)
         dilation = sum(sign * (1.0 - 2.0 * m.nu) / (4.0 * math.pi * m.G) for m, sign in bodies)
-        inverse_r, xx, yy, xy, x_r2, y_r2 = (np.empty((nx, ny)) for _ in range(6))
-        coefficients.rectangle_integrals(nx, ny, *self.spacing, inverse_r, xx, yy, xy, x_r2, y_r2)
-        out = np.zeros((6, nx, ny))
-        if self._tables is not None:
-            layer_integrals(self._tables, self.spacing, out)
-        out[0] += (g_inv - nu_g) * inverse_r
-        out[1] += (g_inv - nu_g) * inverse_r + nu_g * xx
-        out[2] += (g_inv - nu_g) * inverse_r + nu_g * yy
-        out[3] += nu_g * xy
-        out[4] -= dilation * x_r2
-        out[5] -= dilation * y_r2
+        out = np.empty(layer_part.shape)
+        coefficients.half_spaces(*self.spacing, g_inv - nu_g, nu_g, dilation, layer_part, out)
         return out
 
 
-def layer_integrals(tables: RadialTables, spacing: tuple[float, float], out: np.ndarray) -> None:
-    """Integrals over the cells of what the layers add to the half-space of the top material: into out [6, nx, ny]."""
+def layer_integrals(tables: RadialTables, spacing: tuple[float, float], have: tuple[int, int], out: np.ndarray) -> None:
+    """Integrals over the cells of what the layers add to the half-space of the top material: into out [6, nx, ny].
+
+    Cells with i < have[0] and j < have[1] are known already.
+    """
     dx, dy = spacing
     _, nx, ny = out.shape
-    reach = _NEAR * max(dx, dy)
-    near_x, near_y = min(nx, math.ceil(reach / dx)), min(ny, math.ceil(reach / dy))
-    grid = (tables.log_r0, tables.step, dx, dy, near_x, near_y)
-    coefficients.far_cells(tables.kernel, *grid, *_gauss(_FAR_POINTS), out)
-    coefficients.near_cells(tables.primitive, *grid, *_gauss(_NEAR_POINTS), out)
+    side = max(dx, dy)
+    near = min(nx, math.ceil(_NEAR * side / dx)), min(ny, math.ceil(_NEAR * side / dy))
+    grid = tables.log_r0, tables.step, dx, dy
+    if have[0] < near[0] or have[1] < near[1]:
+        have = near
+        coefficients.near_cells(tables.primitive, *grid, *near, *_gauss(20), out)
+    coefficients.far_cells(tables.kernel, *grid, *have, _DISTANT * side, _gauss(3), _gauss(2), out)
 
 
+@lru_cache(maxsize=8)
 def _gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Legendre nodes and weights on [-1/2, 1/2]."""
     nodes, weights = np.polynomial.legendre.leggauss(points)

@@ -6,57 +6,40 @@ from collections.abc import Callable
 
 import numpy as np
 
-Product = Callable[[np.ndarray], np.ndarray]
+from rcstudy.mechanics.kernels import tractions
+
+Product = Callable[[np.ndarray, np.ndarray], None]
 
 
 def gmres(
-    apply: Product,
-    b: np.ndarray,
-    x0: np.ndarray,
-    precondition: Product,
-    relative: float,
-    max_products: int,
+    apply: Product, b: np.ndarray, x: np.ndarray, precondition: Product, relative: float, max_steps: int
 ) -> np.ndarray:
     """Solve A x = b to ||b - A x|| <= relative * ||b - A x0|| by flexible GMRES (Saad 1993).
 
-    Right preconditioning keeps the residual that of the system itself. Classical Gram-Schmidt, twice.
+    `apply(v, out)` and `precondition(v, out)` write products into `out`; `x` [n]: first guess, overwritten and
+    returned. Right preconditioning keeps the residual that of the system itself.
     """
-    r = b - apply(x0)
+    w = np.empty_like(b)
+    apply(x, w)
+    r = b - w
     beta = float(np.linalg.norm(r))
     if beta == 0.0:
-        return x0
-    steps = max_products // 2
-    n = b.size
-    v = np.empty((steps + 1, n))
-    z = np.empty((steps, n))
-    h = np.zeros((steps + 1, steps))
-    rotation = np.zeros((2, steps))
-    g = np.zeros(steps + 1)
+        return x
+    # never touched memory costs nothing: the arrays are as long as the steps taken need
+    v = np.empty((max_steps + 1, b.size))
+    z = np.empty((max_steps, b.size))
+    h = np.zeros((max_steps + 1, max_steps))
+    rotation = np.zeros((2, max_steps))
+    g = np.zeros(max_steps + 1)
     g[0] = beta
-    v[0] = r / beta
+    np.divide(r, beta, out=v[0])
     k = 0
-    while k < steps:
-        z[k] = precondition(v[k])
-        w = apply(z[k])
-        basis = v[: k + 1]
-        first = basis @ w
-        w = w - first @ basis
-        second = basis @ w
-        w = w - second @ basis
-        h[: k + 1, k] = first + second
-        norm = float(np.linalg.norm(w))
-        h[k + 1, k] = norm
-        for i in range(k):
-            c, s = rotation[:, i]
-            h[i, k], h[i + 1, k] = c * h[i, k] + s * h[i + 1, k], -s * h[i, k] + c * h[i + 1, k]
-        rho = float(np.hypot(h[k, k], h[k + 1, k]))
-        c, s = h[k, k] / rho, h[k + 1, k] / rho
-        rotation[:, k] = c, s
-        h[k, k], h[k + 1, k] = rho, 0.0
-        g[k], g[k + 1] = c * g[k], -s * g[k]
+    while k < max_steps:
+        precondition(v[k], z[k])
+        apply(z[k], w)
+        residual = tractions.arnoldi_step(v, k, w, h, rotation, g)
         k += 1
-        if abs(g[k]) <= relative * beta or norm == 0.0:
+        if residual <= relative * beta:
             break
-        v[k] = w / norm
-    y = np.linalg.solve(h[:k, :k], g[:k]) if k else np.zeros(0)
-    return x0 + y @ z[:k]
+    tractions.gmres_update(h, g, z, k, x)
+    return x

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbol, transform
+from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbols, transform
 from rcstudy.mechanics.exact import hertz_contact
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
@@ -131,9 +131,10 @@ def _conjugate_gradients(
     dx, dy = scene.mesh.spacing
     total = scene.load / (dx * dy)
     padded = padded_shape(shape)
-    operator = symbol(influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)[0], padded)
+    quadrant = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    operator = symbols([(quadrant[0], (1, 1))], padded)[0]
     operator_hat = np.ascontiguousarray(operator.real)  # even coefficients: a real symbol
-    plan = transform(padded, 1)
+    plan = transform(padded, 1, shape[0])
     # the symbol of the coefficients wrapped on the torus is positive for all but extreme layers; the floor makes sure
     floor = 1e-6 * float(operator_hat.max())
     inverse_hat = 1.0 / (np.maximum(operator_hat, floor) * (padded[0] * padded[1]) ** 2)

@@ -1,7 +1,7 @@
 """The proof that goes with every solution, computed apart from the solvers.
 
 Displacements come from the influence coefficients by convolutions of their own (displacements first, differences after;
-the whole window for the gap), not from the operators, residuals or active sets that the solvers keep.
+a larger box for the gap), not from the operators, residuals or active sets that the solvers keep.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions
-from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbol
+from rcstudy.mechanics.convolution import convolve, padded_shape, symbols
 from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
@@ -23,16 +23,19 @@ _FLOOR = 1e-9
 def prove_normal(contact: NormalContact, scene: Scene, rolling: RollingSolution | None) -> dict[str, float]:
     """Load balance, gap under pressure and overlap outside the contact, all relative (keys of `result.VARIABLES`).
 
-    The gap h + u_z - approach is computed on the whole window; with `coupling: full` u_z includes that by tractions.
+    The gap h + u_z - approach is computed on the contact's box and half as much again on each side; farther out h
+    grows and u_z falls. With `coupling: full` u_z includes that by tractions.
     """
-    nx, ny = scene.mesh.cells
     dx, dy = scene.mesh.spacing
-    p = contact.solution.p
-    padded = padded_shape((nx, ny))
+    size = contact.box.shape
+    box = contact.box.grown(size[0] // 2 + 2, size[1] // 2 + 2, scene.mesh.cells)
+    p = contact.solution.p[box.slices]
+    padded = padded_shape(box.shape)
     quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-    gap = initial_gap(scene) + convolve(symbol(quadrant[0], padded), padded, p) - contact.solution.approach
+    gap = initial_gap(scene)[box.slices] - contact.solution.approach
+    gap += convolve(symbols([(quadrant[0], (1, 1))], padded)[0], padded, p)
     if rolling is not None and scene.coupling == "full":
-        gap += displacement_by_tractions(contact, rolling, Box(0, nx, 0, ny))
+        gap += displacement_by_tractions(contact, rolling, box)
     inside = p > 0.0
     scale = abs(contact.solution.approach)
     return {

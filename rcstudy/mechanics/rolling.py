@@ -22,9 +22,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pyfftw
 
-from rcstudy.mechanics.convolution import difference_symbol, displacement_operator, padded_shape, transform
+from rcstudy.mechanics.convolution import (
+    difference_symbols,
+    good_length,
+    padded_shape,
+    symbols,
+    traction_quadrants,
+    transform,
+)
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
@@ -32,7 +38,7 @@ from rcstudy.mechanics.scene import Creepage
 
 _MAX_NEWTON = 60
 _LOOSEST = 0.2  # linear residual of a Newton step, over its first one
-_MAX_PRODUCTS = 200  # of one linear system
+_MAX_STEPS = 100  # of one linear system
 
 
 @dataclass
@@ -62,36 +68,27 @@ class SlipOperator:
     def __init__(self, influence: Influence, spacing: tuple[float, float], shape: tuple[int, int]) -> None:
         self.spacing = spacing
         padded = padded_shape(shape)
+        # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
+        torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
         quadrant = influence.quadrant(padded[0] // 2 + 2, padded[1] // 2 + 1)
-        self.symbol = _slip_symbols(quadrant, padded, spacing[0])
-        self.plan = transform(padded, 2)
+        coefficients = traction_quadrants(quadrant)
         # diagonal of B: (A(0) - A(1))/dx
         self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
         self.compliance = float(quadrant[1, 0, 0])
-        # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
-        torus = pyfftw.next_fast_len(shape[0] + 1), pyfftw.next_fast_len(shape[1] + 1)
-        self.torus_plan = transform(torus, 2)
-        self.torus_inverse = _inverse(displacement_operator(quadrant, shape, torus).symbols, 0.0, torus)
-        self.edge = np.zeros((2, torus[1]))
-        self.torus_symbol = _slip_symbols(quadrant, torus, spacing[0])
+        self.symbol = difference_symbols(coefficients, padded, spacing[0])
+        self.plan = transform(padded, 2, shape[0])
+        self.torus_symbol = difference_symbols(coefficients, torus, spacing[0])
+        self.torus_inverse = _inverse(symbols(coefficients, torus), 0.0, torus)
         self.torus_shifted = _inverse(self.torus_symbol, self.diagonal, torus)
+        self.torus_plan = transform(torus, 2, torus[0])
+        self.edge = np.zeros((2, torus[1]))
 
 
-def _slip_symbols(quadrant: np.ndarray, padded: tuple[int, int], dx: float) -> np.ndarray:
-    """Symbols xx, xy, yx, yy of the slips by tractions."""
-    xx, xy, yy = (
-        difference_symbol(quadrant[component], padded, (parity, parity), dx)
-        for component, parity in ((1, 1), (3, -1), (2, 1))
-    )
-    return np.stack([xx, xy, xy, yy])
-
-
-def _inverse(symbols: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:
-    """Symbols of the inverse of a symmetric pair operator plus `shift` times the identity, with its 1/(px py)."""
+def _inverse(pair: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:
+    """Symbols xx, xy, yy of the inverse of a symmetric pair operator plus `shift` times the identity."""
     size = padded[0] * padded[1]
-    xx, xy, _, yy = symbols
-    xx, yy = xx + shift / size, yy + shift / size
-    result: np.ndarray = np.stack([yy, -xy, -xy, xx]) / ((xx * yy - xy * xy) * size**2)
+    xx, xy, yy = pair[0] + shift / size, pair[1], pair[2] + shift / size
+    result: np.ndarray = np.stack([yy, -xy, xx]) / ((xx * yy - xy * xy) * size**2)
     return result
 
 
@@ -130,30 +127,30 @@ class NewtonSystem:
 
     def slips(self, q: np.ndarray) -> np.ndarray:
         """Slip [m, 2] under tractions `q` [m, 2]."""
-        return self.w + self._multiply(q.reshape(-1), self._no_slip).reshape(-1, 2)
+        s = np.empty(q.shape)
+        self._multiply(q.reshape(-1), self._no_slip, s.reshape(-1))
+        s += self.w
+        return s
 
-    def apply(self, v: np.ndarray) -> np.ndarray:
-        """Product of the system's matrix with a vector of unknowns [2 m]."""
-        return self._multiply(v, self.slip)
+    def apply(self, v: np.ndarray, out: np.ndarray) -> None:
+        """Product of the system's matrix with a vector of unknowns `v` [2 m], into `out`."""
+        self._multiply(v, self.slip, out)
 
-    def _multiply(self, v: np.ndarray, slip: np.ndarray) -> np.ndarray:
+    def _multiply(self, v: np.ndarray, slip: np.ndarray, out: np.ndarray) -> None:
         self.products += 1
         plan = self.operator.plan
         tractions.scatter_traction(v, self.cells, slip, self.normal, plan.real)
         plan.forward()
         arrays.multiply_2x2(plan.hat, self.operator.symbol)
         plan.backward()
-        out = np.empty(v.size)
         tractions.gather_slip(plan.real, v, self.cells, slip, self.normal, self.curvature, out)
-        return out
 
-    def precondition(self, v: np.ndarray) -> np.ndarray:
-        """Approximate solution [2 m] for the residuals `v` [2 m]: stick cells, then slip cells with what is left."""
+    def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
+        """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick, then slip cells with what is left."""
         self.products += 1
         operator = self.operator
         plan = operator.torus_plan
         cells, slip, normal = self.cells, self.slip, self.normal
-        out = np.empty(v.size)
         tractions.integrate_rows(v, cells, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.real)
         plan.forward()
         arrays.multiply_2x2(plan.hat, operator.torus_inverse)
@@ -167,7 +164,6 @@ class NewtonSystem:
         arrays.multiply_2x2(plan.hat, operator.torus_shifted)
         plan.backward()
         tractions.gather_slip_traction(plan.real, cells, slip, normal, self.diagonal, 2.0 * operator.diagonal, out)
-        return out
 
     def step(self, q: np.ndarray, forcing: float) -> np.ndarray:
         """Tractions after the Newton step from `q`, the linear system solved to `forcing` of its first residual."""
@@ -176,7 +172,7 @@ class NewtonSystem:
         known = np.where(slip[:, None], self.bound[:, None] * normal, 0.0)
         rhs = -self.slips(known)
         b = self._unknowns(rhs)
-        x = gmres(self.apply, b, self._unknowns(q), self.precondition, forcing, _MAX_PRODUCTS)
+        x = gmres(self.apply, b, self._unknowns(q), self.precondition, forcing, _MAX_STEPS)
         tau = x[1::2]
         new = known
         new[:, 0] += np.where(slip, -normal[:, 1] * tau, x[0::2])

@@ -62,29 +62,24 @@ def upwind_difference(quadrant: np.ndarray, parity_x: int, parity_y: int, dx: fl
 
 @jit
 def pad(field: np.ndarray, out: np.ndarray) -> None:
-    """Copy field [nx, ny] into the corner of out [px, py], zeros elsewhere."""
+    """Copy field [nx, ny] into out [nx, py], zeros beyond ny."""
     nx, ny = field.shape
-    px, py = out.shape
-    for i in range(px):
-        if i < nx:
-            for j in range(ny):
-                out[i, j] = field[i, j]
-            for j in range(ny, py):
-                out[i, j] = 0.0
-        else:
-            for j in range(py):
-                out[i, j] = 0.0
+    for i in range(nx):
+        for j in range(ny):
+            out[i, j] = field[i, j]
+        for j in range(ny, out.shape[1]):
+            out[i, j] = 0.0
 
 
 @jit
 def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
-    """Multiply the pair hat [2, px, py//2+1], in place, by the matrix k [4, ...] = (xx, xy, yx, yy)."""
+    """Multiply the pair hat [2, px, py//2+1], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy)."""
     for i in range(hat.shape[1]):
         for j in range(hat.shape[2]):
             a = hat[0, i, j]
             b = hat[1, i, j]
             hat[0, i, j] = k[0, i, j] * a + k[1, i, j] * b
-            hat[1, i, j] = k[2, i, j] * a + k[3, i, j] * b
+            hat[1, i, j] = k[1, i, j] * a + k[2, i, j] * b
 
 
 @jit

@@ -95,48 +95,45 @@ def layered_response(
 
 
 @jit
-def rectangle_integrals(
-    nx: int,
-    ny: int,
-    dx: float,
-    dy: float,
-    inverse_r: np.ndarray,
-    xx: np.ndarray,
-    yy: np.ndarray,
-    xy: np.ndarray,
-    x_r2: np.ndarray,
-    y_r2: np.ndarray,
+def half_spaces(
+    dx: float, dy: float, normal: float, shear: float, dilation: float, more: np.ndarray, out: np.ndarray
 ) -> None:
-    """Integrals of 1/r, x^2/r^3, y^2/r^3, x y/r^3, x/r^2, y/r^2 over the dx by dy rectangle centred at (i dx, j dy).
+    """Influence coefficients of two half-spaces plus `more`: out [6, nx, ny] = zz, xx, yy, xy, xp, yp at (i dx, j dy).
 
-    i = 0..nx-1, j = 0..ny-1, results (mm; the last two mm as well) into the six [nx, ny] arrays. Primitives after Love
-    (1929) and Cerruti: F(x, y) differenced over the rectangle's corners.
+    normal, shear, dilation (1/MPa): the bodies' (1-nu)/(2 pi G) and nu/(2 pi G), summed, and (1-2nu)/(4 pi G),
+    differenced. Integrals of 1/r, x^2/r^3, y^2/r^3, x y/r^3, x/r^2, y/r^2 over the cell, as differences of their
+    primitives over its corners (Love 1929; Cerruti).
     """
-    # corner values, one row of corners (fixed i) at a time; two rows are alive
-    low = np.empty((6, ny + 1))
-    high = np.empty((6, ny + 1))
+    nx, ny = out.shape[1], out.shape[2]
+    # corner values of two rows of corners (fixed x) at a time
+    low = np.empty((5, ny + 1))
+    high = np.empty((5, ny + 1))
     for i in range(nx + 1):
         x = (i - 0.5) * dx
         for j in range(ny + 1):
             y = (j - 0.5) * dy
             r = math.sqrt(x * x + y * y)
-            ay = y * math.asinh(x / abs(y))
-            ax = x * math.asinh(y / abs(x))
+            # asinh(x/|y|) = log((x + r)/|y|); x and y are negative in the first row and column only
+            high[0, j] = y * math.copysign(math.log((abs(x) + r) / abs(y)), x)
+            high[1, j] = x * math.copysign(math.log((abs(y) + r) / abs(x)), y)
+            high[2, j] = -r
             log_r = math.log(r)
-            high[0, j] = ax + ay
-            high[1, j] = ay
-            high[2, j] = ax
-            high[3, j] = -r
-            high[4, j] = y * log_r + x * math.atan(y / x)
-            high[5, j] = x * log_r + y * math.atan(x / y)
+            angle = math.atan(y / x)
+            high[3, j] = y * log_r + x * angle
+            high[4, j] = x * log_r + y * (math.copysign(0.5 * math.pi, y / x) - angle)
         if i > 0:
             for j in range(ny):
-                inverse_r[i - 1, j] = high[0, j + 1] - high[0, j] - low[0, j + 1] + low[0, j]
-                xx[i - 1, j] = high[1, j + 1] - high[1, j] - low[1, j + 1] + low[1, j]
-                yy[i - 1, j] = high[2, j + 1] - high[2, j] - low[2, j + 1] + low[2, j]
-                xy[i - 1, j] = high[3, j + 1] - high[3, j] - low[3, j + 1] + low[3, j]
-                x_r2[i - 1, j] = high[4, j + 1] - high[4, j] - low[4, j + 1] + low[4, j]
-                y_r2[i - 1, j] = high[5, j + 1] - high[5, j] - low[5, j + 1] + low[5, j]
+                xx = high[0, j + 1] - high[0, j] - low[0, j + 1] + low[0, j]
+                yy = high[1, j + 1] - high[1, j] - low[1, j + 1] + low[1, j]
+                xy = high[2, j + 1] - high[2, j] - low[2, j + 1] + low[2, j]
+                xp = high[3, j + 1] - high[3, j] - low[3, j + 1] + low[3, j]
+                yp = high[4, j + 1] - high[4, j] - low[4, j + 1] + low[4, j]
+                out[0, i - 1, j] = more[0, i - 1, j] + normal * (xx + yy)
+                out[1, i - 1, j] = more[1, i - 1, j] + normal * (xx + yy) + shear * xx
+                out[2, i - 1, j] = more[2, i - 1, j] + normal * (xx + yy) + shear * yy
+                out[3, i - 1, j] = more[3, i - 1, j] + shear * xy
+                out[4, i - 1, j] = more[4, i - 1, j] - dilation * xp
+                out[5, i - 1, j] = more[5, i - 1, j] - dilation * yp
         low, high = high, low
 
 
@@ -181,24 +178,25 @@ def far_cells(
     step: float,
     dx: float,
     dy: float,
-    near_x: int,
-    near_y: int,
-    nodes: np.ndarray,
-    weights: np.ndarray,
+    skip_x: int,
+    skip_y: int,
+    distant: float,
+    close: tuple[np.ndarray, np.ndarray],
+    away: tuple[np.ndarray, np.ndarray],
     out: np.ndarray,
 ) -> None:
     """Cell integrals of four radial kernels away from the origin, by Gauss-Legendre points.
 
     kernel [n, 4]: the functions s, d, g, p of log r (see `influence.py`); out [6, nx, ny]: zz, xx, yy, xy, xp, yp;
-    cells with i < near_x and j < near_y are left alone. Nodes and weights of [-1/2, 1/2].
+    cells with i < skip_x and j < skip_y are left alone. Nodes and weights on [-1/2, 1/2]: `close`, and `away` for
+    cells at least `distant` (mm) from the origin.
     """
     nx, ny = out.shape[1], out.shape[2]
     value = np.empty(4)
     for i in range(nx):
-        for j in range(ny):
-            if i < near_x and j < near_y:
-                continue
+        for j in range(skip_y if i < skip_x else 0, ny):
             zz = xx = yy = xy = xp = yp = 0.0
+            nodes, weights = away if math.hypot(i * dx, j * dy) >= distant else close
             for a in range(nodes.size):
                 x = (i + nodes[a]) * dx
                 for b in range(nodes.size):

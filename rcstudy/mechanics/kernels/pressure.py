@@ -26,7 +26,6 @@ def normal_residual(
     active, and the number of active cells.
     """
     nx, ny = p.shape
-    px, py = out.shape
     total = 0.0
     count = 0
     entered = 0
@@ -40,14 +39,13 @@ def normal_residual(
                     entered += 1
             mask[i, j] = active
     mean = total / max(count, 1)
-    for i in range(px):
-        for j in range(py):
-            out[i, j] = 0.0
     for i in range(nx):
         for j in range(ny):
             r_old[i, j] = r[i, j]
             r[i, j] = mean - g[i, j] if mask[i, j] else 0.0
             out[i, j] = r[i, j]
+        for j in range(ny, out.shape[1]):
+            out[i, j] = 0.0
     return mean, entered, count
 
 
@@ -67,7 +65,6 @@ def normal_direction(
     Returns z.r and the norm of z.
     """
     nx, ny = r.shape
-    px, py = out.shape
     total = 0.0
     count = 0
     for i in range(nx):
@@ -89,9 +86,10 @@ def normal_direction(
     for i in range(nx):
         for j in range(ny):
             d[i, j] = z[i, j] - mean + beta * d[i, j] if mask[i, j] else 0.0
-    for i in range(px):
-        for j in range(py):
-            out[i, j] = d[i, j] if i < nx and j < ny else 0.0
+        for j in range(ny):
+            out[i, j] = d[i, j]
+        for j in range(ny, out.shape[1]):
+            out[i, j] = 0.0
     return zr, math.sqrt(zz)
 
 

@@ -15,7 +15,7 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def scatter_traction(v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, out: np.ndarray) -> None:
-    """Tractions of a vector of unknowns into two padded arrays out [2, px, py], zeros elsewhere.
+    """Tractions of a vector of unknowns into two padded arrays out [2, nx, py], zeros elsewhere.
 
     slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
     """
@@ -106,7 +106,7 @@ def integrate_rows(
 
     v: residuals as rows of the Newton system; cells ordered by i, so that walking them backwards goes from the
     leading edge to the trailing one. Through slip cells the displacement dies out: only its part across the bound
-    goes on, by the factor damping [m]. out [2, px, py], zero elsewhere; edge [2, py]: work array.
+    goes on, by the factor damping [m]. out [2, nx, py], zero elsewhere; edge [2, py]: work array.
     """
     out[:, :, :] = 0.0
     edge[:, :] = 0.0
@@ -147,7 +147,7 @@ def keep_stick(field: np.ndarray, v: np.ndarray, cells: np.ndarray, slip: np.nda
 
 @jit
 def slip_residual(field: np.ndarray, v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray) -> None:
-    """Slip cells' residuals v less the slips in `field`, across the bound, back into `field` [2, px, py] as vectors."""
+    """Slip cells' residuals v less the slips in `field`, across the bound, back into `field` [2, nx, py] as vectors."""
     n = cells.shape[0]
     rest = np.empty(n)
     for m in range(n):
@@ -211,3 +211,69 @@ def bilinear_stencil(cells: np.ndarray, number: np.ndarray, stencil: np.ndarray,
                 own += weight
         stencil[m, 0] = parent
         weights[m, 0] = own
+
+
+@jit
+def arnoldi_step(v: np.ndarray, k: int, w: np.ndarray, h: np.ndarray, rotation: np.ndarray, g: np.ndarray) -> float:
+    """One step of GMRES: w orthogonalised against v[0..k] (modified Gram-Schmidt), column k of the Hessenberg
+    matrix brought to triangular form by Givens rotations, v[k+1] = w/|w|.
+
+    v [k_max + 1, n], w [n] (destroyed), h [k_max + 1, k_max], rotation [2, k_max], g [k_max + 1]: right-hand side
+    under the rotations. Returns |g[k+1]|, the residual's norm.
+    """
+    n = w.size
+    even = n - n % 4
+    for i in range(k + 1):
+        row = v[i]
+        # four sums at once: a strict sum would wait for itself at each term
+        a = b = c = d = 0.0
+        for m in range(0, even, 4):
+            a += row[m] * w[m]
+            b += row[m + 1] * w[m + 1]
+            c += row[m + 2] * w[m + 2]
+            d += row[m + 3] * w[m + 3]
+        for m in range(even, n):
+            a += row[m] * w[m]
+        dot = (a + b) + (c + d)
+        h[i, k] = dot
+        for m in range(n):
+            w[m] -= dot * row[m]
+    a = b = c = d = 0.0
+    for m in range(0, even, 4):
+        a += w[m] * w[m]
+        b += w[m + 1] * w[m + 1]
+        c += w[m + 2] * w[m + 2]
+        d += w[m + 3] * w[m + 3]
+    for m in range(even, n):
+        a += w[m] * w[m]
+    norm = math.sqrt((a + b) + (c + d))
+    for i in range(k):
+        upper = rotation[0, i] * h[i, k] + rotation[1, i] * h[i + 1, k]
+        h[i + 1, k] = -rotation[1, i] * h[i, k] + rotation[0, i] * h[i + 1, k]
+        h[i, k] = upper
+    size = math.sqrt(h[k, k] * h[k, k] + norm * norm)
+    cosine = h[k, k] / size if size > 0.0 else 1.0
+    sine = norm / size if size > 0.0 else 0.0
+    rotation[0, k] = cosine
+    rotation[1, k] = sine
+    h[k, k] = size
+    g[k + 1] = -sine * g[k]
+    g[k] = cosine * g[k]
+    inverse = 1.0 / norm if norm > 0.0 else 0.0
+    for m in range(n):
+        v[k + 1, m] = w[m] * inverse
+    return abs(g[k + 1])
+
+
+@jit
+def gmres_update(h: np.ndarray, g: np.ndarray, z: np.ndarray, k: int, x: np.ndarray) -> None:
+    """x += sum of y[i] z[i], i < k, with y from the triangular system h y = g. z [>= k, n], x [n]."""
+    y = np.zeros(k)
+    for i in range(k - 1, -1, -1):
+        total = g[i]
+        for j in range(i + 1, k):
+            total -= h[i, j] * y[j]
+        y[i] = total / h[i, i] if h[i, i] != 0.0 else 0.0
+    for i in range(k):
+        for m in range(x.size):
+            x[m] += y[i] * z[i, m]
