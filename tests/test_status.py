@@ -1,0 +1,403 @@
+"""How a case ends: every status has its cause, and the proof catches every way in which a solution can be wrong."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from contacts import RADIUS, hertz_of, steel, window
+
+from rcstudy.mechanics.contact import NormalContact
+from rcstudy.mechanics.rolling import RollingSolution
+from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
+from rcstudy.result import VARIABLES, CellState, Result, Status
+from rcstudy.solve import solve_group, solve_scene
+
+# the package's attribute of that name is the function
+SOLVE = importlib.import_module("rcstudy.solve")
+
+A = hertz_of(counterbody=None).a[0]
+SCENE = steel(
+    window((A, A), (14, 14), 4),
+    counterbody=None,
+    layers=(Layer(105000.0, 0.3, 0.1),),
+    creepage=Creepage(0.0015, 0.0008, 0.006),
+)
+"""Layered, in partial slip: stick and slip cells, slip by pressure."""
+
+TAMPERED = Tolerance(1e-6, 1e-6)
+"""Limits of the proof are a hundred times as large: 1e-4. A wrong per cent misses them by far."""
+
+
+# --- solved, refused, not converged, error ---
+
+
+def test_a_solved_case_is_complete() -> None:
+    """All numbers of the catalogue, no others, of the right shape, none NaN; no reason given."""
+    result = solve_scene(SCENE)
+    assert result.status == Status.SOLVED
+    assert result.reason == ""
+    assert set(result.fields) == {name for name, v in VARIABLES.items() if v.kind == "field"}
+    assert set(result.scalars) == {name for name, v in VARIABLES.items() if v.kind == "scalar"} - {"status"}
+    for name, field in result.fields.items():
+        assert field.shape == SCENE.mesh.cells, name
+        assert field.dtype == np.dtype(VARIABLES[name].dtype), name
+    assert np.isfinite(list(result.scalars.values())).all()
+    assert set(np.unique(result.fields["state"])) == set(CellState)
+
+
+def test_a_pressure_only_case_has_no_tractions() -> None:
+    """`creepage=None`: what is marked tangential is absent, and the pressure is that of the case with creepage."""
+    result = solve_scene(replace(SCENE, creepage=None))
+    assert result.status == Status.SOLVED
+    assert not [name for name in (*result.fields, *result.scalars) if VARIABLES[name].tangential]
+    np.testing.assert_array_equal(result.fields["pressure"], solve_scene(SCENE).fields["pressure"])
+
+
+@pytest.mark.parametrize("size", [(0.6 * A, 4.0 * A), (4.0 * A, 0.6 * A), (1.9 * A, 1.9 * A)])
+def test_contact_at_the_windows_edge_is_refused(size: tuple[float, float]) -> None:
+    """A window smaller than the contact, some 2.3 a across, in x, in y, in both: refused for every creepage."""
+    scene = replace(SCENE, mesh=Mesh(size, (16, 16)))
+    for result in solve_group([scene, replace(scene, creepage=Creepage(0.001)), replace(scene, creepage=None)]):
+        assert result.status == Status.REFUSED
+        assert "edge" in result.reason
+        assert f"{size[0]:g} x {size[1]:g} mm" in result.reason
+        assert not result.fields
+
+
+def test_full_coupling_that_grows_to_the_edge_is_refused() -> None:
+    """The frictionless contact fits; with tractions it may not. Whatever happens, SOLVED means clear of the edge."""
+    for cells in (11, 12, 13):
+        scene = replace(SCENE, mesh=Mesh((cells * A / 5.0, cells * A / 5.0), (cells, cells)), coupling="full")
+        result = solve_scene(scene)
+        if result.status == Status.SOLVED:
+            p = result.fields["pressure"]
+            assert not (p[0].any() or p[-1].any() or p[:, 0].any() or p[:, -1].any())
+        else:
+            assert result.status == Status.REFUSED
+            assert "edge" in result.reason
+
+
+def test_pressure_short_of_its_tolerance_is_not_converged() -> None:
+    """A tolerance below rounding cannot be met: NOT_CONVERGED, with residual and tolerance in the reason, for all."""
+    scene = replace(SCENE, tolerance=Tolerance(1e-30, 1e-7))
+    for result in solve_group([scene, replace(scene, creepage=Creepage(0.001))]):
+        assert result.status == Status.NOT_CONVERGED
+        assert result.reason.startswith("pressure: residual")
+        assert "1e-30" in result.reason
+        assert "force_x" not in result.scalars
+
+
+def test_tractions_short_of_their_tolerance_are_not_converged() -> None:
+    """The same for the tractions; the numbers are kept for inspection."""
+    result = solve_scene(replace(SCENE, tolerance=Tolerance(1e-9, 1e-30)))
+    assert result.status == Status.NOT_CONVERGED
+    assert result.reason.startswith("tractions: residual")
+    assert "1e-30" in result.reason
+    assert result.scalars["force_x"] < 0.0
+
+
+def test_a_group_shares_its_pressure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One pressure for three creepages; each result is what the scene gives alone, in the order asked for."""
+    scenes = [replace(SCENE, creepage=creepage) for creepage in (Creepage(0.001), None, Creepage(0.0, -0.002, 0.01))]
+    alone = [solve_scene(scene) for scene in scenes]
+    calls: list[Scene] = []
+    original = SOLVE.solve_normal
+
+    def counted(scene: Scene) -> NormalContact:
+        calls.append(scene)
+        return original(scene)
+
+    monkeypatch.setattr(SOLVE, "solve_normal", counted)
+    together = list(solve_group(scenes))
+    assert len(calls) == 1
+    for one, other in zip(together, alone, strict=True):
+        assert one.status == Status.SOLVED
+        assert set(one.fields) == set(other.fields)
+        for name, field in one.fields.items():
+            np.testing.assert_array_equal(field, other.fields[name])
+        for name, value in one.scalars.items():
+            assert value == other.scalars[name] or VARIABLES[name].timing, name
+
+
+def test_an_error_is_a_status_and_the_batch_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second of three cases raises: it alone is an ERROR, with the exception in its reason."""
+    original = SOLVE.solve_rolling
+
+    def fragile(contact: NormalContact, scene: Scene) -> RollingSolution:
+        assert scene.creepage is not None
+        if scene.creepage.lateral > 0.0:
+            raise FloatingPointError("the stated failure")
+        return original(contact, scene)
+
+    monkeypatch.setattr(SOLVE, "solve_rolling", fragile)
+    creepages = (Creepage(0.001), Creepage(0.001, 0.001), Creepage(0.002))
+    results = list(solve_group([replace(SCENE, creepage=creepage) for creepage in creepages]))
+    assert [result.status for result in results] == [Status.SOLVED, Status.ERROR, Status.SOLVED]
+    assert results[1].reason == "FloatingPointError: the stated failure"
+    assert not results[1].fields
+
+
+def test_an_error_in_the_pressure_is_every_cases_status(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the shared pressure raises, no case of the group is solved, and none is missing."""
+
+    def broken(scene: Scene) -> NormalContact:
+        raise MemoryError(f"{scene.load:g} N")
+
+    monkeypatch.setattr(SOLVE, "solve_normal", broken)
+    results = list(solve_group([SCENE, replace(SCENE, creepage=None)]))
+    assert [result.status for result in results] == [Status.ERROR] * 2
+    assert {result.reason for result in results} == {"MemoryError: 100 N"}
+
+
+def test_an_interrupt_is_not_swallowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C ends the batch; only errors become statuses."""
+
+    def interrupted(scene: Scene) -> NormalContact:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(SOLVE, "solve_normal", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        solve_scene(SCENE)
+
+
+# --- the proof: each part catches its own fault, and the untampered solution passes ---
+
+
+def failed(result: Result, part: str, alone: bool = True) -> None:
+    """The result has failed its proof in `part` (and in no other, if `alone`), and says so."""
+    assert result.status == Status.PROOF_FAILED, (result.status, result.reason)
+    missed = {reason.split(" ")[0] for reason in result.reason.split("; ")}
+    assert part in missed
+    if alone:
+        assert missed == {part}
+
+
+def tampered_tractions(
+    monkeypatch: pytest.MonkeyPatch, tamper: Callable[[RollingSolution, NormalContact], None], scene: Scene = SCENE
+) -> Result:
+    """`scene` with its tractions changed behind the solver's back."""
+    original = SOLVE.solve_rolling
+
+    def solve(contact: NormalContact, scene: Scene) -> RollingSolution:
+        rolling = original(contact, scene)
+        rolling.q, rolling.s, rolling.slip = rolling.q.copy(), rolling.s.copy(), rolling.slip.copy()
+        tamper(rolling, contact)
+        return rolling
+
+    monkeypatch.setattr(SOLVE, "solve_rolling", solve)
+    return solve_scene(replace(scene, tolerance=TAMPERED))
+
+
+def tampered_pressure(
+    monkeypatch: pytest.MonkeyPatch, tamper: Callable[[NormalContact], None], scene: Scene = SCENE
+) -> Result:
+    """`scene` without creepage, its pressure changed behind the solver's back."""
+    original = SOLVE.solve_normal
+
+    def solve(scene: Scene) -> NormalContact:
+        contact = original(scene)
+        contact.solution.p = contact.solution.p.copy()
+        tamper(contact)
+        return contact
+
+    monkeypatch.setattr(SOLVE, "solve_normal", solve)
+    return solve_scene(replace(scene, tolerance=TAMPERED, creepage=None))
+
+
+def test_the_untampered_solution_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the tests below change is what makes them fail."""
+    assert tampered_tractions(monkeypatch, lambda rolling, contact: None).status == Status.SOLVED
+    assert tampered_pressure(monkeypatch, lambda contact: None).status == Status.SOLVED
+
+
+def test_proof_catches_tractions_one_per_cent_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Slip cells leave the bound; stick cells slip."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.q *= 1.01
+
+    result = tampered_tractions(monkeypatch, tamper)
+    failed(result, "proof_bound", alone=False)
+    failed(result, "proof_stick", alone=False)
+
+
+def test_proof_catches_tractions_one_per_cent_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """|q| < mu p everywhere breaks no inequality: slip cells are asked for equality."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.q[rolling.slip] *= 0.99
+
+    failed(tampered_tractions(monkeypatch, tamper), "proof_bound", alone=False)
+
+
+def test_proof_catches_a_stick_cell_that_slips(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One stick cell's traction off by 1 %."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.q[np.flatnonzero(~rolling.slip)[5]] *= 0.99
+
+    failed(tampered_tractions(monkeypatch, tamper), "proof_stick", alone=False)
+
+
+def test_proof_catches_a_wrong_direction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All in slip, at the bound to the last bit, turned by half a degree: only the direction tells."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        turn = np.deg2rad(0.5)
+        rolling.q = rolling.q @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+
+    scene = replace(SCENE, creepage=Creepage(0.03, 0.02))
+    failed(tampered_tractions(monkeypatch, tamper, scene), "proof_slip")
+
+
+def test_proof_catches_a_flipped_sign(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Full slip with the tractions along the slip instead of against it."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.q *= -1.0
+
+    scene = replace(SCENE, creepage=Creepage(0.03, 0.02))
+    failed(tampered_tractions(monkeypatch, tamper, scene), "proof_slip")
+
+
+def test_proof_catches_a_flipped_component(monkeypatch: pytest.MonkeyPatch) -> None:
+    """q_y of the wrong sign, the bound kept."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.q[:, 1] *= -1.0
+
+    failed(tampered_tractions(monkeypatch, tamper), "proof_slip", alone=False)
+
+
+def test_proof_catches_slip_called_stick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Right tractions, wrong state: a cell called stick has slip."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.slip[:] = False
+
+    failed(tampered_tractions(monkeypatch, tamper), "proof_stick")
+
+
+def test_proof_catches_stick_called_slip(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Right tractions, wrong state: a cell called slip is below the bound."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.slip[:] = True
+
+    failed(tampered_tractions(monkeypatch, tamper), "proof_bound")
+
+
+def test_proof_catches_traction_beyond_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tractions of ten times the friction: they stick everywhere, beyond what the friction holds."""
+    original = SOLVE.solve_rolling
+
+    def solve(contact: NormalContact, scene: Scene) -> RollingSolution:
+        rolling = original(contact, replace(scene, friction=10.0))
+        assert not rolling.slip.all()
+        return rolling
+
+    monkeypatch.setattr(SOLVE, "solve_rolling", solve)
+    result = solve_scene(replace(SCENE, tolerance=TAMPERED))
+    failed(result, "proof_bound", alone=False)
+    assert result.scalars["proof_bound"] > 0.1
+
+
+@pytest.mark.parametrize("component", [0, 1])
+def test_proof_catches_nan_tractions(monkeypatch: pytest.MonkeyPatch, component: int) -> None:
+    """One NaN in one component: NaN compares false with everything, and must not pass."""
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.q[3, component] = np.nan
+
+    failed(tampered_tractions(monkeypatch, tamper), "proof_bound", alone=False)
+
+
+def test_proof_catches_a_wrong_load(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pressure of 1 % more load, its own approach with it: the load alone is wrong."""
+    original = SOLVE.solve_normal
+
+    def solve(scene: Scene) -> NormalContact:
+        return original(replace(scene, load=1.01 * scene.load))
+
+    monkeypatch.setattr(SOLVE, "solve_normal", solve)
+    failed(solve_scene(replace(SCENE, tolerance=TAMPERED, creepage=None)), "proof_load")
+
+
+def test_proof_catches_a_gap_under_pressure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """1 % of the pressure moved from one cell to another: load kept, gap under pressure."""
+
+    def tamper(contact: NormalContact) -> None:
+        p = contact.solution.p
+        i, j = np.unravel_index(p.argmax(), p.shape)
+        moved = 0.01 * p[i, j]
+        p[i, j] -= moved
+        p[i + 1, j] += moved
+
+    failed(tampered_pressure(monkeypatch, tamper), "proof_gap")
+
+
+def test_proof_catches_a_wrong_approach(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The approach off by 1 %, the pressure right: the gap under it is."""
+
+    def tamper(contact: NormalContact) -> None:
+        contact.solution.approach *= 0.99
+
+    failed(tampered_pressure(monkeypatch, tamper), "proof_gap", alone=False)
+
+
+def test_proof_catches_overlap_outside_the_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contact on the inner cells alone, exact there, load and all: overlap outside. A dense solve stands in."""
+    scene = steel(window((0.3, 0.3), (12, 12), 4), creepage=None)
+
+    def tamper(contact: NormalContact) -> None:
+        impose(contact, contact.solution.p > 0.5 * contact.solution.p.max())
+        assert contact.solution.p.min() == 0.0
+
+    failed(tampered_pressure(monkeypatch, tamper, scene), "proof_penetration")
+
+
+@pytest.mark.parametrize("where", ["inside", "outside"])
+def test_proof_catches_nan_pressure(monkeypatch: pytest.MonkeyPatch, where: str) -> None:
+    """One NaN, in the contact or far from it."""
+
+    def tamper(contact: NormalContact) -> None:
+        p = contact.solution.p
+        p[np.unravel_index(p.argmax(), p.shape) if where == "inside" else (0, 0)] = np.nan
+
+    failed(tampered_pressure(monkeypatch, tamper), "proof_load", alone=False)
+
+
+def test_proof_catches_tractions_of_another_pressure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Full coupling stopped after one turn: tractions and pressure are each right, but not for each other."""
+
+    def one_turn(scene: Scene, contact: NormalContact) -> tuple[NormalContact, RollingSolution]:
+        return contact, SOLVE.solve_rolling(contact, scene)
+
+    scene = replace(SCENE, coupling="full", tolerance=TAMPERED)
+    assert solve_scene(scene).status == Status.SOLVED
+    monkeypatch.setattr(SOLVE, "solve_coupled", one_turn)
+    failed(solve_scene(scene), "proof_gap", alone=False)
+
+
+def impose(contact: NormalContact, cells: np.ndarray) -> None:
+    """Replace the pressure by that which closes the gap on `cells` [nx, ny] under the load, whatever its sign."""
+    scene = contact.scene
+    (nx, ny), (dx, dy) = scene.mesh.cells, scene.mesh.spacing
+    index = np.argwhere(cells)
+    zz = contact.influence.quadrant(nx, ny)[0]
+    offsets = np.abs(index[:, None, :] - index[None, :, :])
+    n = index.shape[0]
+    system = np.zeros((n + 1, n + 1))
+    system[:n, :n] = zz[offsets[..., 0], offsets[..., 1]]
+    system[:n, n] = -1.0
+    system[n, :n] = dx * dy
+    x = (index - 0.5 * (np.array([nx, ny]) - 1)) * np.array([dx, dy])
+    right = np.append(-(x[:, 0] ** 2 / (2.0 * RADIUS[0]) + x[:, 1] ** 2 / (2.0 * RADIUS[1])), scene.load)
+    solution = np.linalg.solve(system, right)
+    contact.solution.p[:] = 0.0
+    contact.solution.p[cells] = solution[:n]
+    contact.solution.approach = float(solution[n])
