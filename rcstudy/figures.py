@@ -1,0 +1,54 @@
+"""Figures of a cube: the paper's Figures 3 to 10 as it lays them out, and an overview of every other grid.
+
+Entry: :func:`make_figures`. Matplotlib is imported only when a figure is drawn, and its global state is
+left as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rcstudy.errors import UserError
+from rcstudy.report.overview import case_maps, overview_figure
+from rcstudy.report.paper import AXES, is_paper_grid
+from rcstudy.report.paper_figures import paper_figure
+from rcstudy.report.style import check_formats, log, save, style
+from rcstudy.report.views import grids
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def make_figures(tree: xr.DataTree, out: Path, formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
+    """Draw what the cube has: the paper's figures from its grids, an overview of each other grid.
+
+    `tree` is an opened cube (`rcstudy.open`), `out` the folder to write into (made if need be), `formats`
+    of png, pdf, svg. Returns the files written. A figure of the paper whose grid is missing from a cube
+    that has others, or whose fields are not stored, is left out with a logged warning. UserError if nothing
+    can be drawn.
+    """
+    check_formats(formats)
+    found = grids(tree)
+    paper = {name: grid for name, grid in found.items() if is_paper_grid(grid)}
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    paths: list[Path] = []
+    with style():
+        for name in AXES if paper else ():
+            try:
+                figure = paper_figure(name, paper)
+            except UserError as error:
+                log.warning("%s skipped: %s", name.replace("_", " "), error)
+            else:
+                paths += save(figure, out, name, formats)
+        for name, grid in found.items():
+            if name not in paper:
+                paths += save(overview_figure(grid), out, name, formats)
+                maps = case_maps(grid)
+                if maps is not None:
+                    paths += save(maps, out, f"{name}_maps", formats)
+    if not paths:
+        raise UserError("the cube has nothing to draw: it stores none of the fields that the paper's figures show")
+    return paths

@@ -1,0 +1,103 @@
+"""What all figures share around their panels: the grid of panels, outer labels, one legend, the caption."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rcstudy.report.style import DPI, WIDTH
+from rcstudy.report.views import GridView, number_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_LINE = 0.155  # height of a line of the caption, inches
+_LETTERS_PER_INCH = 20.5
+
+
+def panels(rows: int, columns: int, height: float, *, width: float = WIDTH) -> tuple[Figure, np.ndarray]:
+    """A figure of width x height inches with rows x columns axes, [rows, columns]; no pyplot, no global state."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def share_limits(axes: np.ndarray) -> None:
+    """Give all panels the x limits that hold every panel's data, and each row its y limits."""
+    left, right = np.array([ax.get_xlim() for ax in axes.flat]).T
+    for row in axes:
+        low, high = np.array([ax.get_ylim() for ax in row]).T
+        for ax in row:
+            ax.set(xlim=(left.min(), right.max()), ylim=(low.min(), high.max()))
+
+
+def outer_labels(axes: np.ndarray, x: str, y: str) -> None:
+    """Label the outer panels only; inner ones keep their ticks without numbers."""
+    rows, columns = axes.shape
+    for k, ax in enumerate(axes.flat):
+        i, j = divmod(k, columns)
+        if i == rows - 1 or not axes[i + 1, j].get_visible():
+            ax.set_xlabel(x)
+        else:
+            ax.tick_params(labelbottom=False)
+        if j == 0:
+            ax.set_ylabel(y)
+        else:
+            ax.tick_params(labelleft=False)
+
+
+def legend(figure: Figure, looks: Mapping[str, Mapping[str, Any]]) -> None:
+    """One legend for all panels, above them: a line of each look with its label, in this order."""
+    from matplotlib.lines import Line2D
+
+    if looks:
+        figure.legend(
+            handles=[Line2D([], [], label=label, **look) for label, look in looks.items()],
+            loc="outside upper center",
+            ncols=min(6, len(looks)),
+            handlelength=3.0,
+            columnspacing=1.2,
+        )
+
+
+def caption(figure: Figure, text: str) -> None:
+    """Write `text` under the panels, in a strip added to the figure's height."""
+    width, height = (float(v) for v in figure.get_size_inches())
+    lines = _wrap(text, int(width * _LETTERS_PER_INCH))
+    strip = _LINE * len(lines) + 0.08
+    total = height + strip
+    figure.set_size_inches(width, total)
+    figure.get_layout_engine().set(rect=(0.0, strip / total, 1.0, height / total))  # type: ignore[union-attr, call-arg]
+    figure.text(
+        0.012, 0.06 / total, "\n".join(lines), va="bottom", ha="left", fontsize=7, linespacing=1.35, gid="caption"
+    )
+
+
+def _wrap(text: str, width: int) -> list[str]:
+    """Wrap without breaking inside mathematics, which is taken to be as wide as its source without commands."""
+    glued = "$".join(p.replace(" ", "\0") if i % 2 else p for i, p in enumerate(text.split("$")))
+    return [line.replace("\0", " ") for line in textwrap.wrap(glued, width, break_long_words=False)]
+
+
+def conditions(grid: GridView) -> str:
+    """What all cases of a grid share: load, friction, Hertz's radius and pressure of the uncoated pair, cells."""
+    case = next(grid.cases())
+    texts = []
+    for name, form in (
+        ("load", "$P$ = {} N"),
+        ("friction", r"$\mu$ = {}"),
+        ("hertz_radius", "$a$ = {} mm"),
+        ("hertz_pressure", "$p_0$ = {} MPa"),
+    ):
+        if name in grid and np.ptp(grid.small(name).values) == 0:
+            texts.append(form.format(number_text(case.setting(name))))
+    if "x" in grid and "y" in grid:
+        dx, dy = case.spacing
+        texts.append(f"cells of {number_text(dx)} mm × {number_text(dy)} mm")
+    return ", ".join(texts) + "."

@@ -1,0 +1,190 @@
+"""The paper's Figures 3 to 10 from the grids of a cube."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rcstudy.errors import UserError
+from rcstudy.report import draw
+from rcstudy.report.layout import caption, conditions, legend, outer_labels, panels, share_limits
+from rcstudy.report.measures import slip_ratio
+from rcstudy.report.paper import BARE, panel_letter
+from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH, traction_colours
+from rcstudy.report.views import CaseView, GridView, creepage_text, layers_text, thickness_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ROWS_NEXT_TO_AXIS = (
+    "With an even number of cells no row of cells lies on the x-axis: the mean of the two rows next to it is shown."
+)
+
+
+def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
+    """Figure `name` (`figure_3` ... `figure_10`) from the paper's grids; UserError if grid or fields are missing."""
+    number = int(name.split("_")[1])
+    if number == 3:
+        return pressure_figure(grids.get(BARE), grids.get(name))
+    if name not in grids:
+        raise UserError(f"the cube has no grid {name}")
+    if number in (5, 6):
+        return lines_figure(number, grids[name])
+    figure = maps_figure(list(grids[name].cases()), paper_title)
+    caption(figure, f"Fig. {number}. {MAPS} {conditions(grids[name])}")
+    return figure
+
+
+def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
+    """Figure 3: p/p0 on the x-axis against x/a, a panel per number of layers, the uncoated case in each.
+
+    Colour tells compliant from stiff, dash and marker the thickness. The exact Hertz pressure is drawn too.
+    """
+    grid = layered or bare
+    if grid is None:
+        raise UserError(f"the cube has neither grid {BARE} nor figure_3")
+    groups: dict[str, list[CaseView]] = {}
+    for case in layered.cases() if layered else ():
+        groups.setdefault(panel_letter(case), []).append(case)
+    groups = groups or {"": []}
+    figure, axes = panels(1, len(groups), 3.9)
+    for ax, (letter, cases) in zip(axes.flat, groups.items(), strict=True):
+        x = np.linspace(-1.0, 1.0, 401)
+        ax.plot(x, np.sqrt(1.0 - x**2), color="0.6", linewidth=0.8, label="no layer, Hertz (exact)", zorder=1)
+        failures = []
+        for case in (*(bare.cases() if bare else ()), *cases):
+            label = layers_text(case, math=True)
+            label += f", {thickness_text(case, math=True)}" if case.layers else ", computed"
+            if case.solved:
+                draw.pressure_line(ax, case, label, _by_modulus_and_thickness(case))
+            else:
+                failures.append(f"{label}: {case.failure}")
+        if failures:
+            draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
+        count = len(cases[0].layers) if cases else 0
+        words = ("no layer", "one layer", "two layers of equal thickness")[min(count, 2)]
+        ax.set_title(f"({letter}) {words}" if letter else words, loc="left")
+        ax.set_xlabel("$x/a$")
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2, handlelength=3.4, columnspacing=1.0)
+    share_limits(axes)
+    for ax in axes.flat:
+        ax.set_ylim(bottom=0.0)
+    _make_room(axes[0])
+    axes.flat[0].set_ylabel("$p/p_0$")
+    text = "Pressure on the x-axis over Hertz's peak pressure $p_0$ of the uncoated pair"
+    caption(figure, f"Fig. 3. {text}. {ROWS_NEXT_TO_AXIS} {conditions(grid)}")
+    return figure
+
+
+def _by_modulus_and_thickness(case: CaseView) -> dict[str, Any]:
+    if not case.layers:
+        return {"color": "black", "linestyle": "", "marker": "+", "markersize": 4.5, "markeredgewidth": 0.8}
+    look = LINES[case.index[case.grid.axes.index("thickness")] % len(LINES)]
+    colour = BLUE if case.layers[0][0] < case.substrate_modulus else VERMILLION
+    return look | {"color": colour, "markerfacecolor": "white", "markeredgewidth": 0.7}
+
+
+def lines_figure(number: int, grid: GridView) -> Figure:
+    """Figures 5 and 6: -q_x on the x-axis against x/a; rows by modulus, columns by thickness, a line per creepage."""
+    sizes = dict(zip(grid.axes, grid.shape, strict=True))
+    figure, axes = panels(sizes["modulus"], sizes["thickness"], 2.3 * sizes["modulus"] + 0.3)
+    groups: dict[str, list[CaseView]] = {}
+    for case in grid.cases():
+        groups.setdefault(panel_letter(case), []).append(case)
+    for ax, (letter, cases) in zip(axes.flat, sorted(groups.items()), strict=True):
+        solved = [c for c in cases if c.solved]
+        if solved:
+            # with one-way coupling all creepages have one pressure; with full coupling this is the last one's
+            draw.bound_line(ax, solved[-1], r"bound $\mu p$")
+        for case in solved:
+            draw.traction_line(ax, case, creepage_text(case, math=True), _by_creepage(case))
+        failures = [f"{creepage_text(c, math=True)}: {c.failure}" for c in cases if not c.solved]
+        if failures:
+            draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
+        title = f"({letter}) {layers_text(cases[0], math=True)}, {thickness_text(cases[0], math=True)}"
+        ax.set_title(title, loc="left")
+    share_limits(axes)
+    for row in axes:
+        _make_room(row)
+    outer_labels(axes, "$x/a$", "$-q_x$ (MPa)")
+    first = next(iter(groups.values()))
+    legend(figure, {r"bound $\mu p$": draw.BOUND} | {creepage_text(c, math=True): _by_creepage(c) for c in first})
+    text = (
+        "Longitudinal traction on the x-axis under longitudinal creepage alone, shown as $-q_x$ (the traction on the "
+        rf"counterbody); dashed: the bound $\mu p$. Rolling towards $+x$. {ROWS_NEXT_TO_AXIS}"
+    )
+    caption(figure, f"Fig. {number}. {text} {conditions(grid)}")
+    return figure
+
+
+def _make_room(row: np.ndarray) -> None:
+    """Raise the y limits of a row of panels for the remarks at their tops."""
+    lines = [text.get_text().count("\n") + 1 for ax in row for text in ax.texts if text.get_gid() == "remark"]
+    for ax in row if lines else ():
+        bottom, top = ax.get_ylim()
+        ax.set_ylim(bottom, top + (0.04 + 0.065 * max(lines)) * (top - bottom))
+
+
+def _by_creepage(case: CaseView) -> dict[str, Any]:
+    return LINES[case.index[case.grid.axes.index("creepage")] % len(LINES)]
+
+
+MAPS = (
+    "Magnitude $|q|$ (colour) and direction (arrows) of the traction on the coated body. Rolling towards $+x$: the "
+    r"leading edge is at $+x$. In each panel: area of slip over area of contact; spin $\varphi$ in rad/mm."
+)
+
+
+def paper_title(case: CaseView) -> str:
+    """Two lines: panel letter with the layers, and the creepages."""
+    layers = layers_text(case, math=True) + (f", {thickness_text(case, math=True)}" if case.layers else "")
+    return f"({panel_letter(case)}) {layers}\n{creepage_text(case, math=True)}"
+
+
+def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
+    """Maps of |q|, a panel per case, with slip cells filled, stick cells open, arrows along q, one colour bar.
+
+    Two columns for up to four cases, else three. UserError if the cube does not store the fields.
+    """
+    from matplotlib.colors import Normalize
+
+    columns = 2 if len(cases) <= 4 else 3
+    rows = -(-len(cases) // columns)
+    width = 5.2 if columns == 2 else WIDTH
+    figure, axes = panels(rows, columns, (width / columns + 0.12) * rows + 0.7, width=width)
+    solved = [c for c in cases if c.rolling]
+    extent = 1.15 * max((draw.contact_extent(c) for c in solved), default=1.0)
+    norm = Normalize(0.0, max((c.number("traction_max") for c in solved), default=1.0))
+    colours = traction_colours()
+    for ax in axes.flat[len(cases) :]:
+        ax.set_visible(False)
+    for ax, case in zip(axes.flat, cases, strict=False):
+        ax.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
+        ax.set_title(title(case), loc="left", linespacing=1.35)
+        if not case.rolling:
+            draw.remark(ax, [f"not solved: {case.failure}" if case.failure else "pressure only"])
+            continue
+        draw.traction_map(ax, case, norm, colours, extent)
+        ratio = f"slip {100 * slip_ratio(case):.3g} %"
+        ax.text(0.97, 0.03, ratio, transform=ax.transAxes, ha="right", va="bottom", fontsize=6.5, gid="slip-ratio")
+    outer_labels(axes, "$x$ (mm), rolling $\\rightarrow$", "$y$ (mm)")
+    _map_legend(figure, axes, norm, colours)
+    return figure
+
+
+def _map_legend(figure: Figure, axes: np.ndarray, norm: Any, colours: Any) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.lines import Line2D
+
+    shown = [ax for ax in axes.flat if ax.get_visible()]
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=shown, location="bottom", shrink=0.62, aspect=45, pad=0.015)
+    bar.set_label("$|q|$ (MPa)")
+    circle: dict[str, Any] = {"marker": "o", "linestyle": "", "color": "black", "markersize": 4, "markeredgewidth": 0.6}
+    handles = [
+        Line2D([], [], label="slip cell", **circle),
+        Line2D([], [], label="stick cell", markerfacecolor="none", **circle),
+        Line2D([], [], label="direction of $q$", color=VERMILLION, marker=r"$\rightarrow$", linestyle="", markersize=9),
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=3)

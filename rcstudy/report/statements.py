@@ -1,0 +1,153 @@
+"""Judging what the paper says of its results by the cube's own numbers: comparisons, verdicts, their tables.
+
+A :class:`Statement` quotes the paper, says in words how it is judged, and yields :class:`Comparison` s; the
+verdict counts those that hold. A comparison decides nothing, and is counted apart, if a case of it was not
+solved, if both its cases slip everywhere (then no ratio of slip can grow), or if the mesh cannot tell.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from rcstudy.report.paper import PaperCase
+from rcstudy.report.writers import Column, Value
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two numbers and whether they stand as the paper says; `holds` is None where they decide nothing.
+
+    `bound` tells that the right number is a bound on the left one, not the value of another case.
+    """
+
+    what: str
+    left: float
+    right: float
+    holds: bool | None
+    undecided: str = ""
+    bound: bool = False
+
+
+def _nothing(cases: Sequence[PaperCase]) -> Iterable[Comparison]:
+    return ()
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A sentence of the paper: `where` it stands, `quote` word for word, how it is judged.
+
+    `criterion` says in words what `judge` compares. `instead`, if given, judges the rival reading that
+    `instead_of` names, for the remark. `untestable` says why a cube cannot decide the statement at all.
+    """
+
+    where: str
+    quote: str
+    criterion: str
+    judge: Callable[[Sequence[PaperCase]], Iterable[Comparison]] = _nothing
+    instead: Callable[[Sequence[PaperCase]], Iterable[Comparison]] = _nothing
+    instead_of: str = ""
+    note: str = ""
+    untestable: str = ""
+
+
+def verdict(comparisons: Sequence[Comparison]) -> str:
+    """`borne out in k of n cases` with its ends in plain words, and how many comparisons decided nothing."""
+    if not comparisons:
+        return "no such cases in the cube"
+    decided = [c for c in comparisons if c.holds is not None]
+    held, n = sum(bool(c.holds) for c in decided), len(decided)
+    left = len(comparisons) - n
+    if not n:
+        return f"undecided ({left} of {left})"
+    if held == n:
+        text = f"borne out ({n} of {n})"
+    elif not held:
+        text = f"not borne out (0 of {n})"
+    else:
+        text = f"borne out in {held} of {n} cases"
+    return f"{text}; {left} undecided" if left else text
+
+
+def numbers(comparisons: Sequence[Comparison]) -> str:
+    """The decided numbers in short: all of them up to three, else the range of their changes or values."""
+    decided = [c for c in comparisons if c.holds is not None]
+    if not decided:
+        return ""
+    if decided[0].bound:
+        values = [c.left for c in decided]
+        if len(values) <= 3:
+            return ", ".join(f"{v:.3g}" for v in values)
+        return f"{min(values):.3g} to {max(values):.3g}"
+    if len(decided) <= 3:
+        return "; ".join(f"{c.left:.3g} → {c.right:.3g}" for c in decided)
+    changes = [c.right - c.left for c in decided]
+    return f"changes from {min(changes):+.3g} to {max(changes):+.3g}"
+
+
+def remark(statement: Statement, cases: Sequence[PaperCase]) -> str:
+    """The statement's own note, what its rival reading would give, and why comparisons decided nothing."""
+    parts = [statement.note] if statement.note else []
+    rival = list(statement.instead(cases))
+    if rival:
+        parts.append(f"{statement.instead_of}: {verdict(rival)}.")
+    reasons = Counter(c.undecided for c in statement.judge(cases) if c.undecided)
+    if reasons:
+        parts.append(f"Undecided: {'; '.join(f'{reason} ({n})' for reason, n in reasons.items())}.")
+    return " ".join(parts)
+
+
+def statements_table(
+    statements: Sequence[Statement], cases: Sequence[PaperCase]
+) -> tuple[str, Sequence[Column], list[dict[str, Value]]]:
+    """Caption, columns and rows: one row a statement with its verdict."""
+    columns = (
+        Column("number", "No."),
+        Column("where", "Section", wide=0.07),
+        Column("statement", "The paper says", wide=0.27),
+        Column("criterion", "Judged by", wide=0.2),
+        Column("numbers", "Numbers", wide=0.13),
+        Column("verdict", "Verdict", wide=0.12),
+        Column("remark", "Remark", wide=0.13),
+    )
+    rows: list[dict[str, Value]] = []
+    for number, statement in enumerate(statements, 1):
+        found = list(statement.judge(cases))
+        rows.append(
+            {
+                "number": number,
+                "where": statement.where,
+                "statement": statement.quote,
+                "criterion": statement.criterion,
+                "numbers": numbers(found),
+                "verdict": f"not tested: {statement.untestable}" if statement.untestable else verdict(found),
+                "remark": remark(statement, cases),
+            }
+        )
+    caption = (
+        "The paper's statements about its results (quoted), and whether the results in this cube bear them out. "
+        "Pairs are neighbouring values of the parameter named; the numbers are those of the criterion. "
+        "Undecided are pairs with a case that was not solved, with slip everywhere in both cases, or with slip ratios "
+        "that differ by less than one cell in each."
+    )
+    return caption, columns, rows
+
+
+def comparisons_table(
+    statements: Sequence[Statement], cases: Sequence[PaperCase]
+) -> tuple[str, Sequence[Column], list[dict[str, Value]]]:
+    """Caption, columns and rows: one row a comparison, with the number of its statement."""
+    columns = (
+        Column("number", "No."),
+        Column("cases", "Cases", wide=0.6),
+        Column("left", "Left"),
+        Column("right", "Right or bound"),
+        Column("holds", "Holds", wide=0.12),
+    )
+    rows: list[dict[str, Value]] = []
+    for number, statement in enumerate(statements, 1):
+        for c in statement.judge(cases):
+            holds = f"undecided: {c.undecided}" if c.holds is None else ("yes" if c.holds else "no")
+            rows.append({"number": number, "cases": c.what, "left": c.left, "right": c.right, "holds": holds})
+    return "Every comparison behind the verdicts on the paper's statements.", columns, rows

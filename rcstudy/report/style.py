@@ -1,0 +1,146 @@
+"""How figures look: one style, colours that colour-blind readers tell apart, files equal from run to run."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rcstudy.errors import UserError
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
+
+log = logging.getLogger("rcstudy")
+
+DPI = 200
+WIDTH = 7.2
+"""Width of a figure in inches: both columns of a journal page."""
+
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
+    "#000000",
+    "#E69F00",
+    "#56B4E9",
+    "#009E73",
+    "#F0E442",
+    "#0072B2",
+    "#D55E00",
+    "#CC79A7",
+)
+"""Okabe and Ito's colours (Color Universal Design, 2008)."""
+
+LINES: tuple[dict[str, Any], ...] = (
+    {"color": BLUE, "linestyle": "-", "marker": "o"},
+    {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "s"},
+    {"color": GREEN, "linestyle": (0, (3, 1, 1, 1)), "marker": "^"},
+    {"color": VERMILLION, "linestyle": (0, (6, 1, 1, 1, 1, 1)), "marker": "D"},
+    {"color": PURPLE, "linestyle": (0, (1, 1)), "marker": "v"},
+    {"color": SKY, "linestyle": (0, (8, 2)), "marker": "P"},
+    {"color": BLACK, "linestyle": (0, (2, 1)), "marker": "X"},
+)
+"""Lines that differ in colour, dash and marker, so that each of the three tells them apart."""
+
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "mathtext.fontset": "dejavusans",
+    "font.size": 7.5,
+    "axes.titlesize": 7.5,
+    "axes.labelsize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "lines.linewidth": 1.0,
+    "lines.markersize": 2.6,
+    "axes.grid": False,
+    "axes.formatter.useoffset": False,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "rcstudy",
+}
+
+_METADATA: dict[str, dict[str, None]] = {
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    "svg": {"Date": None, "Creator": None},
+}
+
+FORMATS = ("png", *_METADATA)
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Matplotlib's defaults and this style, whatever the user's own settings; those come back at the end."""
+    import matplotlib
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        yield
+
+
+def traction_colours() -> Colormap:
+    """Viridis from light to dark without its darkest quarter, so that black markers stay visible on it."""
+    import matplotlib
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(matplotlib.colormaps["viridis_r"](np.linspace(0.0, 0.75, 256)), name="traction")
+
+
+def check_formats(formats: Sequence[str]) -> None:
+    """UserError unless every format is one that is written the same in every run."""
+    unknown = [f for f in formats if f not in FORMATS]
+    if unknown or not formats:
+        raise UserError(f"figure format {', '.join(unknown) or '(none)'}: allowed are {', '.join(FORMATS)}")
+
+
+def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[Path]:
+    """Write `figure` as out/stem.<format> without dates or versions, so that equal data give equal files."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # placed once: the same in every format
+    paths = []
+    for kind in formats:
+        path = out / f"{stem}.{kind}"
+        if kind == "png":
+            _save_png(figure, path)
+        else:
+            figure.savefig(path, format=kind, dpi=DPI, metadata=_METADATA[kind])
+        paths.append(path)
+    return paths
+
+
+def _save_png(figure: Figure, path: Path) -> None:
+    """Write a PNG of 256 colours: a third of the size, and no difference to the eye."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())[..., :3]
+    palette = _palette(pixels)
+    shades, inverse = np.unique(pixels @ np.array([1 << 16, 1 << 8, 1]), return_inverse=True)
+    colours = np.stack([shades >> 16, shades >> 8 & 255, shades & 255], axis=1)
+    nearest = np.argmin(((colours[:, None] - palette) ** 2).sum(axis=2), axis=1).astype(np.uint8)
+    image = Image.frombytes("P", pixels.shape[1::-1], nearest[inverse].tobytes())
+    image.putpalette(palette.ravel().tolist())
+    image.save(path, optimize=True, dpi=(DPI, DPI))
+
+
+def _palette(pixels: np.ndarray) -> np.ndarray:
+    """White, black, 128 of the map's colours and the picture's 126 commonest, [256, 3].
+
+    The map's are given, lest its few pixels lose them to the many of text and edges.
+    """
+    from PIL import Image
+
+    common = Image.fromarray(pixels.copy()).quantize(126, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    of_map = (255 * traction_colours()(np.linspace(0.0, 1.0, 128))[:, :3]).round().astype(int)
+    return np.concatenate([[[255] * 3, [0] * 3], of_map, np.reshape(common, (-1, 3))])

@@ -1,0 +1,237 @@
+"""Reading a cube for the report: grids, their cases, and the words that name a case.
+
+A :class:`GridView` is one grid of a study (any number of named axes); a :class:`CaseView` is one of its
+cases. Numbers and fields of a case that was not solved are never handed out: `number` gives NaN and
+`field` raises, so that no figure or table can show them as results.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from rcstudy.cube import case_dims
+from rcstudy.cube import grids as cube_grids
+from rcstudy.errors import UserError
+from rcstudy.layout import LABEL
+from rcstudy.result import Status
+
+SUFFIXES = {"thickness": " a", "modulus": " Es"}
+"""What the relative coordinate of a coating axis (`thickness_ratio`, `modulus_ratio`) is a multiple of."""
+
+
+class GridView:
+    """One grid of a cube: `name`, `axes` (names, in order), `shape`, and its cases."""
+
+    def __init__(self, name: str, dataset: xr.Dataset) -> None:
+        self.name = name
+        self.dataset = dataset
+        self.axes = case_dims(dataset)
+        self.shape = tuple(dataset.sizes[d] for d in self.axes)
+        self._loaded: dict[str, xr.DataArray] = {}
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.dataset.variables
+
+    def small(self, name: str) -> xr.DataArray:
+        """Variable or coordinate `name` loaded whole; for everything that is not a field."""
+        if name not in self._loaded:
+            self._loaded[name] = self.dataset[name].load()
+        return self._loaded[name]
+
+    def case(self, *index: int) -> CaseView:
+        """The case at `index` (one integer per axis)."""
+        return CaseView(self, index)
+
+    def cases(self) -> Iterator[CaseView]:
+        """All cases, last axis fastest."""
+        return (CaseView(self, index) for index in np.ndindex(*self.shape))
+
+    def axis_values(self, axis: str) -> list[str]:
+        """The values of `axis` in words, such as `0.25 a`, `420000 MPa` or a label."""
+        return [_axis_value(self, axis, i) for i in range(self.dataset.sizes[axis])]
+
+
+@dataclass(frozen=True)
+class CaseView:
+    """One case of a grid; `index` is its position along the grid's axes."""
+
+    grid: GridView
+    index: tuple[int, ...]
+
+    def at(self, name: str) -> np.ndarray:
+        """Variable or coordinate `name` at this case: shape of what is left once the grid's axes are gone."""
+        array = self.grid.small(name)
+        return np.asarray(array.values[tuple(self._position(d) for d in array.dims)])
+
+    def _position(self, dim: object) -> int | slice:
+        return self.index[self.grid.axes.index(str(dim))] if dim in self.grid.axes else slice(None)
+
+    @property
+    def status(self) -> Status:
+        """How the case ended."""
+        return Status(int(self.at("status")))
+
+    @property
+    def rolling(self) -> bool:
+        """Whether the case is solved and has tractions (not the pressure alone)."""
+        return bool(np.isfinite(self.number("force_x")))
+
+    @property
+    def mapped(self) -> bool:
+        """Whether the case is solved and its tractions are stored cell by cell."""
+        return self.rolling and "state" in self.grid
+
+    @property
+    def solved(self) -> bool:
+        """Whether the case's numbers are results."""
+        return self.status is Status.SOLVED
+
+    @property
+    def failure(self) -> str:
+        """Why there is no result, such as `not converged: 300 steps`; empty if there is one."""
+        if self.solved:
+            return ""
+        word = self.status.name.lower().replace("_", " ")
+        reason = str(self.at("status_reason")) if "status_reason" in self.grid else ""
+        return f"{word}: {reason}" if reason else word
+
+    def number(self, name: str) -> float:
+        """Scalar `name`; NaN where the case was not solved or the cube has no such variable."""
+        return self.setting(name) if self.solved else float("nan")
+
+    def setting(self, name: str) -> float:
+        """Scalar `name` that was given, not computed (a coordinate, the load, Hertz's radius); NaN if absent."""
+        return float(self.at(name)) if name in self.grid else float("nan")
+
+    def field(self, name: str) -> np.ndarray:
+        """Field `name`, [nx, ny]; UserError if the case was not solved or the cube stores no such field."""
+        if not self.solved:
+            raise UserError(f"{self.grid.name}: {self.label}: not solved: {self.failure}")
+        if name not in self.grid:
+            raise UserError(f"{self.grid.name}: the cube stores no {name}")
+        where = {d: i for d, i in zip(self.grid.axes, self.index, strict=True) if d in self.grid.dataset[name].dims}
+        field = self.grid.dataset[name].isel(where).transpose("x", "y").values
+        return np.asarray(field)[: self.x.size, : self.y.size]
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        """Cell centres along x (rolling direction), mm, [nx]."""
+        return self._centres("x")
+
+    @cached_property
+    def y(self) -> np.ndarray:
+        """Cell centres along y, mm, [ny]."""
+        return self._centres("y")
+
+    def _centres(self, dim: str) -> np.ndarray:
+        # a grid whose cases have different meshes keeps centres per case, padded with NaN
+        centres = self.at(f"{dim}_centre") if f"{dim}_centre" in self.grid else self.at(dim)
+        return centres[np.isfinite(centres)]
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Cell sizes dx, dy in mm."""
+        return float(self.x[1] - self.x[0]), float(self.y[1] - self.y[0])
+
+    @property
+    def label(self) -> str:
+        """The case in words, as the cube names it: `thickness=0.25 a, modulus=0.5 Es, creepage=a`."""
+        return str(self.at(LABEL))
+
+    @cached_property
+    def layers(self) -> list[tuple[float, float]]:
+        """Layers from the surface down as (E in MPa, thickness in mm)."""
+        if "layer_modulus" not in self.grid:
+            return []
+        moduli, depths = np.atleast_1d(self.at("layer_modulus")), np.atleast_1d(self.at("layer_thickness"))
+        return [(float(E), float(h)) for E, h in zip(moduli, depths, strict=True) if np.isfinite(E)]
+
+    @property
+    def creepage(self) -> tuple[float, float, float]:
+        """Longitudinal, lateral creepage (-) and spin (rad/mm); NaN where the cube does not say."""
+        return self.setting("longitudinal"), self.setting("lateral"), self.setting("spin")
+
+    @property
+    def substrate_modulus(self) -> float:
+        """Es in MPa, from the coating's modulus axis: the layer on the substrate has `modulus_ratio` times Es.
+
+        NaN where the grid has no such axis, or the case no layers.
+        """
+        name = "modulus_ratio" if "modulus_ratio" in self.grid else "modulus"
+        units = self.grid.dataset[name].attrs.get("units") if name in self.grid else None
+        if units != "1" or not self.layers:
+            return float("nan")
+        return self.layers[-1][0] / self.setting(name)
+
+
+def grids(tree: xr.DataTree) -> dict[str, GridView]:
+    """The grids of an opened cube by name, in the study's order; UserError if it has none."""
+    found = {name: GridView(name, dataset) for name, dataset in cube_grids(tree).items()}
+    if not found:
+        raise UserError("the cube has no grid: nothing to report")
+    return found
+
+
+def _axis_value(grid: GridView, axis: str, i: int) -> str:
+    ratio = f"{axis}_ratio"
+    if ratio in grid:
+        return f"{_plain(grid.small(ratio).values[i])}{SUFFIXES.get(axis, '')}"
+    if axis not in grid:
+        return str(i)
+    array = grid.small(axis)
+    units = str(array.attrs.get("units", "1"))
+    return _plain(array.values[i]) + (f" {units}" if units not in ("1", "") and array.dtype.kind == "f" else "")
+
+
+def _plain(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def number_text(value: float) -> str:
+    """A given number as people write it: `0.5`, `0.002`, `0` (four significant digits)."""
+    return f"{value:.4g}"
+
+
+def layers_text(case: CaseView, *, math: bool = False) -> str:
+    """The moduli of a case's layers as the paper writes them: `E1 = 0.5 E2 = 0.25 Es`; `no layer`.
+
+    Moduli are in MPa where the cube does not tell Es. `math` gives matplotlib/LaTeX mathematics.
+    """
+    if not case.layers:
+        return "no layer"
+    moduli = [E for E, _ in case.layers]
+    base, symbol = case.substrate_modulus, ("E_s" if math else "Es")
+    if not np.isfinite(base):
+        base, symbol = 1.0, (r"\mathrm{MPa}" if math else "MPa")
+    name = "E_{}".format if math else "E{}".format
+    space = r"\," if math else " "
+    steps = [name(1)]
+    steps += [f"{number_text(moduli[0] / moduli[k])}{space}{name(k + 1)}" for k in range(1, len(moduli))]
+    steps += [f"{number_text(moduli[0] / base)}{space}{symbol}"]
+    text = " = ".join(steps)
+    return f"${text}$" if math else text
+
+
+def thickness_text(case: CaseView, *, math: bool = False) -> str:
+    """Thickness of each layer over Hertz's radius: `0.5 a`, or `0.25 a, 0.5 a` where they differ; empty if none."""
+    a = case.setting("hertz_radius")
+    unit, scale = ("a", a) if np.isfinite(a) else ("mm", 1.0)
+    texts = list(dict.fromkeys(number_text(h / scale) for _, h in case.layers))
+    if math:
+        return ", ".join(rf"${t}\,{unit}$" if unit == "a" else f"{t} mm" for t in texts)
+    return ", ".join(f"{t} {unit}" for t in texts)
+
+
+def creepage_text(case: CaseView, *, math: bool = False) -> str:
+    """The creepages that are not zero: `xi_x = 0.002, phi = 0.01 rad/mm`; `no creepage` if all are."""
+    names = (r"\xi_x", r"\xi_y", r"\varphi") if math else ("xi_x", "xi_y", "phi")
+    parts = []
+    for name, value, units in zip(names, case.creepage, ("", "", " rad/mm"), strict=True):
+        if value:
+            parts.append(f"${name} = {number_text(value)}$" if math else f"{name} = {number_text(value)}{units}")
+    return ", ".join(parts) or "no creepage"

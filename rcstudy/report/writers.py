@@ -1,0 +1,111 @@
+"""One table in three forms: CSV for programs, Markdown for reading here, LaTeX (booktabs) for a paper."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+Value = str | float | int
+
+LONG = 40
+"""Tables of more rows become a longtable in LaTeX."""
+
+_LATEX = {
+    "\\": r"\textbackslash{}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"$<$",
+    ">": r"$>$",
+    "|": r"$|$",
+    "→": r"$\to$",
+    "≥": r"$\ge$",
+    "≤": r"$\le$",
+    "×": r"$\times$",
+    "−": "$-$",
+    "–": "--",
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its key in the rows and in the CSV header, its titles, and the form of its numbers for people.
+
+    `form` is a format specification (`.4g`, `.2f`). `wide` columns hold sentences and wrap in LaTeX at that
+    share of the text's width; `latex` is the title in LaTeX (default: `title`, escaped).
+    """
+
+    key: str
+    title: str
+    latex: str = ""
+    form: str = ".4g"
+    wide: float = 0.0
+
+
+def write_table(
+    out: Path, stem: str, caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]
+) -> list[Path]:
+    """Write `rows` as out/stem.csv, .md and .tex; missing numbers (NaN, absent keys) are left empty.
+
+    Numbers have nine significant digits in the CSV and the form `Column.form` elsewhere. Returns the three paths.
+    """
+    texts = {"csv": None, "md": _markdown(caption, columns, rows), "tex": _latex(stem, caption, columns, rows)}
+    paths = []
+    for kind, text in texts.items():
+        path = out / f"{stem}.{kind}"
+        with path.open("w", encoding="utf-8", newline="") as file:
+            if text is not None:
+                file.write(text)
+            else:
+                writer = csv.writer(file, lineterminator="\n")
+                writer.writerow([c.key for c in columns])
+                writer.writerows([[_text(row.get(c.key, ""), ".9g") for c in columns] for row in rows])
+        paths.append(path)
+    return paths
+
+
+def _text(value: Value, form: str) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    if math.isnan(value):
+        return ""
+    text = format(value, form)
+    return text.removeprefix("-") if float(text) == 0.0 else text
+
+
+def _markdown(caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
+    lines = [caption, "", _bar([c.title for c in columns]), "|" + " --- |" * len(columns)]
+    lines += [_bar([_text(row.get(c.key, ""), c.form).replace("|", r"\|") for c in columns]) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _bar(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def _latex(stem: str, caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
+    spec = "".join(rf"p{{{c.wide:g}\textwidth}}" if c.wide else "l" for c in columns)
+    head = [r"\toprule", " & ".join(c.latex or escape(c.title) for c in columns) + r" \\", r"\midrule"]
+    body = [" & ".join(escape(_text(row.get(c.key, ""), c.form)) for c in columns) + r" \\" for row in rows]
+    title = rf"\caption{{{escape(caption)}}}\label{{tab:{stem.replace('_', '-')}}}"
+    if len(rows) > LONG or any(c.wide for c in columns):
+        lines = [rf"\begin{{longtable}}{{{spec}}}", title + r" \\", *head, r"\endhead", *body, r"\bottomrule"]
+        lines += [r"\end{longtable}"]
+    else:
+        lines = [r"\begin{table}", r"\centering", title, rf"\begin{{tabular}}{{{spec}}}", *head, *body]
+        lines += [r"\bottomrule", r"\end{tabular}", r"\end{table}"]
+    return "\n".join(["% needs \\usepackage{booktabs,longtable}", *lines]) + "\n"
+
+
+def escape(text: str) -> str:
+    """`text` as LaTeX source that prints it."""
+    return "".join(_LATEX.get(letter, letter) for letter in text)

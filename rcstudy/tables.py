@@ -1,0 +1,165 @@
+"""Tables of a cube: results per case, and for the paper's study its Tables 1 and 2 and a check of its statements.
+
+Entry: :func:`make_tables`. Every table is written as CSV, Markdown and LaTeX.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rcstudy.report import measures
+from rcstudy.report.paper import PaperCase, is_paper_grid, paper_cases, select
+from rcstudy.report.paper_statements import STATEMENTS
+from rcstudy.report.statements import comparisons_table, statements_table
+from rcstudy.report.views import CaseView, GridView, creepage_text, grids, layers_text, thickness_text
+from rcstudy.report.writers import Column, Value, write_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MAPS = (7, 8, 9, 10)
+"""The paper's figures that its Tables 1 and 2 describe."""
+
+RESULTS = (
+    Column("layers", "Layers"),
+    Column("creepage", "Creepage"),
+    Column("status", "Status"),
+    Column("contact_radius_mm", "Contact radius (mm)", form=".4f"),
+    Column("pressure_max_MPa", "Peak pressure (MPa)", form=".1f"),
+    Column("pressure_ratio", "Peak pressure / p0", "$p_{\\max}/p_0$", form=".4f"),
+    Column("slip_ratio", "Slip area / contact area", form=".4f"),
+    Column("force_x_N", "Fx (N)", "$F_x$ (N)", form=".3f"),
+    Column("force_y_N", "Fy (N)", "$F_y$ (N)", form=".3f"),
+    Column("moment_z_N_mm", "Mz (N mm)", "$M_z$ (N\\,mm)", form=".4f"),
+    Column("traction_max_MPa", "Largest traction (MPa)", form=".1f"),
+    Column("proof_worst", "Worst proof", form=".1e"),
+    Column("proof_name", "Which proof"),
+)
+"""Columns of results after those that name the case; lengths in mm, stresses in MPa, forces in N."""
+
+
+def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
+    """Write the tables of an opened cube into the folder `out` (made if need be); returns the files written.
+
+    Any cube: `results` (one row per case). With grids of the paper also `table_1`, `table_2` (from the
+    cube's coordinates), `statements` (what the paper says of its results, judged by the cube's) and
+    `statements_comparisons` (every comparison behind them). UserError if the cube has no grid.
+    """
+    found = grids(tree)
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    cases = paper_cases(found)
+    others = [grid for grid in found.values() if not is_paper_grid(grid)]
+    paths: list[Path] = []
+    if cases:
+        maps = select(cases, MAPS)
+        if maps:
+            paths += write_table(out, "table_1", *layer_table(maps))
+            paths += write_table(out, "table_2", *creepage_table(maps))
+        paths += write_table(out, "results", *panel_table(cases))
+        paths += write_table(out, "statements", *statements_table(STATEMENTS, cases))
+        paths += write_table(out, "statements_comparisons", *comparisons_table(STATEMENTS, cases))
+    if others:
+        paths += write_table(out, "results_of_other_grids" if cases else "results", *case_table(others))
+    return paths
+
+
+Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
+"""Caption, columns, rows."""
+
+
+def layer_table(cases: Sequence[PaperCase]) -> Table:
+    """The paper's Table 1: moduli and thickness of each layer, a row per run of panels with the same layers."""
+    columns = (
+        Column("figure", "Figure"),
+        Column("modulus", "Elastic modulus"),
+        Column("thickness", "Thickness for each layer"),
+    )
+    rows: list[dict[str, Value]] = []
+    for (modulus, thickness, _), group in groupby(
+        cases, key=lambda c: (layers_text(c.view), thickness_text(c.view), c.figure)
+    ):
+        names = [c.name for c in group]
+        span = names[0] if len(names) == 1 else f"{names[0]}-{names[-1]}"
+        rows.append({"figure": span, "modulus": modulus, "thickness": thickness})
+    caption = (
+        "Layer parameters (the paper's Table 1, rebuilt from the cube's coordinates). Es: modulus of the substrate; "
+        "a: Hertz's radius of the uncoated pair; layer 1 is at the surface."
+    )
+    return caption, columns, rows
+
+
+def creepage_table(cases: Sequence[PaperCase]) -> Table:
+    """The paper's Table 2: the creepages of each letter; letters share a row where their creepages are the same.
+
+    A letter that has different creepages in different figures gets a row for each, with the figures named.
+    """
+    columns = (
+        Column("panels", "Figure"),
+        Column("longitudinal", "xi_x", r"$\xi_x$"),
+        Column("lateral", "xi_y", r"$\xi_y$"),
+        Column("spin_rad_per_mm", "phi (rad/mm)", r"$\varphi$ (rad/mm)"),
+    )
+    panels: dict[tuple[float, float, float], dict[str, set[int]]] = {}
+    for c in cases:
+        panels.setdefault(c.creepage, {}).setdefault(c.panel, set()).add(c.figure)
+    everywhere = {c.figure for c in cases}
+    rows: list[dict[str, Value]] = []
+    for (longitudinal, lateral, spin), letters in panels.items():
+        names = [
+            letter if figures == everywhere else f"{letter} of {', '.join(map(str, sorted(figures)))}"
+            for letter, figures in letters.items()
+        ]
+        rows.append(
+            {
+                "panels": f"({'/'.join(names)})",
+                "longitudinal": longitudinal,
+                "lateral": lateral,
+                "spin_rad_per_mm": spin,
+            }
+        )
+    return "Creepage parameters (the paper's Table 2, rebuilt from the cube's coordinates).", columns, rows
+
+
+def panel_table(cases: Iterable[PaperCase]) -> Table:
+    """Results per case of the paper, named by figure and panel."""
+    columns = (Column("figure", "Figure"), Column("panel", "Panel"), *RESULTS)
+    rows = [{"figure": c.figure, "panel": c.panel, **results_row(c.view)} for c in cases]
+    return f"Results per panel of the paper's figures. {RESULTS_NOTE}", columns, rows
+
+
+def case_table(found: Iterable[GridView]) -> Table:
+    """Results per case of any grid, named by the grid's axes."""
+    columns = (Column("grid", "Grid"), Column("case", "Case"), *RESULTS)
+    rows = [{"grid": grid.name, "case": case.label, **results_row(case)} for grid in found for case in grid.cases()]
+    return f"Results per case. {RESULTS_NOTE}", columns, rows
+
+
+RESULTS_NOTE = (
+    "p0: Hertz's peak pressure of the uncoated pair; forces and moment act on the coated body, which rolls towards +x; "
+    "worst proof: the largest of the case's own checks (relative). Cases that were not solved have no numbers."
+)
+
+
+def results_row(case: CaseView) -> Mapping[str, Value]:
+    """The columns RESULTS of one case; NaN (written empty) where it was not solved."""
+    proof, proof_name = measures.worst_proof(case)
+    layers = layers_text(case)
+    return {
+        "layers": f"{layers}, {thickness_text(case)}" if case.layers else layers,
+        "creepage": creepage_text(case) if "force_x" in case.grid else "none (pressure only)",
+        "status": case.failure or "solved",
+        "contact_radius_mm": case.number("contact_radius"),
+        "pressure_max_MPa": case.number("pressure_max"),
+        "pressure_ratio": measures.pressure_ratio(case),
+        "slip_ratio": measures.slip_ratio(case),
+        "force_x_N": case.number("force_x"),
+        "force_y_N": case.number("force_y"),
+        "moment_z_N_mm": case.number("moment_z"),
+        "traction_max_MPa": case.number("traction_max"),
+        "proof_worst": proof,
+        "proof_name": proof_name,
+    }

@@ -1,0 +1,580 @@
+"""Figures, tables and statements, against numbers computed here from the same cube."""
+
+from __future__ import annotations
+
+import csv
+import logging
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from PIL import Image
+from synthetic import Synthetic, assemble, made_up_result, make_study, paper, several, small, synthetic_tree
+
+from rcstudy.errors import UserError
+from rcstudy.figures import make_figures
+from rcstudy.report import measures
+from rcstudy.report.overview import case_maps, overview_figure
+from rcstudy.report.paper import AXES, letter
+from rcstudy.report.paper_figures import paper_figure
+from rcstudy.report.statements import Comparison, numbers, verdict
+from rcstudy.report.style import LINES, style
+from rcstudy.report.views import CaseView, GridView, grids
+from rcstudy.report.writers import Column, escape, write_table
+from rcstudy.result import CellState, Status
+from rcstudy.tables import make_tables
+
+CELLS = (32, 28)
+UNSOLVED = {("figure_7", (0, 1)), ("figure_5", (1, 0, 2)), ("figure_3", (0, 0, 0))}
+"""Cases of the second made-up cube that did not converge; their fields are in the cube all the same."""
+
+
+def with_failures() -> Synthetic:
+    made = paper(CELLS)
+    for i, (case, _) in enumerate(made.results):
+        if (case.grid, case.index) in UNSOLVED:
+            made.results[i] = (case, made_up_result(case.scene, Status.NOT_CONVERGED))
+    return made
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Iterator[xr.DataTree]:
+    with synthetic_tree(tmp_path_factory.mktemp("solved"), paper(CELLS)) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[xr.DataTree]:
+    with synthetic_tree(tmp_path_factory.mktemp("failing"), with_failures()) as opened:
+        yield opened
+
+
+def draw(tree: xr.DataTree, name: str) -> Figure:
+    with style():
+        return paper_figure(name, grids(tree))
+
+
+def panels(figure: Figure) -> list[Any]:
+    """Axes of a figure's panels (the colour bar is not one)."""
+    return [ax for ax in figure.axes if ax.get_label() != "<colorbar>" and ax.get_visible()]
+
+
+def markers(ax: Any, state: str) -> Any:
+    return next(c for c in ax.collections if c.get_gid() == state)
+
+
+def remarks(ax: Any) -> str:
+    return " ".join(t.get_text().replace("\n", " ") for t in ax.texts if t.get_gid() == "remark")
+
+
+def lines(ax: Any) -> dict[str, Any]:
+    return {str(line.get_label()): line for line in ax.lines}
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def tables(tree: xr.DataTree, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the tables of the solved cube."""
+    out = tmp_path_factory.mktemp("tables")
+    make_tables(tree, out)
+    return out
+
+
+# maps
+
+
+def test_maps_have_one_marker_a_cell_filled_where_it_slips(tree: xr.DataTree) -> None:
+    data = tree["figure_9"].to_dataset()
+    shown = panels(draw(tree, "figure_9"))
+    assert len(shown) == 12
+    for ax, (m, c) in zip(shown, np.ndindex(2, 6), strict=True):
+        state = data.state.isel(modulus=m, creepage=c).values
+        for name, value, filled in (("slip", 2, True), ("stick", 1, False)):
+            circles = markers(ax, name)
+            i, j = np.nonzero(state == value)
+            expected = {(x, y) for x, y in zip(data.x.values[i], data.y.values[j], strict=True)}
+            assert {tuple(o) for o in np.asarray(circles.get_offsets())} == expected
+            assert len(circles.get_offsets()) == i.size
+            face = circles.get_facecolor()
+            assert (len(face) > 0 and tuple(face[0]) == to_rgba("black")) is filled
+
+
+def test_maps_show_the_magnitude_of_the_traction_on_one_scale(tree: xr.DataTree) -> None:
+    data = tree["figure_7"].to_dataset()
+    figure = draw(tree, "figure_7")
+    q = np.hypot(data.traction_x.values, data.traction_y.values)
+    for ax, (m, c) in zip(panels(figure), np.ndindex(2, 6), strict=True):
+        (image,) = ax.images
+        left, right, bottom, top = image.get_extent()
+        dx, dy = 2.0 / CELLS[0], 2.0 / CELLS[1]
+        inside_x = (data.x.values > left) & (data.x.values < right)
+        inside_y = (data.y.values > bottom) & (data.y.values < top)
+        np.testing.assert_array_equal(image.get_array().filled(0.0).T, q[m, c][np.ix_(inside_x, inside_y)])
+        assert (right - left, top - bottom) == pytest.approx((inside_x.sum() * dx, inside_y.sum() * dy))
+        contact = data.state.values[m, c] != 0
+        assert contact.sum() == np.sum(~np.ma.getmaskarray(image.get_array()))
+        assert (image.norm.vmin, image.norm.vmax) == (0.0, pytest.approx(q.max()))
+        assert (ax.get_xlim(), ax.get_aspect()) == (ax.get_ylim(), 1.0)
+    (bar,) = [ax for ax in figure.axes if ax.get_label() == "<colorbar>"]
+    assert bar.get_xlabel() == "$|q|$ (MPa)"
+
+
+def test_arrows_point_along_the_traction(tree: xr.DataTree) -> None:
+    data = tree["figure_7"].to_dataset().isel(modulus=1, creepage=5)
+    ax = panels(draw(tree, "figure_7"))[11]
+    arrows = markers(ax, "direction")
+    assert 4 <= len(arrows.U) <= 80
+    for (x, y), u, v in zip(arrows.get_offsets(), arrows.U, arrows.V, strict=True):
+        qx, qy = (float(data[name].sel(x=x, y=y)) for name in ("traction_x", "traction_y"))
+        assert u * qy - v * qx == pytest.approx(0.0, abs=1e-9 * np.hypot(qx, qy))
+        assert u * qx + v * qy > 0
+
+
+def test_maps_name_panels_layers_creepages_axes_and_slip(tree: xr.DataTree) -> None:
+    shown = panels(draw(tree, "figure_9"))
+    titles = [ax.get_title(loc="left") for ax in shown]
+    assert [t[:3] for t in titles] == [f"({c})" for c in "abcdefghijkl"]
+    assert titles[5] == (
+        r"(f) $E_1 = 0.5\,E_2 = 0.25\,E_s$, $0.25\,a$"
+        "\n"
+        r"$\xi_x = 0.002$, $\xi_y = 0.001$, $\varphi = 0.01$"
+    )
+    assert r"$E_1 = 2\,E_2 = 4\,E_s$" in titles[6]
+    assert all("mm" in ax.get_xlabel() and "rolling" in ax.get_xlabel() for ax in shown[-3:])
+    assert all(ax.get_ylabel() == "$y$ (mm)" for ax in shown[::3])
+    data = tree["figure_9"].to_dataset()
+    ratio = (data.state.values[0, 3] == 2).sum() / (data.state.values[0, 3] != 0).sum()
+    assert [t.get_text() for t in shown[3].texts if t.get_gid() == "slip-ratio"] == [f"slip {100 * ratio:.3g} %"]
+
+
+def test_figure_4_has_four_panels_with_the_papers_letters(tree: xr.DataTree) -> None:
+    figure = draw(tree, "figure_4")
+    assert [ax.get_title(loc="left")[:12] for ax in panels(figure)] == [f"({c}) no layer" for c in "aceg"]
+    (caption,) = [t.get_text() for t in figure.texts if t.get_gid() == "caption"]
+    for words in ("Fig. 4.", "$P$ = 100 N", r"$\mu$ = 1", "$a$ = 0.2533 mm", "$p_0$ = 744.2 MPa", "0.0625 mm"):
+        assert words in caption.replace("\n", " ")
+
+
+# lines
+
+
+def mean_of_middle_rows(field: np.ndarray) -> np.ndarray:
+    n = field.shape[1]
+    return (field[:, n // 2 - 1] + field[:, n // 2]) / 2
+
+
+def test_figure_5_lines_are_the_traction_next_to_the_x_axis(tree: xr.DataTree) -> None:
+    data = tree["figure_5"].to_dataset()
+    shown = panels(draw(tree, "figure_5"))
+    assert len(shown) == 6
+    a = float(data.hertz_radius.values.flat[0])
+    for position, ax in enumerate(shown):
+        m, t = divmod(position, 3)
+        drawn = lines(ax)
+        assert len(drawn) == 6
+        for c in range(5):
+            line = drawn[rf"$\xi_x = {0.002 * (c + 1):.4g}$"]
+            expected = -mean_of_middle_rows(data.traction_x.isel(thickness=t, modulus=m, creepage=c).values)
+            at = dict(zip(data.x.values / a, expected, strict=True))
+            np.testing.assert_allclose(line.get_ydata(), [at[x] for x in line.get_xdata()], atol=1e-12)
+            assert sum(line.get_ydata()) == pytest.approx(sum(expected))
+        bound = drawn[r"bound $\mu p$"]
+        pressure = mean_of_middle_rows(data.pressure.isel(thickness=t, modulus=m, creepage=0).values)
+        assert sum(bound.get_ydata()) == pytest.approx(sum(pressure))
+        assert bound.get_linestyle() == "--"
+    assert {ax.get_xlabel() for ax in shown[3:]} == {"$x/a$"}
+    assert {ax.get_ylabel() for ax in shown[::3]} == {"$-q_x$ (MPa)"}
+    assert shown[5].get_title(loc="left") == r"(f) $E_1 = 2\,E_s$, $1\,a$"
+
+
+def test_figure_3_shows_pressure_over_hertz_with_the_uncoated_case_in_both_panels(tree: xr.DataTree) -> None:
+    data, bare = tree["figure_3"].to_dataset(), tree["figure_3_bare"].to_dataset()
+    figure = draw(tree, "figure_3")
+    shown = panels(figure)
+    assert [ax.get_title(loc="left")[:3] for ax in shown] == ["(a)", "(b)"]
+    p0, a = float(bare.hertz_pressure.values[0]), float(bare.hertz_radius.values[0])
+    for count, ax in enumerate(shown):
+        drawn = lines(ax)
+        assert len(drawn) == 8
+        plain = drawn["no layer, computed"]
+        assert sum(plain.get_ydata()) == pytest.approx(mean_of_middle_rows(bare.pressure.values[0]).sum() / p0)
+        for t, m in np.ndindex(3, 2):
+            name = ((r"0.5\,E_s", r"2\,E_s"), (r"0.5\,E_2 = 0.25\,E_s", r"2\,E_2 = 4\,E_s"))[count][m]
+            line = drawn[rf"$E_1 = {name}$, ${(0.25, 0.5, 1)[t]:g}\,a$"]
+            pressure = mean_of_middle_rows(data.pressure.values[count, t, m])
+            assert max(line.get_ydata()) == pytest.approx(pressure.max() / p0)
+            reach = np.abs(data.x.values[pressure > 0]).max() + 2.0 / CELLS[0]
+            assert max(line.get_xdata()) == pytest.approx(reach / a)
+        assert (ax.get_xlabel(), ax.get_ylim()[0]) == ("$x/a$", 0.0)
+    assert "the mean of the two rows" in " ".join(t.get_text() for t in figure.texts).replace("\n", " ")
+
+
+def test_on_the_x_axis_is_the_middle_row_or_the_mean_of_two() -> None:
+    field = np.array([[1.0, 2.0, 4.0], [3.0, 5.0, 9.0]])
+    np.testing.assert_array_equal(measures.on_x_axis(field, np.array([-0.1, 0.0, 0.1])), [2.0, 5.0])
+    np.testing.assert_array_equal(measures.on_x_axis(field[:, 1:], np.array([-0.05, 0.05])), [3.0, 7.0])
+
+
+def test_line_looks_differ_in_colour_dash_and_marker() -> None:
+    for key in ("color", "linestyle", "marker"):
+        assert len({str(look[key]) for look in LINES}) == len(LINES)
+
+
+# cases that were not solved
+
+
+def test_unsolved_map_says_so_and_draws_nothing(failing: xr.DataTree) -> None:
+    shown = panels(draw(failing, "figure_7"))
+    assert remarks(shown[1]) == "not solved: not converged: made up not to converge"
+    assert not shown[1].images and not shown[1].collections
+    solved = failing["figure_7"].to_dataset()
+    q = np.hypot(solved.traction_x.values, solved.traction_y.values)
+    q[0, 1] = 0.0
+    assert shown[0].images[0].norm.vmax == pytest.approx(q.max())
+    assert all(ax.images and not remarks(ax) for k, ax in enumerate(shown) if k != 1)
+
+
+def test_unsolved_line_is_not_drawn(failing: xr.DataTree) -> None:
+    ax = panels(draw(failing, "figure_5"))[1]
+    assert r"$\xi_x = 0.006$" not in lines(ax) and len(lines(ax)) == 5
+    assert r"not solved: $\xi_x = 0.006$: not converged" in remarks(ax)
+    ax = panels(draw(failing, "figure_3"))[0]
+    assert len(lines(ax)) == 7 and "not solved" in remarks(ax)
+
+
+def test_unsolved_cases_have_no_numbers_in_tables_and_decide_nothing(failing: xr.DataTree, tmp_path: Path) -> None:
+    make_tables(failing, tmp_path)
+    rows = read(tmp_path / "results.csv")
+    (row,) = [r for r in rows if (r["figure"], r["panel"]) == ("7", "b")]
+    assert row["status"] == "not converged: made up not to converge"
+    assert all(not row[k] for k in row if k[-3:] in ("_mm", "_N", "MPa", "tio", "rst"))
+    assert sum(r["status"] == "solved" for r in rows) == len(rows) - len(UNSOLVED)
+    comparisons = [r for r in read(tmp_path / "statements_comparisons.csv") if "7b:" in r["cases"]]
+    assert comparisons and all(r["holds"].startswith("undecided") for r in comparisons)
+
+
+def test_field_of_an_unsolved_case_is_refused(failing: xr.DataTree) -> None:
+    case = grids(failing)["figure_7"].case(0, 1)
+    assert np.isnan(case.number("force_x"))
+    with pytest.raises(UserError, match="not solved: not converged"):
+        case.field("traction_x")
+
+
+# what make_figures writes
+
+
+def test_only_figures_the_cube_has_are_made_and_the_rest_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    made = paper(CELLS)
+    kept = {"figure_4", "figure_3_bare"}
+    parts = [(g, [c for c in made.expansion.cases if c.grid == g.name]) for g in made.expansion.grids if g.name in kept]
+    with (
+        synthetic_tree(tmp_path, assemble(make_study(), *parts)) as tree,
+        caplog.at_level(logging.WARNING, logger="rcstudy"),
+    ):
+        paths = make_figures(tree, tmp_path / "out", formats=("png",))
+    assert [p.name for p in paths] == ["figure_3.png", "figure_4.png"]
+    skipped = {record.message.split(" skipped")[0] for record in caplog.records}
+    assert skipped == {name.replace("_", " ") for name in AXES if name not in ("figure_3", "figure_4")}
+
+
+def test_files_do_not_depend_on_the_run_or_on_the_users_style(tmp_path: Path) -> None:
+    with synthetic_tree(tmp_path, small()) as tree:
+        first = make_figures(tree, tmp_path / "one")
+        assert [p.name for p in first] == ["tiny.png", "tiny.pdf", "tiny_maps.png", "tiny_maps.pdf"]
+        with matplotlib.rc_context({"font.size": 33, "axes.facecolor": "red"}):
+            second = make_figures(tree, tmp_path / "two")
+            assert matplotlib.rcParams["font.size"] == 33
+    for a, b in zip(first, second, strict=True):
+        assert a.read_bytes() == b.read_bytes()
+        assert b"CreationDate" not in a.read_bytes() and b"Matplotlib" not in a.read_bytes()
+        assert a.stat().st_size < 300_000
+    picture = Image.open(first[2])
+    shades = {tuple(shade) for shade in np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0).tolist()}
+    assert len(shades) <= 256 and {(255, 255, 255), (0, 0, 0)} <= shades
+    assert picture.info["dpi"] == pytest.approx((200, 200), rel=1e-3)
+
+
+def test_cube_without_fields_cannot_be_drawn(tmp_path: Path) -> None:
+    made = paper(CELLS)
+    bare = Synthetic(make_study(fields=False), made.expansion, made.results)
+    with synthetic_tree(tmp_path, bare) as tree:
+        with pytest.raises(UserError, match="nothing to draw"):
+            make_figures(tree, tmp_path)
+        make_tables(tree, tmp_path)
+    rows = read(tmp_path / "statements.csv")
+    assert statement(rows, "thicker the layer thickness, the larger")["verdict"] == "borne out (4 of 4)"
+    assert statement(rows, "symmetric with respect to the x-axis")["verdict"] == "undecided (2 of 2)"
+    assert "stored without fields" in statement(rows, "symmetric with respect to the x-axis")["remark"]
+
+
+def test_unknown_format_is_refused(tree: xr.DataTree, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="jpeg: allowed are png, pdf, svg"):
+        make_figures(tree, tmp_path, formats=("jpeg",))
+
+
+def test_matplotlib_is_not_imported_before_it_is_needed() -> None:
+    code = "import rcstudy.figures, rcstudy.tables, sys; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+# any other study
+
+
+def test_overview_of_a_product_has_a_line_per_second_axis(tmp_path: Path) -> None:
+    with synthetic_tree(tmp_path, small()) as tree:
+        grid = grids(tree)["tiny"]
+        with style():
+            figure = overview_figure(grid)
+            maps = case_maps(grid)
+        shown = {ax.get_ylabel(): ax for ax in panels(figure)}
+        data = tree.to_dataset()
+        for k, line in enumerate(shown["$F_x$ (N)"].lines):
+            np.testing.assert_array_equal(line.get_xdata(), data.modulus.values)
+            np.testing.assert_array_equal(line.get_ydata(), data.force_x.values[:, k])
+        assert len(shown["$F_x$ (N)"].lines) == 3
+        ratio = shown["slip area / contact area"].lines[2].get_ydata()
+        np.testing.assert_allclose(ratio, (data.slip_area / data.contact_area).values[:, 2])
+        assert shown["contact radius (mm)"].get_xlabel() == "modulus (MPa)"
+        assert maps is not None and len(panels(maps)) == 6
+        assert panels(maps)[0].get_title(loc="left").replace("\n", ", ") == grid.case(0, 0).label
+
+
+def test_studies_of_several_grids_get_overviews_and_results(tmp_path: Path) -> None:
+    with synthetic_tree(tmp_path, several()) as tree:
+        names = [p.name for p in make_figures(tree, tmp_path, formats=("png",))]
+        make_tables(tree, tmp_path)
+        assert names == ["product.png", "product_maps.png", "pressure_only.png", "listed.png", "listed_maps.png"]
+        rows = read(tmp_path / "results.csv")
+        assert len(rows) == 4 + 3 + 2
+        assert [r["grid"] for r in rows[4:]] == ["pressure_only"] * 3 + ["listed"] * 2
+        forces = tree["product"].to_dataset().force_x.values.ravel()
+        np.testing.assert_allclose([float(r["force_x_N"]) for r in rows[:4]], forces, rtol=1e-8)
+        assert {r["creepage"] for r in rows[4:7]} == {"none (pressure only)"}
+        assert not any(r["force_x_N"] for r in rows[4:7])
+        assert rows[8]["layers"] == "E1 = 1.05e+05 MPa, 0.3948 a"
+
+
+def test_overview_leaves_gaps_for_unsolved_cases(tmp_path: Path) -> None:
+    made = small()
+    case = made.results[0][0]
+    made.results[0] = (case, made_up_result(case.scene, Status.NOT_CONVERGED))
+    with synthetic_tree(tmp_path, made) as tree, style():
+        figure = overview_figure(grids(tree)["tiny"])
+    drawn = panels(figure)[0].lines[0].get_ydata()
+    assert np.isnan(drawn[0]) and np.isfinite(drawn[1])
+    assert "1 of 6 cases not solved (gaps)" in " ".join(t.get_text() for t in figure.texts)
+
+
+# tables
+
+
+def test_table_1_is_the_papers(tree: xr.DataTree, tables: Path) -> None:
+    rows = [tuple(r.values()) for r in read(tables / "table_1.csv")]
+    one, two = ("E1 = 0.5 Es", "E1 = 2 Es"), ("E1 = 0.5 E2 = 0.25 Es", "E1 = 2 E2 = 4 Es")
+    assert rows == [
+        ("7a-7f", one[0], "0.5 a"),
+        ("7g-7l", one[1], "0.5 a"),
+        ("8a-8f", one[0], "1 a"),
+        ("8g-8l", one[1], "1 a"),
+        ("9a-9f", two[0], "0.25 a"),
+        ("9g-9l", two[1], "0.25 a"),
+        ("10a-10f", two[0], "0.5 a"),
+        ("10g-10l", two[1], "0.5 a"),
+    ]
+    creepages = [tuple(r.values()) for r in read(tables / "table_2.csv")]
+    assert [r[0] for r in creepages] == ["(a/g)", "(b/h)", "(c/i)", "(d/j)", "(e/k)", "(f/l)"]
+    stored = tree["figure_8"].to_dataset()
+    for row, name in ((1, "longitudinal"), (2, "lateral"), (3, "spin")):
+        assert [float(r[row]) for r in creepages] == pytest.approx(stored[name].values.reshape(-1)[:6])
+
+
+def test_results_are_those_of_the_fields(tree: xr.DataTree, tables: Path) -> None:
+    rows = read(tables / "results.csv")
+    assert len(rows) == 1 + 12 + 4 + 30 + 30 + 4 * 12
+    (row,) = [r for r in rows if (r["figure"], r["panel"]) == ("10", "l")]
+    data = tree["figure_10"].to_dataset().isel(modulus=1, creepage=5)
+    cell = 2.0 / CELLS[0] * 2.0 / CELLS[1]
+    p, qx, qy, state = (data[n].values for n in ("pressure", "traction_x", "traction_y", "state"))
+    expected = {
+        "contact_radius_mm": np.sqrt((p > 0).sum() * cell / np.pi),
+        "pressure_max_MPa": p.max(),
+        "pressure_ratio": p.max() / float(data.hertz_pressure),
+        "slip_ratio": (state == 2).sum() / (p > 0).sum(),
+        "force_x_N": qx.sum() * cell,
+        "force_y_N": qy.sum() * cell,
+        "moment_z_N_mm": ((data.x.values[:, None] * qy) - (data.y.values[None] * qx)).sum() * cell,
+        "traction_max_MPa": np.hypot(qx, qy).max(),
+        "proof_worst": 2e-6,
+    }
+    assert {k: float(row[k]) for k in expected} == pytest.approx(expected, rel=1e-8)
+    assert (row["proof_name"], row["layers"]) == ("proof_gap", "E1 = 2 E2 = 4 Es, 0.5 a")
+    assert row["creepage"] == "xi_x = 0.002, xi_y = 0.001, phi = 0.01 rad/mm"
+
+
+def test_three_forms_of_a_table_have_the_same_rows(tables: Path) -> None:
+    paths = sorted(tables.iterdir())
+    assert {p.suffix for p in paths} == {".csv", ".md", ".tex"}
+    for path in (p for p in paths if p.suffix == ".csv"):
+        rows = read(path)
+        markdown = path.with_suffix(".md").read_text().splitlines()
+        assert len(markdown) == len(rows) + 4
+        latex = path.with_suffix(".tex").read_text()
+        body = latex.split(r"\midrule")[1].split(r"\bottomrule")[0]
+        lines_ = [line for line in body.splitlines() if line.endswith(r"\\")]
+        assert len(lines_) == len(rows)
+        assert {line.count(" & ") + 1 for line in lines_} == {len(rows[0])}
+
+
+def test_writer_escapes_and_rounds(tmp_path: Path) -> None:
+    columns = (Column("a_b", "A_b|"), Column("n", "N", r"$N$", form=".2f"))
+    write_table(tmp_path, "t", "50 % of x_y", columns, [{"a_b": "p|q & 5 % → _", "n": -1e-9}, {"n": float("nan")}])
+    assert (tmp_path / "t.csv").read_text() == "a_b,n\np|q & 5 % → _,-1e-09\n,\n"
+    markdown = (tmp_path / "t.md").read_text().splitlines()
+    assert markdown[4:] == [r"| p\|q & 5 % → _ | 0.00 |", "|  |  |"]
+    latex = (tmp_path / "t.tex").read_text()
+    assert r"p$|$q \& 5 \% $\to$ \_ & 0.00 \\" in latex and r"\caption{50 \% of x\_y}" in latex
+    assert r"A\_b$|$ & $N$ \\" in latex
+    assert escape("~^\\{}#$<") == r"\textasciitilde{}\textasciicircum{}\textbackslash{}\{\}\#\$$<$"
+
+
+def test_letters_go_on_after_z() -> None:
+    assert [letter(i) for i in (0, 11, 25, 26, 53)] == ["a", "l", "z", "aa", "bb"]
+
+
+# statements
+
+
+def statement(rows: list[dict[str, str]], words: str) -> dict[str, str]:
+    (row,) = [r for r in rows if words in r["statement"]]
+    return row
+
+
+def test_statements_count_what_the_cube_says(tree: xr.DataTree, tables: Path) -> None:
+    rows = read(tables / "statements.csv")
+    assert [int(r["number"]) for r in rows] == list(range(1, len(rows) + 1))
+    radius = tree["figure_3"].to_dataset().contact_radius.values
+    growing = np.diff(radius[:, :, 0], axis=1)
+    row = statement(rows, "the thicker the layer thickness, the larger the contact radius")
+    assert growing.size == 4 and (growing > 0).all()
+    assert row["verdict"] == "borne out (4 of 4)"
+    assert row["numbers"] == f"changes from {growing.min():+.3g} to {growing.max():+.3g}"
+
+    data = tree["figure_5"].to_dataset()
+    ratio = (data.slip_area / data.contact_area).values[:, 1, :]
+    cells = (data.contact_area.values / (2.0 / CELLS[0] * 2.0 / CELLS[1])).round()[:, 1, :]
+    change, margin = np.diff(ratio, axis=0), 1 / cells[1:] + 1 / cells[:-1]
+    decided = (np.abs(change) > margin * (1 + 1e-9)) & ~((ratio[1:] == 1) & (ratio[:-1] == 1))
+    row = statement(rows, "the ratio of slip zones is decreasing with increasing layer thickness for the stiff")
+    held, n = int((change[decided] < 0).sum()), int(decided.sum())
+    assert 0 < n < 10
+    assert row["verdict"].startswith(
+        {0: f"not borne out (0 of {n})", n: f"borne out ({n} of {n})"}.get(held, f"borne out in {held} of {n} cases")
+    )
+    assert row["verdict"].endswith(f"; {10 - n} undecided")
+
+
+def test_contradicting_sentences_get_opposite_verdicts(tables: Path) -> None:
+    comparisons = read(tables / "statements_comparisons.csv")
+    rows = read(tables / "statements.csv")
+    one = statement(rows, "The slip zone ratios are decreasing with decreasing layer thickness")
+    other = statement(rows, "For hard coating layers, the slip zone ratios are increasing with decreasing layer")
+    verdicts = {
+        (r["number"], r["cases"]): r["holds"] for r in comparisons if r["number"] in (one["number"], other["number"])
+    }
+    shared = [cases for number, cases in verdicts if number == one["number"]]
+    assert len(shared) == 12
+    for cases in shared:
+        pair = {verdicts[one["number"], cases], verdicts[other["number"], cases]}
+        assert pair == {"yes", "no"} or (len(pair) == 1 and next(iter(pair)).startswith("undecided"))
+
+
+def test_statements_that_need_other_data_are_not_judged(tables: Path) -> None:
+    rows = read(tables / "statements.csv")
+    assert statement(rows, "LCP method")["verdict"] == "not tested: needs the results of the LCP method"
+
+
+def test_verdicts_in_words() -> None:
+    yes, no = Comparison("a", 1.0, 2.0, True), Comparison("b", 2.0, 1.0, False)
+    unknown = Comparison("c", 1.0, 1.0, None, "both slip everywhere")
+    assert verdict([]) == "no such cases in the cube"
+    assert verdict([yes, yes]) == "borne out (2 of 2)"
+    assert verdict([no]) == "not borne out (0 of 1)"
+    assert verdict([yes, no, unknown]) == "borne out in 1 of 2 cases; 1 undecided"
+    assert verdict([unknown]) == "undecided (1 of 1)"
+    assert numbers([yes, no, unknown]) == "1 → 2; 2 → 1"
+
+
+# measures, on a contact drawn by hand
+
+
+def by_hand(rows: list[str], qx: np.ndarray | None = None, qy: np.ndarray | None = None) -> Any:
+    """A case from a picture: s slip, o stick, . exterior; the top row is at the largest y, x runs to the right."""
+    codes = {".": CellState.EXTERIOR, "o": CellState.STICK, "s": CellState.SLIP}
+    state = np.array([[codes[c] for c in row] for row in rows[::-1]]).T
+    n, m = state.shape
+    fields = {"state": state, "traction_x": qx, "traction_y": qy}
+    return SimpleNamespace(
+        mapped=True,
+        x=np.arange(n) - (n - 1) / 2,
+        y=np.arange(m) - (m - 1) / 2,
+        field=fields.__getitem__,
+        number={"contact_radius": 2.0}.__getitem__,
+    )
+
+
+def test_slip_behind_stick_counts_rows_with_stick() -> None:
+    case = by_hand(["ss..", "sso.", "soos", "sooo"])
+    assert measures.slip_behind_stick(case) == pytest.approx(4 / 5)
+
+
+def test_slip_centre_and_quarters() -> None:
+    case = by_hand(["so..", "sooo", "oooo", "oooo"])
+    assert measures.slip_centre(case) == pytest.approx((-0.75, 0.5))
+    assert measures.trailing_slip(case, upper=True) == pytest.approx(2 / 4)
+    assert measures.trailing_slip(case, upper=False) == 0.0
+
+
+def test_asymmetry_is_the_odd_part() -> None:
+    even = np.array([[1.0, 2.0, 2.0, 1.0]] * 3)
+    odd = np.array([[-1.0, -3.0, 3.0, 1.0]] * 3)
+    picture = ["ooo"] * 4
+    assert measures.asymmetry(by_hand(picture, even, 2 * even)) == 0.0
+    assert measures.asymmetry(by_hand(picture, odd, 0 * odd)) == pytest.approx(1.0)
+    both = measures.asymmetry(by_hand(picture, even, odd))
+    assert both == pytest.approx(np.linalg.norm(odd) / np.hypot(np.linalg.norm(odd), np.linalg.norm(even)))
+
+
+def test_views_of_a_grid_with_varying_mesh_keep_to_the_case() -> None:
+    """Cells beyond a case's own mesh are padding and are not handed out."""
+    nan = np.nan
+    data = xr.Dataset(
+        {
+            "status": ("cells", [0, 0]),
+            "pressure": (("cells", "x", "y"), np.arange(18.0).reshape(2, 3, 3)),
+            "label": ("cells", ["a", "b"]),
+        },
+        {
+            "x_centre": (("cells", "x"), [[-0.5, 0.5, nan], [-1.0, 0.0, 1.0]]),
+            "y_centre": (("cells", "y"), [[-0.5, 0.5, nan], [-1.0, 0.0, 1.0]]),
+        },
+        {"axes": "cells"},
+    )
+    case: CaseView = GridView("g", data).case(0)
+    np.testing.assert_array_equal(case.field("pressure"), [[0, 1], [3, 4]])
+    assert case.spacing == (1.0, 1.0)
+    assert GridView("g", data).case(1).field("pressure").shape == (3, 3)
