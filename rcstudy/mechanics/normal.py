@@ -144,7 +144,7 @@ def _conjugate_gradients(
     p *= total / p.sum()
     g = gap + convolve(operator, padded, p)
     products = 1
-    approach = -np.inf
+    approach = float(g[p > 0.0].mean())
     zr = 0.0
     residual = np.inf
     converged = False
