@@ -45,7 +45,7 @@ _MAX_STEPS = 100  # of one linear system
 class RollingSolution:
     """Tractions `q` and slips `s` [m, 2] (MPa, -) and slip flags [m] of the contact cells, and how they were found.
 
-    `residual`: ||q - Proj(q - rho s)|| / ||mu p||; `products`: operator and preconditioner products
+    `residual`: ||q - Proj(q - rho s)||/||q||; `products`: operator and preconditioner products
     together on the mesh itself, `coarse_products` those on coarser ones.
     """
 
@@ -202,16 +202,15 @@ def solve_tractions(
     """Solve Coulomb's law on the cells in contact.
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
-    pressure; `guess` [m, 2]: tractions to start from. The relative tolerance is on ||q - Proj(q - rho s)||/||mu p||.
+    pressure; `guess` [m, 2]: tractions to start from. The relative tolerance is on ||q - Proj(q - rho s)||/||q||.
     """
     system = NewtonSystem(operator, cells, bound, w)
-    scale = float(np.linalg.norm(bound))
     q = np.zeros(w.shape) if guess is None else guess
     s = w if guess is None else system.slips(q)
     iteration = 0
     previous = np.inf
     while True:
-        residual = system.classify(q, s) / scale
+        residual = _relative(system.classify(q, s), float(np.linalg.norm(q)))
         if residual <= tolerance or iteration >= _MAX_NEWTON:
             break
         q = system.step(q, _forcing(residual, previous, tolerance))
@@ -221,9 +220,16 @@ def solve_tractions(
     return RollingSolution(q, s, system.slip, residual, iteration, system.products, residual <= tolerance)
 
 
+def _relative(size: float, scale: float) -> float:
+    """size/scale, with 0/0 = 0: no creepage, no tractions, no residual."""
+    return size / scale if scale > 0.0 else (np.inf if size > 0.0 else 0.0)
+
+
 def _forcing(residual: float, previous: float, tolerance: float) -> float:
     """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
 
     As far as the last Newton step got on with the nonlinear problem, and never past the tolerance.
     """
+    if not np.isfinite(previous):
+        return _LOOSEST
     return min(_LOOSEST, max(0.5 * (residual / previous) ** 2, 0.5 * tolerance / residual))
