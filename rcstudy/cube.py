@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -35,7 +36,7 @@ def open_cube(path: Path | str) -> xr.DataTree:
     if not path.is_file():
         raise UserError(f"{path}: not a file")
     try:
-        tree = xr.open_datatree(path, engine="h5netcdf")
+        tree = xr.open_datatree(path, engine=_engine())
     except Exception as error:  # whatever HDF5, h5netcdf or xarray make of a file that is not theirs
         raise UserError(f"{path}: not a readable rcstudy cube: {_first_line(error)}") from error
     try:
@@ -44,12 +45,18 @@ def open_cube(path: Path | str) -> xr.DataTree:
             raise UserError(f"{path}: not an rcstudy cube: it has no attribute {SCHEMA_ATTRIBUTE}")
         if schema != SCHEMA:
             raise UserError(f"{path}: layout {schema} of the cube is not known here: layout {SCHEMA} is")
-        if not grids(tree):
-            raise UserError(f"{path}: not an rcstudy cube: it has no grid")
+        found = grids(tree)
+        if not found or any(LABEL not in grid for grid in found.values()):
+            raise UserError(f"{path}: not a whole rcstudy cube: it has no grids, or grids without labels of cases")
     except BaseException:
         tree.close()
         raise
     return tree
+
+
+def _engine() -> Literal["netcdf4", "h5netcdf"]:
+    """netCDF4 where it is installed: it opens a cube of ten grids ten times as fast as h5netcdf (0.3 s, 4 s)."""
+    return "netcdf4" if find_spec("netCDF4") is not None else "h5netcdf"
 
 
 def _first_line(error: Exception) -> str:

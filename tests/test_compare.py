@@ -1,0 +1,489 @@
+"""Comparison: what is the same passes, whatever is different does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import synthetic
+
+from rcstudy.cases import Case
+from rcstudy.compare import Comparison, compare
+from rcstudy.cube import open_cube
+from rcstudy.errors import UserError
+from rcstudy.result import CellState, Result, Status
+from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_option
+
+Change = Callable[[Case, Result], Result]
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cube of one grid: 2 moduli x 3 creepages."""
+    return synthetic.write(tmp_path_factory.mktemp("reference") / "reference.nc", synthetic.small())
+
+
+@pytest.fixture(scope="module")
+def several(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cube of three grids with a table of all cases."""
+    return synthetic.write(tmp_path_factory.mktemp("several") / "several.nc", synthetic.several())
+
+
+def changed(path: Path, change: Change, made: synthetic.Synthetic | None = None) -> Path:
+    """The reference's cube with `change` done to the result of case (1, 2), the last one of `small`."""
+    made = made or synthetic.small()
+    results = [(case, change(case, result) if case is made.results[-1][0] else result) for case, result in made.results]
+    return synthetic.write(path, replace(made, results=results))
+
+
+def with_fields(**changes: Callable[[np.ndarray], np.ndarray]) -> Change:
+    """A change of fields: a function of each."""
+
+    def change(case: Case, result: Result) -> Result:
+        fields = {name: changes.get(name, np.copy)(values) for name, values in result.fields.items()}
+        return replace(result, fields=fields)
+
+    return change
+
+
+def with_scalars(**changes: float) -> Change:
+    """A change of scalars: a factor for each."""
+
+    def change(case: Case, result: Result) -> Result:
+        scalars = {name: value * changes.get(name, 1.0) for name, value in result.scalars.items()}
+        return replace(result, scalars=scalars)
+
+    return change
+
+
+def outcome(cube: Path, reference: Path, tolerances: Tolerances | None = None, **options: bool) -> Comparison:
+    with open_cube(cube) as ours, open_cube(reference) as theirs:
+        return compare(ours, theirs, tolerances, **options)
+
+
+def edited(reference: Path, path: Path, edit: Callable[[h5py.File], None]) -> Path:
+    """A copy of a cube, edited in place."""
+    path.write_bytes(reference.read_bytes())
+    with h5py.File(path, "r+") as file:
+        edit(file)
+    return path
+
+
+@pytest.mark.parametrize("which", ["reference", "several"])
+def test_a_cube_agrees_with_itself(which: str, request: pytest.FixtureRequest) -> None:
+    path = request.getfixturevalue(which)
+    found = outcome(path, path)
+    assert found.same, found.text()
+    assert found.cases == {"reference": 6, "several": 9}[which]
+    assert found.text().startswith("same: ")
+
+
+def test_what_a_solver_tells_of_its_own_work_is_not_compared(tmp_path: Path, reference: Path) -> None:
+    other = changed(
+        tmp_path / "c.nc",
+        with_scalars(
+            solve_seconds=7.0, iterations_tangential=2, operator_products=3, residual_normal=0.5, proof_gap=0.1
+        ),
+    )
+    found = outcome(other, reference)
+    assert found.same, found.text()
+    assert "solve_seconds" not in found.worst
+    assert "residual_normal" not in found.worst
+
+
+def test_a_traction_off_by_one_per_cent(tmp_path: Path, reference: Path) -> None:
+    found = outcome(changed(tmp_path / "c.nc", with_fields(traction_x=lambda q: q * 1.01)), reference)
+    assert not found.same
+    assert {(d.variable, d.label) for d in found.bad} == {("traction_x", "modulus=2 Es, creepage=f")}
+    assert found.bad[0].value == pytest.approx(0.01)
+    assert "traction_x: 1.00e-02" in found.text()
+    assert "tiny: modulus=2 Es, creepage=f" in found.text()
+
+
+def test_a_traction_off_in_one_cell(tmp_path: Path, reference: Path) -> None:
+    def one_cell(q: np.ndarray) -> np.ndarray:
+        out = q.copy()
+        out[15, 12] += 2e-6 * np.abs(q).max()
+        return out
+
+    found = outcome(changed(tmp_path / "c.nc", with_fields(traction_y=one_cell)), reference)
+    assert [d.variable for d in found.bad] == ["traction_y"]
+    assert "in 1 of 768 cells" in found.text()
+
+
+def test_differences_within_the_tolerance(tmp_path: Path, reference: Path) -> None:
+    other = changed(tmp_path / "c.nc", with_fields(traction_x=lambda q: q * (1 + 5e-7)))
+    found = outcome(other, reference)
+    assert found.same, found.text()
+    assert found.worst["traction_x"].value == pytest.approx(5e-7, rel=1e-3)
+    assert "within their tolerance" in found.text()
+
+
+def test_a_shifted_mask(tmp_path: Path, reference: Path) -> None:
+    found = outcome(changed(tmp_path / "c.nc", with_fields(state=lambda s: np.roll(s, 1, axis=0))), reference)
+    assert {d.variable for d in found.bad} == {"state"}
+    assert "differs in" in found.text()
+
+
+@pytest.mark.parametrize("name", ["pressure", "traction_x", "slip_y", "state"])
+def test_a_field_shifted_by_a_cell(tmp_path: Path, reference: Path, name: str) -> None:
+    shift = with_fields(**{name: lambda f: np.roll(f, 1, axis=1)})
+    found = outcome(changed(tmp_path / "c.nc", shift), reference)
+    assert {d.variable for d in found.bad} == {name}
+
+
+def square(path: Path, change: Change | None = None) -> Path:
+    """A cube on a square mesh, so that swapped axes do not show in the shapes."""
+    grid = synthetic.make_grid("square", synthetic.creepage_axis({k: synthetic.CREEPAGES[k] for k in "af"}))
+    scene = replace(synthetic.SCENE, mesh=synthetic.Mesh((2.0, 2.0), (24, 24)))
+    made = synthetic.assemble(synthetic.make_study(), (grid, synthetic.grid_cases(grid, scene)))
+    return changed(path, change or (lambda _, result: result), made)
+
+
+def test_swapped_axes_of_the_fields(tmp_path: Path) -> None:
+    def swap(case: Case, result: Result) -> Result:
+        return replace(result, fields={name: values.T.copy() for name, values in result.fields.items()})
+
+    reference = square(tmp_path / "reference.nc")
+    assert outcome(square(tmp_path / "same.nc"), reference).same
+    found = outcome(square(tmp_path / "c.nc", swap), reference)
+    assert {d.variable for d in found.bad} == {"traction_x", "traction_y", "slip_x", "slip_y"}
+
+
+def test_swapped_axes_of_the_grid(tmp_path: Path, reference: Path) -> None:
+    made = synthetic.small()
+    grid = made.expansion.grids[0]
+    turned = replace(grid, axes=grid.axes[::-1], shape=grid.shape[::-1])
+    results = [(replace(case, index=case.index[::-1]), result) for case, result in made.results]
+    expansion = replace(made.expansion, grids=(turned,), cases=tuple(case for case, _ in results))
+    found = outcome(synthetic.write(tmp_path / "c.nc", synthetic.Synthetic(made.study, expansion, results)), reference)
+    assert not found.same
+    assert "dimensions are (creepage, modulus), in the reference (modulus, creepage)" in found.text()
+
+
+def test_values_of_an_axis_in_another_order(tmp_path: Path, reference: Path) -> None:
+    """Cases are matched by their coordinates: the numbers agree, the order is still a difference."""
+    found = outcome(synthetic.write(tmp_path / "c.nc", some("fca")), reference)
+    assert not found.same
+    assert not found.bad
+    assert found.cases == 6
+    assert "creepage: in another order" in found.text()
+
+
+def some(creepages: str) -> synthetic.Synthetic:
+    """`small` with other creepages."""
+    grid = synthetic.make_grid(
+        "tiny",
+        synthetic.modulus_axis(),
+        synthetic.creepage_axis({k: synthetic.CREEPAGES[k] for k in creepages}),
+        description="tiny grid",
+    )
+    cases = synthetic.grid_cases(grid, synthetic.SCENE, layer_count=1, thickness=0.5 * synthetic.RADIUS)
+    return synthetic.assemble(synthetic.make_study(), (grid, cases))
+
+
+def test_a_dropped_case(tmp_path: Path, reference: Path) -> None:
+    found = outcome(synthetic.write(tmp_path / "c.nc", some("af")), reference)
+    assert not found.same
+    assert found.cases == 4
+    assert not found.bad, "the cases that are left are the same"
+    assert "tiny: creepage c: missing in the cube" in found.text()
+
+
+def test_a_case_too_many(tmp_path: Path, reference: Path) -> None:
+    found = outcome(synthetic.write(tmp_path / "c.nc", some("acdf")), reference)
+    assert not found.same
+    assert "tiny: creepage d: not in the reference" in found.text()
+
+
+def test_no_case_in_common(tmp_path: Path, reference: Path, several: Path) -> None:
+    found = outcome(synthetic.write(tmp_path / "c.nc", some("bd")), reference)
+    assert found.cases == 0
+    assert not found.same
+    assert "nothing was compared" in found.text()
+    found = outcome(several, reference)
+    assert found.cases == 0
+    assert not found.same
+    assert "tiny: missing in the cube" in found.text()
+    assert "product: not in the reference" in found.text()
+
+
+def test_a_dropped_grid_and_table(tmp_path: Path, several: Path) -> None:
+    def drop(file: h5py.File) -> None:
+        del file["listed"]
+
+    found = outcome(edited(several, tmp_path / "c.nc", drop), several)
+    assert not found.same
+    assert "listed: missing in the cube" in found.text()
+
+
+@pytest.mark.parametrize("name", ["traction_x", "iterations_normal", "status", "solve_seconds", "layer_nu"])
+def test_a_renamed_variable(tmp_path: Path, reference: Path, name: str) -> None:
+    found = outcome(edited(reference, tmp_path / "c.nc", lambda f: f.move(name, f"{name}_2")), reference)
+    assert not found.same
+    assert f"variable {name}: missing in the cube" in found.text()
+    assert f"variable {name}_2: not in the reference" in found.text()
+
+
+def test_renamed_in_the_table_only(tmp_path: Path, several: Path) -> None:
+    found = outcome(edited(several, tmp_path / "c.nc", lambda f: f.move("force_x", "force")), several)
+    assert not found.same
+    assert "table of all cases: variable force_x: missing" in found.text()
+
+
+def test_a_number_changed_in_the_table_only(tmp_path: Path, several: Path) -> None:
+    def edit(file: h5py.File) -> None:
+        file["force_x"][0] = 2 * file["force_x"][0]
+
+    found = outcome(edited(several, tmp_path / "c.nc", edit), several)
+    assert not found.same
+    assert [(d.grid, d.variable) for d in found.bad] == [("table of all cases", "force_x")]
+
+
+@pytest.mark.parametrize("status", [Status.NOT_CONVERGED, Status.PROOF_FAILED])
+def test_a_changed_status(tmp_path: Path, reference: Path, status: Status) -> None:
+    other = changed(tmp_path / "c.nc", lambda _, result: replace(result, status=status))
+    for one, two in ((other, reference), (reference, other)):
+        found = outcome(one, two)
+        assert [d.variable for d in found.bad] == ["status"]
+        assert status.name.lower() in found.text()
+        assert not outcome(one, two, allow_unsolved=True).same
+
+
+def test_unsolved_in_both(tmp_path: Path) -> None:
+    path = changed(tmp_path / "c.nc", lambda _, result: replace(result, status=Status.NOT_CONVERGED))
+    found = outcome(path, path)
+    assert not found.same
+    assert "is not_converged in both cubes" in found.text()
+    assert outcome(path, path, allow_unsolved=True).same
+
+
+@pytest.mark.parametrize("name", ["pressure", "traction_x", "slip_x"])
+def test_a_missing_value_in_a_field(tmp_path: Path, reference: Path, name: str) -> None:
+    def hole(values: np.ndarray) -> np.ndarray:
+        out = values.copy()
+        out[0, 0] = np.nan
+        return out
+
+    other = changed(tmp_path / "c.nc", with_fields(**{name: hole}))
+    for one, two, where in ((other, reference, "the cube"), (reference, other, "the reference")):
+        found = outcome(one, two)
+        assert [d.variable for d in found.bad] == [name]
+        assert f"1 values missing in {where}" in found.text()
+    assert outcome(other, other).same
+
+
+def test_a_missing_or_infinite_scalar(tmp_path: Path, reference: Path) -> None:
+    def without(case: Case, result: Result) -> Result:
+        return replace(result, scalars={k: v for k, v in result.scalars.items() if k != "force_x"})
+
+    assert [d.variable for d in outcome(changed(tmp_path / "a.nc", without), reference).bad] == ["force_x"]
+
+    def edit(file: h5py.File) -> None:
+        file["force_x"][1, 2] = np.inf
+
+    found = outcome(edited(reference, tmp_path / "b.nc", edit), reference)
+    assert [d.variable for d in found.bad] == ["force_x"]
+
+
+@pytest.mark.parametrize("name", ["force_x", "moment_z", "pressure_max", "slip_area", "friction_power", "approach"])
+def test_a_scalar_that_is_off(tmp_path: Path, reference: Path, name: str) -> None:
+    found = outcome(changed(tmp_path / "c.nc", with_scalars(**{name: 1.01})), reference)
+    assert [d.variable for d in found.bad] == [name]
+
+
+def test_vanishing_components_are_not_measured_against_themselves(tmp_path: Path) -> None:
+    """With a longitudinal creepage alone the lateral force is rounding: any other rounding will do."""
+    made = some("a")
+    reference = synthetic.write(tmp_path / "reference.nc", made)
+
+    def noise(size: float) -> Change:
+        def change(case: Case, result: Result) -> Result:
+            fields = dict(result.fields)
+            fields["traction_y"] = fields["traction_y"] + size * np.abs(fields["traction_x"]).max()
+            return replace(result, fields=fields, scalars={**result.scalars, "force_y": size * 100.0})
+
+        return change
+
+    assert not np.any(made.results[0][1].fields["traction_y"])
+    same = outcome(changed(tmp_path / "small.nc", noise(1e-14), made), reference)
+    assert same.same, same.text()
+    found = outcome(changed(tmp_path / "large.nc", noise(1e-9), made), reference)
+    assert {d.variable for d in found.bad} == {"traction_y", "force_y"}
+
+
+def test_coordinates_settings_units_and_types(tmp_path: Path, reference: Path) -> None:
+    def scale(name: str, factor: float) -> Callable[[h5py.File], None]:
+        def edit(file: h5py.File) -> None:
+            file[name][...] = file[name][...] * factor
+
+        return edit
+
+    def units(file: h5py.File) -> None:
+        file["pressure"].attrs["units"] = "Pa"
+
+    def say(edit: Callable[[h5py.File], None]) -> str:
+        found = outcome(edited(reference, tmp_path / "c.nc", edit), reference)
+        assert not found.same
+        return found.text()
+
+    assert "coordinate x: its values differ" in say(scale("x", 1 + 1e-7))
+    assert "coordinate lateral: its values differ" in say(scale("lateral", 1 + 1e-7))
+    assert "modulus 105000.0, 420000.0: missing in the cube" in say(scale("modulus", 1 + 1e-7))
+    assert "friction:" in say(scale("friction", 1 + 1e-7))
+    assert "layer_thickness:" in say(scale("layer_thickness", 1 + 1e-7))
+    assert "units 'Pa', in the reference 'MPa'" in say(units)
+    tiny = outcome(edited(reference, tmp_path / "c.nc", scale("modulus", 1 + 1e-12)), reference)
+    assert tiny.same, tiny.text()
+    single = synthetic.write(tmp_path / "scalars.nc", synthetic.small(fields=False))
+    found = outcome(single, reference)
+    assert not found.same
+    assert "dimension x: missing" in found.text()
+
+
+# cells that stick in one cube and slip in the other
+
+
+def flip(count: int, *, at_bound: bool = True, to_exterior: bool = False) -> tuple[Change, Change]:
+    """Changes for the reference and the cube: `count` slip cells of the one stick in the other, tractions the same."""
+
+    def cells(result: Result) -> tuple[np.ndarray, np.ndarray]:
+        slip = np.argwhere(result.fields["state"] == CellState.SLIP)
+        return tuple(slip[:count].T)
+
+    def lower(case: Case, result: Result) -> Result:
+        if at_bound:
+            return result
+        where = cells(result)
+        fields = {name: values.copy() for name, values in result.fields.items()}
+        for name in ("traction_x", "traction_y"):
+            fields[name][where] *= 1 - 1e-3
+        return replace(result, fields=fields)
+
+    def change(case: Case, result: Result) -> Result:
+        where = cells(result)
+        result = lower(case, result)
+        fields = {name: values.copy() for name, values in result.fields.items()}
+        fields["state"][where] = CellState.EXTERIOR if to_exterior else CellState.STICK
+        dx, dy = case.scene.mesh.spacing
+        area = result.scalars["slip_area"] - count * dx * dy
+        return replace(result, fields=fields, scalars={**result.scalars, "slip_area": area})
+
+    return lower, change
+
+
+@pytest.mark.parametrize("stick_in_reference", [False, True])
+def test_cells_at_the_bound_may_stick_here_and_slip_there(tmp_path: Path, stick_in_reference: bool) -> None:
+    lower, change = flip(2)
+    pair = [changed(tmp_path / "slip.nc", lower), changed(tmp_path / "stick.nc", change)]
+    if stick_in_reference:
+        pair.reverse()
+    found = outcome(pair[1], pair[0])
+    assert found.same, found.text()
+    assert found.flips == 2
+    assert "2 cells at the bound" in found.text()
+    assert not outcome(pair[1], pair[0], Tolerances(state_flips=1)).same
+
+
+def test_three_are_too_many(tmp_path: Path) -> None:
+    lower, change = flip(3)
+    pair = changed(tmp_path / "stick.nc", change), changed(tmp_path / "slip.nc", lower)
+    found = outcome(*pair)
+    assert {d.variable for d in found.bad} == {"state", "slip_area"}
+    assert "3 at the bound (allowed 2)" in found.text()
+    assert outcome(*pair, Tolerances(state_flips=3)).same
+
+
+def test_cells_below_the_bound_may_not(tmp_path: Path) -> None:
+    lower, change = flip(1, at_bound=False)
+    found = outcome(changed(tmp_path / "stick.nc", change), changed(tmp_path / "slip.nc", lower))
+    assert "state" in {d.variable for d in found.bad}
+    assert "0 at the bound" in found.text()
+
+
+def test_contact_and_exterior_may_not_change_places(tmp_path: Path) -> None:
+    lower, change = flip(1, to_exterior=True)
+    found = outcome(changed(tmp_path / "out.nc", change), changed(tmp_path / "slip.nc", lower))
+    assert "state" in {d.variable for d in found.bad}
+
+
+def test_the_table_follows_the_cells_let_pass(tmp_path: Path) -> None:
+    lower, change = flip(2)
+    made = synthetic.several()
+    found = outcome(changed(tmp_path / "a.nc", change, made), changed(tmp_path / "b.nc", lower, made))
+    assert found.same, found.text()
+    assert found.flips == 2
+
+
+# tolerances
+
+
+def test_tolerances_by_variable_and_case(tmp_path: Path, reference: Path) -> None:
+    other = changed(tmp_path / "c.nc", with_fields(traction_x=lambda q: q * 1.01))
+    assert outcome(other, reference, Tolerances(variables={"traction_x": 0.02})).same
+    assert not outcome(other, reference, Tolerances(variables={"traction_y": 0.02})).same
+    assert outcome(other, reference, Tolerances(default=0.02)).same
+    for pattern, same in (("tiny/*creepage=f", True), ("*", True), ("tiny/*creepage=c", False), ("other/*", False)):
+        rule = Rule(pattern, variables={"traction_x": 0.02})
+        assert outcome(other, reference, Tolerances(rules=(rule,))).same == same, pattern
+
+
+def test_a_tolerance_for_what_is_not_there(reference: Path) -> None:
+    with pytest.raises(UserError, match="traction_z"):
+        outcome(reference, reference, Tolerances(variables={"traction_z": 0.1}))
+
+
+def test_tolerances_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "t.yaml"
+    path.write_text(
+        "default: 1e-7\n"
+        "variables: {force_x: 1e-5}\n"
+        "state_flips: 4\n"
+        "cases:\n"
+        "  - match: figure_5/*\n"
+        "    default: 1e-3\n"
+        "  - match: '*creepage=e'\n"
+        "    variables: {force_x: 0.5}\n"
+        "    state_flips: 0\n"
+    )
+    found = load_tolerances(path)
+    assert found.rtol("pressure") == 1e-7
+    assert found.of_case("figure_6", "creepage=a").rtol("force_x") == 1e-5
+    five = found.of_case("figure_5", "thickness=1 a, creepage=e")
+    assert five.rtol("pressure") == 1e-3
+    assert five.rtol("force_x") == 0.5
+    assert five.state_flips == 0
+    assert found.of_case("figure_5", "creepage=a").rtol("force_x") == 1e-5
+    assert found.of_case("figure_5", "creepage=a").state_flips == 4
+    options = found.with_options({"force_x": 0.25}, state_flips=1).of_case("figure_5", "creepage=e")
+    assert (options.rtol("force_x"), options.state_flips) == (0.25, 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("default: 2\n", "t.yaml:1:10: default: 2: a number from 0 to 1"),
+        ("defualt: 1e-6\n", "did you mean default"),
+        ("variables: {force_x: tight}\n", "variables"),
+        ("state_flips: 1.5\n", "a whole number"),
+        ("cases: [{variables: {force_x: 1}}]\n", "match"),
+        ("default: 1e-6\ndefault: 1e-5\n", "t.yaml:2:1"),
+    ],
+)
+def test_files_of_tolerances_that_are_wrong(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "t.yaml"
+    path.write_text(text)
+    with pytest.raises(UserError) as error:
+        load_tolerances(path)
+    assert words in str(error.value)
+
+
+def test_options() -> None:
+    assert parse_option("force_x=1e-4") == ("force_x", 1e-4)
+    for text in ("force_x", "force_x=", "=1", "force_x=2", "force_x=nan", "force_x=-1"):
+        with pytest.raises(UserError, match="VARIABLE=VALUE"):
+            parse_option(text)
