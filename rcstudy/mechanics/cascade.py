@@ -48,13 +48,13 @@ class Level:
         return result
 
 
-def build_levels(
-    influence: Influence, spacing: tuple[float, float], shape: tuple[int, int], cells: np.ndarray, pressure: np.ndarray
-) -> list[Level]:
-    """Levels from the finest (`cells` [m, 2] in a box of `shape` with `pressure` [m]) to the coarsest."""
+def build_levels(influence: Influence, shape: tuple[int, int], cells: np.ndarray, pressure: np.ndarray) -> list[Level]:
+    """Levels from the finest (`cells` [m, 2] in a box of `shape` with `pressure` [m]) to the
+    coarsest.
+    """
     levels = []
     while True:
-        operator = SlipOperator(influence, spacing, shape)
+        operator = SlipOperator.of(influence, shape)
         if min(shape) <= _COARSEST:
             none = np.zeros((0, 4))
             levels.append(Level(operator, cells, pressure, np.zeros(0, dtype=np.int64), none.astype(np.int64), none))
@@ -71,31 +71,24 @@ def build_levels(
         # four cells to a parent, those out of contact carrying no pressure
         pressure = np.bincount(parent, weights=pressure) / 4.0
         influence = influence.coarser()
-        spacing, shape, cells = influence.spacing, coarse_shape, coarse_cells
+        shape, cells = coarse_shape, coarse_cells
 
 
-def solve_cascade(
-    levels: list[Level], w: np.ndarray, friction: float, tolerance: float, guess: np.ndarray | None = None
-) -> RollingSolution:
-    """Tractions on the finest of `levels`; `w` [m, 2] and `guess` as in `solve_tractions`.
-
-    A guess makes the cascade unnecessary.
-    """
-    finest = levels[0]
+def solve_cascade(levels: list[Level], w: np.ndarray, friction: float, tolerance: float) -> RollingSolution:
+    """Tractions on the finest of `levels` from nothing; `w` [m, 2] and `tolerance` as in `solve_tractions`."""
+    data = [w]
+    for fine, coarse in pairwise(levels):
+        data.append(fine.restrict(data[-1], coarse.cells.shape[0]))
+    guess: np.ndarray | None = None
     coarse_products = 0
-    if guess is None and len(levels) > 1:
-        data = [w]
-        for fine, coarse in pairwise(levels):
-            data.append(fine.restrict(data[-1], coarse.cells.shape[0]))
-        q: np.ndarray | None = None
-        for fine, level, values in reversed(list(zip(levels, levels[1:], data[1:], strict=False))):
-            bound = friction * level.pressure
-            solution = solve_tractions(level.operator, level.cells, bound, values, max(_COARSE_TOLERANCE, tolerance), q)
-            coarse_products += solution.products
-            # the fraction of the bound is smooth, the bound itself is known on the finer level
-            fraction = fine.prolong(solution.q / bound[:, None])
-            q = friction * fine.pressure[:, None] * fraction
-        guess = q
+    for (fine, level), values in reversed(list(zip(pairwise(levels), data[1:], strict=True))):
+        bound = friction * level.pressure
+        solution = solve_tractions(level.operator, level.cells, bound, values, max(_COARSE_TOLERANCE, tolerance), guess)
+        coarse_products += solution.products
+        # the fraction of the bound is smooth, the bound itself is known on the finer level
+        fraction = fine.prolong(solution.q / bound[:, None])
+        guess = friction * fine.pressure[:, None] * fraction
+    finest = levels[0]
     result = solve_tractions(finest.operator, finest.cells, friction * finest.pressure, w, tolerance, guess)
     result.coarse_products = coarse_products
     return result

@@ -36,6 +36,10 @@ class Box:
         """Index of the box in an array of the window."""
         return slice(self.i0, self.i1), slice(self.j0, self.j1)
 
+    def holds(self, other: Box) -> bool:
+        """Whether all cells of `other` are in this box."""
+        return self.i0 <= other.i0 and self.i1 >= other.i1 and self.j0 <= other.j0 and self.j1 >= other.j1
+
     @staticmethod
     def around(mask: np.ndarray) -> Box:
         """Smallest box of all true cells of `mask` [nx, ny], which must not be empty."""

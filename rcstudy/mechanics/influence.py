@@ -17,9 +17,11 @@ radial integral done once and for all (so a layer may be far thinner than a cell
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Hashable
 from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.fft import fht
@@ -28,6 +30,8 @@ from scipy.interpolate import make_interp_spline
 from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import response_difference
 from rcstudy.mechanics.scene import Layer, Material
+
+T = TypeVar("T")
 
 # Components of a coefficient array, in this order: displacement, then stress. All by tests/reference/ic.json.
 COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
@@ -103,12 +107,24 @@ class Influence:
         self._counterbody = counterbody
         self._tables = radial_tables(substrate, layers, reach + math.hypot(*spacing)) if layers else None
         self._quadrant = self._layer_part = np.zeros((6, 0, 0))
+        self._made: dict[Hashable, Any] = {}
+
+    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What `make` makes of these coefficients (symbols on some box), made at the first call with `key` and kept."""
+        if key not in self._made:
+            self._made[key] = make()
+        made: T = self._made[key]
+        return made
 
     def coarser(self) -> Influence:
         """The coefficients of cells of twice the size; the tables of the radial functions are shared."""
+        return self.once("coarser", self._coarser)
+
+    def _coarser(self) -> Influence:
         other = copy(self)
         other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
         other._quadrant = other._layer_part = np.zeros((6, 0, 0))
+        other._made = {}
         return other
 
     @property

@@ -131,13 +131,8 @@ def _conjugate_gradients(
     dx, dy = scene.mesh.spacing
     total = scene.load / (dx * dy)
     padded = padded_shape(shape)
-    quadrant = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-    operator = symbols([(quadrant[0], (1, 1))], padded)[0]
-    operator_hat = np.ascontiguousarray(operator.real)  # even coefficients: a real symbol
+    operator, operator_hat, inverse_hat = influence.once(("normal", padded), lambda: _symbols(influence, padded))
     plan = transform(padded, 1, shape[0])
-    # the symbol of the coefficients wrapped on the torus is positive for all but extreme layers; the floor makes sure
-    floor = 1e-6 * float(operator_hat.max())
-    inverse_hat = 1.0 / (np.maximum(operator_hat, floor) * (padded[0] * padded[1]) ** 2)
 
     mask = np.zeros(shape, dtype=np.bool_)
     r, r_old, d = np.zeros(shape), np.zeros(shape), np.zeros(shape)
@@ -170,3 +165,13 @@ def _conjugate_gradients(
             g = gap + convolve(operator, padded, p)
             products += 1
     return p, approach, residual, iteration, products, converged
+
+
+def _symbols(influence: Influence, padded: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Symbol of u_z by p, its real part (the coefficients are even), and the preconditioner's: the inverse."""
+    quadrant = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    operator = symbols([(quadrant[0], (1, 1))], padded)[0]
+    operator_hat = np.ascontiguousarray(operator.real)
+    # the symbol of the coefficients wrapped on the torus is positive for all but extreme layers; the floor makes sure
+    floor = 1e-6 * float(operator_hat.max())
+    return operator, operator_hat, 1.0 / (np.maximum(operator_hat, floor) * (padded[0] * padded[1]) ** 2)

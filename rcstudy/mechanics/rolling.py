@@ -65,8 +65,13 @@ class SlipOperator:
     Immutable once made: belongs to one set of bodies, one mesh and one box; used by all creepages.
     """
 
-    def __init__(self, influence: Influence, spacing: tuple[float, float], shape: tuple[int, int]) -> None:
-        self.spacing = spacing
+    @staticmethod
+    def of(influence: Influence, shape: tuple[int, int]) -> SlipOperator:
+        """The operator for a box of `shape`, made once for these coefficients."""
+        return influence.once(("slip", shape), lambda: SlipOperator(influence, shape))
+
+    def __init__(self, influence: Influence, shape: tuple[int, int]) -> None:
+        self.spacing = spacing = influence.spacing
         padded = padded_shape(shape)
         # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
