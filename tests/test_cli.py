@@ -1,0 +1,213 @@
+"""The command line: what each command prints, and the exit codes others rely on."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import synthetic
+from typer.testing import CliRunner, Result
+
+from rcstudy import cli
+from rcstudy.cube import case_table, open_cube
+from rcstudy.result import Status
+
+ROOT = Path(__file__).parent.parent
+
+STUDY = """
+study: quick
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [0.8, 0.8], cells: [16, 16]}
+  load: 60
+grids:
+  quick:
+    axes:
+      creepage: [{label: a, longitudinal: 0.001}, {label: b, spin: 0.01}]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the study `quick.yaml`, made the current one."""
+    (tmp_path / "quick.yaml").write_text(STUDY)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(cli.app, [str(argument) for argument in arguments])
+
+
+def process(*arguments: str, **options: object) -> subprocess.Popen[str]:
+    environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    command = [sys.executable, "-m", "rcstudy", *arguments]
+    return subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+    )
+
+
+@pytest.mark.parametrize("command", ["sweep", "plan", "show", "compare", "figures", "tables"])
+def test_help(command: str) -> None:
+    assert command in run("--help").output
+    found = run(command, "--help")
+    assert found.exit_code == 0
+    assert "Usage" in found.output
+
+
+def test_version() -> None:
+    found = run("--version")
+    assert found.exit_code == 0
+    assert found.output.startswith("rcstudy ")
+
+
+def test_sweep_show_and_compare(folder: Path) -> None:
+    found = run("sweep", "quick.yaml", "--workers", "1")
+    assert found.exit_code == 0, found.output
+    assert "2 of 2 cases solved" in found.output
+    assert "quick.nc" in found.output
+    assert sorted(entry.name for entry in folder.iterdir()) == ["quick.nc", "quick.yaml"]
+    shown = run("show", "quick.nc")
+    assert shown.exit_code == 0
+    for words in (
+        "study       quick",
+        "cases       2: 2 solved, 0 not",
+        "quick: creepage 2; 16 x 16 cells",
+        "proof_stick",
+    ):
+        assert words in shown.output
+    again = run("sweep", "quick.yaml", "-o", folder / "new" / "again.nc", "--workers", "1", "--quiet")
+    assert again.exit_code == 0
+    assert "solving" not in again.output
+    same = run("compare", "quick.nc", "new/again.nc")
+    assert same.exit_code == 0, same.output
+    assert "same: 2 cases compared" in same.output
+
+
+def test_a_whole_sweep_from_outside(folder: Path) -> None:
+    """Its own processes, plain lines, a name with a dot; the provenance has the command."""
+    sweep = process("sweep", "quick.yaml", "-o", "out.put.nc", "--workers", "2", cwd=folder)
+    out, err = sweep.communicate(timeout=300)
+    assert (sweep.returncode, out.startswith("2 of 2 cases solved")) == (0, True), err
+    assert err.splitlines()[0] == "solving 2 cases"
+    with open_cube(folder / "out.put.nc") as tree:
+        assert tree.attrs["command"] == "python -m rcstudy sweep quick.yaml -o out.put.nc --workers 2"
+
+
+def test_failed_cases(folder: Path) -> None:
+    """A method that stops short of its tolerance: exit code 3, and the cube says so."""
+    text = STUDY.replace("load: 60", "load: 60\n  method: paper-cg\n  friction: 0.3")
+    (folder / "strict.yaml").write_text(text)
+    found = run("sweep", "strict.yaml", "--workers", "1")
+    assert found.exit_code == cli.EXIT_FAILED_CASES, found.output
+    assert "quick: creepage=a: not converged: " in found.output
+    with open_cube("strict.nc") as tree:
+        table = case_table(tree)
+        assert (table.status != Status.SOLVED).all()
+        assert (table.status_reason != "").all()
+    shown = run("show", "strict.nc")
+    assert shown.exit_code == 0
+    assert "2 cases are not solved:" in shown.output
+    assert run("compare", "strict.nc", "strict.nc").exit_code == cli.EXIT_DIFFERENT
+    assert run("compare", "strict.nc", "strict.nc", "--allow-unsolved").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["sweep", "none.yaml"], "none.yaml"),
+        (["plan", "none.yaml"], "none.yaml"),
+        (["show", "none.nc"], "none.nc: no such file"),
+        (["show", "quick.yaml"], "not a readable rcstudy cube"),
+        (["compare", "none.nc", "none.nc"], "none.nc: no such file"),
+        (["figures", "none.nc"], "none.nc: no such file"),
+        (["tables", "quick.yaml"], "not a readable rcstudy cube"),
+        (["sweep", "bad.yaml"], "bad.yaml:1:1: shoe"),
+        (["sweep", "quick.yaml", "-o", "quick.yaml/c.nc"], "cannot be written"),
+        (["sweep", "quick.yaml", "--workers", "0"], "workers"),
+        (["sweep"], "SPEC"),
+        (["swoop"], "swoop"),
+        (["compare", "none.nc", "none.nc", "--rtol", "force_x"], "VARIABLE=VALUE"),
+        (["compare", "none.nc", "none.nc", "--tolerances", "none.yaml"], "none.yaml"),
+    ],
+)
+def test_bad_input(folder: Path, arguments: list[str], words: str) -> None:
+    (folder / "bad.yaml").write_text("shoe: 1\n")
+    found = run(*arguments)
+    assert found.exit_code == cli.EXIT_BAD_INPUT, found.output
+    assert words in found.output
+    assert "Traceback" not in found.output
+    assert found.exception is None or isinstance(found.exception, SystemExit)
+
+
+def test_compare_options(tmp_path: Path) -> None:
+    reference = synthetic.write(tmp_path / "reference.nc", synthetic.small())
+    made = synthetic.small()
+    for _, result in made.results:
+        result.scalars["force_x"] *= 1.001
+    other = synthetic.write(tmp_path / "other.nc", made)
+    found = run("compare", other, reference)
+    assert found.exit_code == cli.EXIT_DIFFERENT
+    assert "force_x: 1.00e-03" in found.output
+    assert run("compare", other, reference, "--rtol", "force_x=0.01").exit_code == 0
+    (tmp_path / "t.yaml").write_text("variables: {force_x: 1e-2}\n")
+    assert run("compare", other, reference, "--tolerances", tmp_path / "t.yaml").exit_code == 0
+    tight = ("--tolerances", tmp_path / "t.yaml", "--rtol", "force_x=1e-9", "--state-flips", "0")
+    assert run("compare", other, reference, *tight).exit_code == cli.EXIT_DIFFERENT
+    assert run("compare", other, reference, "--rtol", "shoe=1").exit_code == cli.EXIT_BAD_INPUT
+
+
+def test_plan(folder: Path) -> None:
+    found = run("plan", "quick.yaml")
+    assert found.exit_code == 0, found.output
+    assert "2" in found.output
+    assert sorted(entry.name for entry in folder.iterdir()) == ["quick.yaml"]
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_ctrl_c(tmp_path: Path, workers: str) -> None:
+    """To the whole process group, as a terminal does it, once the sweep says that it solves."""
+    loads = ", ".join(str(load) for load in range(20, 420))
+    text = STUDY.replace("    axes:\n", f"    axes:\n      load: [{loads}]\n").replace("0.8, 0.8", "3, 3")
+    (tmp_path / "long.yaml").write_text(text)
+    (tmp_path / "long.nc").write_bytes(b"old")
+    sweep = process("sweep", "long.yaml", "--workers", workers, cwd=tmp_path, start_new_session=True)
+    assert sweep.stderr is not None
+    assert sweep.stderr.readline() == "solving 800 cases\n"
+    time.sleep(0.3)  # into the imports, the warm-up or the first cases
+    os.killpg(sweep.pid, signal.SIGINT)
+    out, err = sweep.communicate(timeout=60)
+    assert sweep.returncode == cli.EXIT_INTERRUPTED, err
+    assert out == ""
+    assert err.splitlines()[-1] == "interrupted: long.nc is as it was"
+    assert "Traceback" not in err
+    assert (tmp_path / "long.nc").read_bytes() == b"old"
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["long.nc", "long.yaml"]
+    assert gone(sweep.pid), "a worker is left"
+
+
+def gone(group: int) -> bool:
+    """Whether all processes of a group come to an end; multiprocessing's own helper takes a moment to notice."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
+def test_a_reader_that_goes_away(tmp_path: Path) -> None:
+    path = synthetic.write(tmp_path / "c.nc", synthetic.several())
+    show = process("show", str(path))
+    assert show.stdout is not None
+    show.stdout.close()
+    assert show.stderr is not None
+    assert "Traceback" not in show.stderr.read()
+    show.wait(60)

@@ -1,0 +1,327 @@
+"""Sweeps: every case gets a result, whatever happens to the solver, the workers or the terminal."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import multiprocessing
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+import workers
+import xarray as xr
+
+from rcstudy import pool, provenance, sweep
+from rcstudy.cases import Case, expand
+from rcstudy.compare import compare
+from rcstudy.cube import case_table, open_cube
+from rcstudy.errors import UserError
+from rcstudy.mechanics.scene import Scene
+from rcstudy.progress import Bar, Lines, duration, for_stream
+from rcstudy.result import Result, Status
+from rcstudy.study import Study, load_study
+from rcstudy.threads import THREAD_VARIABLES
+
+STUDY = """
+study: sweeps
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [1, 1], cells: [24, 20]}
+  load: 100
+grids:
+  loads:
+    axes:
+      load: [20, 40, 60, 80]
+      creepage:
+        - {label: a, longitudinal: 0.001}
+        - {label: b, lateral: 0.002}
+        - {label: c, spin: 0.01}
+  bare:
+    axes: {radius: [30, 40]}
+"""
+CASES = 14
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Study:
+    """14 cases in 6 normal problems."""
+    path = tmp_path / "study.yaml"
+    path.write_text(STUDY)
+    return load_study(path)
+
+
+class Told:
+    """Keeps what a sweep tells of its progress."""
+
+    def __init__(self) -> None:
+        self.told: list[object] = []
+
+    def begin(self, total: int) -> None:
+        self.told.append(total)
+
+    def advance(self, *, failed: bool) -> None:
+        self.told.append(failed)
+
+    def end(self) -> None:
+        self.told.append("end")
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(entry.name for entry in folder.iterdir() if entry.name != "study.yaml")
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_all_cases_are_solved_and_told(study: Study, tmp_path: Path, processes: int) -> None:
+    told = Told()
+    done = sweep.run(study, tmp_path / "c.nc", workers=processes, progress=told, solve=workers.made_up)
+    assert (done.cases, done.solved, done.failed) == (CASES, CASES, 0)
+    assert told.told == [CASES, *[False] * CASES, "end"]
+    assert files(tmp_path) == ["c.nc"]
+    with open_cube(tmp_path / "c.nc") as tree:
+        table = case_table(tree)
+        assert len(table) == CASES
+        assert (table.status == Status.SOLVED).all()
+        assert set(table.case_key) == {case.key for case in expand(study).cases}
+    assert multiprocessing.active_children() == []
+
+
+def test_workers_change_no_number(study: Study, tmp_path: Path) -> None:
+    for count in (1, 2):
+        sweep.run(study, tmp_path / f"{count}.nc", workers=count, solve=workers.made_up)
+    with xr.open_datatree(tmp_path / "1.nc") as one, xr.open_datatree(tmp_path / "2.nc") as two:
+        for name in one.children:
+            xr.testing.assert_identical(one[name].to_dataset(inherit=False), two[name].to_dataset(inherit=False))
+    with open_cube(tmp_path / "1.nc") as one, open_cube(tmp_path / "2.nc") as two:
+        assert compare(one, two).same
+
+
+def test_provenance_is_in_the_cube(study: Study, tmp_path: Path) -> None:
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up, command="rcstudy sweep study.yaml")
+    with open_cube(tmp_path / "c.nc") as tree:
+        attrs = tree.attrs
+        assert attrs["study_text"] == STUDY
+        assert attrs["study_sha256"] == study.sha256
+        assert attrs["command"] == "rcstudy sweep study.yaml"
+        for name in ("numpy", "scipy", "numba", "pyfftw", "h5py", "xarray", "python", "hdf5"):
+            assert attrs[f"{name}_version"][0].isdigit(), name
+        for name in ("created", "solver_version", "rcstudy_version", "machine_cpu", "machine_os"):
+            assert attrs[name], name
+        assert attrs["machine_cores"] >= 1
+        assert attrs["wall_seconds"] > 0
+
+
+def test_revision_only_of_rcstudy_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    elsewhere = tmp_path / "provenance.py"
+    elsewhere.touch()
+    monkeypatch.setattr(provenance, "__file__", str(elsewhere))
+    assert "git_revision" not in provenance.collect("")
+
+
+def test_a_worker_that_dies_costs_its_case_only(study: Study, tmp_path: Path) -> None:
+    """The three cases of one load kill their workers each time; the others are solved, and nothing hangs."""
+    done = sweep.run(study, tmp_path / "c.nc", workers=2, solve=workers.dies)
+    assert done.cases == CASES
+    assert sorted(failure.label for failure in done.failures) == [f"load=60, creepage={c}" for c in "abc"]
+    for failure in done.failures:
+        assert failure.status == Status.ERROR
+        assert "worker process died 2 times at this case: killed by SIGKILL" in failure.reason
+    with open_cube(tmp_path / "c.nc") as tree:
+        assert int((case_table(tree).status == Status.SOLVED).sum()) == CASES - 3
+    assert multiprocessing.active_children() == []
+
+
+def test_a_case_gets_a_second_chance(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DEATHS", str(tmp_path))
+    done = sweep.run(study, tmp_path / "c.nc", workers=2, solve=workers.dies_once)
+    assert (tmp_path / "died").exists()
+    assert done.solved == CASES
+
+
+def test_workers_that_do_not_start(study: Study, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"worker processes do not start \(exit code 5\)"):
+        sweep.run(study, tmp_path / "c.nc", workers=2, solve=workers.Unloadable())
+    assert files(tmp_path) == []
+    assert multiprocessing.active_children() == []
+
+
+def test_workers_have_one_thread_and_this_process_keeps_its_own(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    done = sweep.run(study, tmp_path / "c.nc", workers=2, solve=workers.tells_environment)
+    told = [failure.reason.split() for failure in done.failures]
+    assert {threads for _, threads in told} == {",".join("1" for _ in THREAD_VARIABLES)}
+    assert str(os.getpid()) not in {process for process, _ in told}
+    assert os.environ["OMP_NUM_THREADS"] == "7"
+    assert "MKL_NUM_THREADS" not in os.environ
+
+
+class Interrupting(Told):
+    """Ctrl-C after five cases."""
+
+    def advance(self, *, failed: bool) -> None:
+        super().advance(failed=failed)
+        if len(self.told) > 5:
+            raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_an_interrupt_leaves_the_old_cube_and_no_workers(study: Study, tmp_path: Path, processes: int) -> None:
+    (tmp_path / "c.nc").write_bytes(b"old")
+    told = Interrupting()
+    with pytest.raises(KeyboardInterrupt):
+        sweep.run(study, tmp_path / "c.nc", workers=processes, progress=told, solve=workers.made_up)
+    assert told.told[-1] == "end"
+    assert (tmp_path / "c.nc").read_bytes() == b"old"
+    assert files(tmp_path) == ["c.nc"]
+    assert multiprocessing.active_children() == []
+
+
+def test_nothing_is_solved_for_a_cube_that_cannot_be_written(study: Study, tmp_path: Path) -> None:
+    told = Told()
+    (tmp_path / "file").touch()
+    for target in (tmp_path, tmp_path / "file" / "c.nc"):
+        with pytest.raises(UserError):
+            sweep.run(study, target, workers=1, progress=told, solve=workers.made_up)
+    assert told.told == []
+    with pytest.raises(UserError, match="workers: 0"):
+        sweep.run(study, tmp_path / "c.nc", workers=0)
+
+
+@pytest.fixture
+def broken_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A solver that raises at a load of 40, and gives one result too few at a load of 80."""
+
+    def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for k, scene in enumerate(scenes):
+            if scene.load == 40.0:
+                raise MemoryError("no room")
+            if scene.load == 80.0 and k == len(scenes) - 1:
+                return
+            yield Result(Status.SOLVED)
+
+    monkeypatch.setattr(importlib.import_module("rcstudy.solve"), "solve_group", solve_group)
+
+
+@pytest.mark.usefixtures("broken_solver")
+def test_a_solver_that_breaks_its_word(study: Study, tmp_path: Path) -> None:
+    done = sweep.run(study, tmp_path / "c.nc", workers=1)
+    assert done.cases == CASES
+    failures = {failure.label: failure.reason for failure in done.failures}
+    assert failures == {
+        **{f"load=40, creepage={c}": "MemoryError: no room" for c in "abc"},
+        **{f"load=80, creepage={c}": "the solver gave no result" for c in "c"},
+    }
+
+
+def test_batches_share_their_pressure_and_keep_workers_busy(study: Study) -> None:
+    cases = expand(study).cases
+
+    def sizes(processes: int, given: Sequence[Case] = cases) -> list[int]:
+        return [len(batch) for batch in sweep.make_batches(given, processes)]
+
+    assert sizes(1) == [3, 3, 3, 3, 1, 1]
+    assert sizes(2) == [3, 3, 3, 3, 1, 1]
+    one_pressure = [cases[0]] * 1000
+    assert sizes(1, one_pressure) == [1000]
+    assert sizes(2, one_pressure) == [64] * 15 + [40]
+    assert sizes(2, one_pressure[:40]) == [8] * 5
+    joined = [case for batch in sweep.make_batches(cases, 2) for case in batch]
+    assert joined == list(cases)
+
+
+def test_warm_up_has_each_kind_once_on_a_small_mesh(study: Study) -> None:
+    scenes = sweep.warm_up_scenes(expand(study).cases)
+    assert [scene.creepage is None for scene in scenes] == [False, True]
+    assert {scene.mesh.cells for scene in scenes} == {(16, 16)}
+
+
+@pytest.mark.heavy
+def test_with_the_solver_itself(tmp_path: Path) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text(STUDY.replace("load: [20, 40, 60, 80]", "load: [20, 60]"))
+    done = sweep.run(load_study(path), tmp_path / "c.nc", workers=2)
+    assert done.failures == []
+    with open_cube(tmp_path / "c.nc") as tree:
+        table = case_table(tree)
+        loads = table.load.to_numpy(dtype=float)
+        proofs = [name for name in table if name.startswith("proof_")]
+        assert len(proofs) >= 6
+        grid = tree["loads"]
+        dx, dy = (float(grid[d][1] - grid[d][0]) for d in "xy")
+        pressed = grid["pressure"].sum(("x", "y")).values * dx * dy
+        assert abs(pressed - loads[:6].reshape(2, 3)).max() < 1e-9 * 60
+
+
+# progress
+
+
+def test_lines_where_there_is_no_terminal() -> None:
+    stream = io.StringIO()
+    lines = for_stream(stream)
+    assert isinstance(lines, Lines)
+    lines.begin(3)
+    for failed in (False, True, False):
+        lines.advance(failed=failed)
+    lines.end()
+    first, last = stream.getvalue().splitlines()
+    assert first == "solving 3 cases"
+    assert last.startswith("3/3 cases, ")
+    assert last.endswith("1 failed")
+
+
+def test_lines_come_now_and_then() -> None:
+    stream = io.StringIO()
+    lines = Lines(stream, interval=0.0)
+    lines.begin(4)
+    for _ in range(4):
+        lines.advance(failed=False)
+    told = stream.getvalue().splitlines()
+    assert len(told) == 5
+    assert told[1].startswith("1/4 cases, ")
+    assert " left, 0 failed" in told[1]
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_bar_on_a_terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")
+    bar = for_stream(Terminal())
+    assert isinstance(bar, Bar)
+    bar.begin(2)
+    bar.advance(failed=True)
+    bar.advance(failed=False)
+    bar.end()
+    shown = capsys.readouterr().err
+    assert "2/2" in shown
+    assert "failed 1" in shown
+    assert "left" in shown
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.0421, "0.042 s"),
+        (9.99, "10 s"),
+        (59.4, "59 s"),
+        (65, "1 min 05 s"),
+        (3599.9, "1 h 00 min"),
+        (7500, "2 h 05 min"),
+    ],
+)
+def test_durations(seconds: float, words: str) -> None:
+    assert duration(seconds) == words
+
+
+def test_how_a_process_died() -> None:
+    assert pool._how_it_died(-9) == "killed by SIGKILL"
+    assert pool._how_it_died(-250) == "killed by signal 250"
+    assert pool._how_it_died(3) == "exit code 3"

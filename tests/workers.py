@@ -1,0 +1,57 @@
+"""Stand-ins for the solver that worker processes import by name."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import synthetic
+
+from rcstudy.mechanics.scene import Scene
+from rcstudy.result import Result, Status
+from rcstudy.threads import THREAD_VARIABLES
+
+DEADLY_LOAD = 60.0
+
+
+def made_up(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Made-up results."""
+    for scene in scenes:
+        yield synthetic.made_up_result(scene)
+
+
+def dies(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Kills its process at a load of DEADLY_LOAD."""
+    for scene in scenes:
+        if scene.load == DEADLY_LOAD and scene.mesh.cells != (16, 16):
+            os.kill(os.getpid(), signal.SIGKILL)
+        yield synthetic.made_up_result(scene)
+
+
+def dies_once(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Kills its process at a load of DEADLY_LOAD the first time; the folder DEATHS tells."""
+    for scene in scenes:
+        mark = Path(os.environ["DEATHS"]) / "died"
+        if scene.load == DEADLY_LOAD and scene.mesh.cells != (16, 16) and not mark.exists():
+            mark.touch()
+            os._exit(9)
+        yield synthetic.made_up_result(scene)
+
+
+def tells_environment(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Fails with the process's number, thread variables and parent as the reason."""
+    for _ in scenes:
+        threads = ",".join(os.environ.get(name, "unset") for name in THREAD_VARIABLES)
+        yield Result(Status.ERROR, f"{os.getpid()} {threads}")
+
+
+class Unloadable:
+    """A solver that no worker can load."""
+
+    def __call__(self, scenes: Sequence[Scene]) -> Iterator[Result]:
+        raise AssertionError("never called")
+
+    def __reduce__(self) -> tuple[object, tuple[int]]:
+        return os._exit, (5,)
