@@ -63,7 +63,7 @@ def test_paper_study_states_every_case_of_figures_3_to_10():
     assert soft.layers == (Layer(52500.0, 0.3, 0.5 * a), Layer(105000.0, 0.3, 0.5 * a))
     assert soft.creepage == Creepage(0.002, 0.002, 0.0)
     assert by_name["figure_4"].axes[0].labels == ("a", "c", "e", "g")
-    assert [s.creepage.longitudinal for s in scenes(study, 3)[:5]] == [0.002, 0.004, 0.006, 0.008, 0.01]
+    assert [s.creepage.longitudinal for s in scenes(study, 3)[:5]] == [0.0002, 0.0004, 0.0006, 0.0008, 0.001]
     assert all(s.creepage is None for k in (0, 1) for s in scenes(study, k))
 
 
