@@ -112,6 +112,24 @@ def test_maps_have_one_marker_a_cell_filled_where_it_slips(tree: xr.DataTree) ->
             assert (len(face) > 0 and tuple(face[0]) == to_rgba("black")) is filled
 
 
+def test_fine_meshes_have_a_circle_for_several_cells(tree: xr.DataTree, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rcstudy.report.draw.CIRCLES", 6)
+    data = tree["figure_4"].to_dataset()
+    figure = draw(tree, "figure_4")
+    ax = panels(figure)[2]
+    extent = ax.get_xlim()[1]
+    across = 2 * extent / min(2.0 / n for n in CELLS)
+    assert 6 < across < 12
+    drawn = [tuple(o) for state in ("slip", "stick") for o in np.asarray(markers(ax, state).get_offsets())]
+    spaces = np.unique(np.diff(sorted({x for x, _ in drawn})).round(9))
+    np.testing.assert_allclose(spaces, 3 * 2.0 / CELLS[0])
+    for name, value in (("slip", 2), ("stick", 1)):
+        for x, y in np.asarray(markers(ax, name).get_offsets()):
+            assert int(data.state.isel(creepage=2).sel(x=x, y=y)) == value
+    texts = [t.get_text() for legend in figure.legends for t in legend.get_texts()]
+    assert "slip cell (one of 3 × 3 where fine)" in texts
+
+
 def test_maps_show_the_magnitude_of_the_traction_on_one_scale(tree: xr.DataTree) -> None:
     data = tree["figure_7"].to_dataset()
     figure = draw(tree, "figure_7")
@@ -225,7 +243,8 @@ def test_figure_3_shows_pressure_over_hertz_with_the_uncoated_case_in_both_panel
 def test_on_the_x_axis_is_the_middle_row_or_the_mean_of_two() -> None:
     field = np.array([[1.0, 2.0, 4.0], [3.0, 5.0, 9.0]])
     np.testing.assert_array_equal(measures.on_x_axis(field, np.array([-0.1, 0.0, 0.1])), [2.0, 5.0])
-    np.testing.assert_array_equal(measures.on_x_axis(field[:, 1:], np.array([-0.05, 0.05])), [3.0, 7.0])
+    for y in (np.array([-0.05, 0.05]), np.array([-0.05, np.nextafter(0.05, 1.0)])):
+        np.testing.assert_array_equal(measures.on_x_axis(field[:, 1:], y), [3.0, 7.0])
 
 
 def test_line_looks_differ_in_colour_dash_and_marker() -> None:

@@ -17,8 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
 
-ARROWS = 6
+ARROWS = 7
 """Arrows across a contact, about."""
+
+CIRCLES = 44
+"""Circles across a panel at most: on finer meshes not every cell has its own."""
 
 
 def remark(ax: Axes, lines: Sequence[str], *, top: bool = False) -> None:
@@ -84,9 +87,9 @@ def contact_extent(case: CaseView) -> float:
 def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, extent: float) -> None:
     """Map of |q| with one marker per contact cell and arrows along q.
 
-    Cells are coloured by |q| (MPa, `norm`); slip cells carry a filled circle, stick cells an open one;
-    arrows of equal length give the direction of the traction on a coarser grid. Axes in mm, both from
-    -extent to extent; markers scale with the cells.
+    Cells are coloured by |q| (MPa, `norm`); slip cells carry a filled circle, stick cells an open one (every
+    `circle_step`-th cell in each direction where cells are finer than circles can be told apart); arrows of
+    equal length give the direction of the traction on a coarser grid. Axes in mm, from -extent to extent.
     """
     from matplotlib.collections import EllipseCollection
 
@@ -107,13 +110,16 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, e
     )
     ax.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
     _arrows(ax, case, qx, qy, contact)
+    step = circle_step(case, extent)
+    shown = np.zeros_like(contact)
+    shown[np.ix_(_spread(case.x.size, step), _spread(case.y.size, step))] = True
     for which, face in ((CellState.SLIP, "black"), (CellState.STICK, "none")):
-        i, j = np.nonzero(state == which)
+        i, j = np.nonzero(shown & (state == which))
         # circles in the axes' own units, so that they keep to their cells at any size of the panel
         ax.add_collection(
             EllipseCollection(
-                widths=[0.5 * dx],
-                heights=[0.5 * dy],
+                widths=[0.5 * step * min(dx, dy)],
+                heights=[0.5 * step * min(dx, dy)],
                 angles=[0.0],
                 units="xy",
                 offsets=np.column_stack([case.x[i], case.y[j]]),
@@ -123,10 +129,14 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, e
                 linewidths=0.45,
                 zorder=3,
                 gid=which.name.lower(),
-                rasterized=i.size > 4000,
             ),
             autolim=False,
         )
+
+
+def circle_step(case: CaseView, extent: float) -> int:
+    """Cells from one circle to the next in a panel from -extent to extent: 1 unless the mesh is fine; odd."""
+    return 2 * int(2 * extent / min(case.spacing) / CIRCLES / 2 + 0.5) + 1
 
 
 def _arrows(ax: Axes, case: CaseView, qx: np.ndarray, qy: np.ndarray, contact: np.ndarray) -> None:

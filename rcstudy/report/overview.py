@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,12 +46,12 @@ def overview_figure(grid: GridView) -> Figure:
         for line, at in enumerate(lines):
             cases = [grid.case(*_index(grid, i, at)) for i in range(grid.shape[0] if grid.axes else 1)]
             values = [measures.slip_ratio(c) if name == "slip_area" else c.number(name) for c in cases]
-            ax.plot(_positions(grid), values, **LINES[line])
+            ax.plot(_positions(grid), values, **_look(grid, line))
         ax.set_ylabel(QUANTITIES[name])
         _label_axis(ax, grid)
     if len(grid.axes) > 1:
         values_in_words = grid.axis_values(grid.axes[1])
-        legend(figure, {f"{grid.axes[1]} = {values_in_words[at]}": LINES[k] for k, at in enumerate(lines)})
+        legend(figure, {f"{grid.axes[1]} = {values_in_words[at]}": _look(grid, k) for k, at in enumerate(lines)})
     caption(figure, f"{grid.name}: {_remarks(grid, len(lines))}{conditions(grid)}")
     return figure
 
@@ -84,6 +84,11 @@ def _index(grid: GridView, first: int, second: int) -> tuple[int, ...]:
 def _chosen(size: int) -> list[int]:
     """Positions of the lines: all, or as many as there are looks, evenly spread."""
     return sorted(set(np.linspace(0, size - 1, min(size, len(LINES))).round().astype(int).tolist()))
+
+
+def _look(grid: GridView, line: int) -> dict[str, Any]:
+    """The look of a line; labels are not joined, for nothing lies between them."""
+    return LINES[line] if _numeric(grid) else LINES[line] | {"linestyle": "", "markersize": 4}
 
 
 def _numeric(grid: GridView) -> bool:

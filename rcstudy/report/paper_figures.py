@@ -168,23 +168,34 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
             continue
         draw.traction_map(ax, case, norm, colours, extent)
         ratio = f"slip {100 * slip_ratio(case):.3g} %"
-        ax.text(0.97, 0.03, ratio, transform=ax.transAxes, ha="right", va="bottom", fontsize=6.5, gid="slip-ratio")
+        ax.text(
+            0.98,
+            0.02,
+            ratio,
+            transform=ax.transAxes,
+            ha="right",
+            va="bottom",
+            fontsize=6.5,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+            gid="slip-ratio",
+        )
     outer_labels(axes, "$x$ (mm), rolling $\\rightarrow$", "$y$ (mm)")
-    _map_legend(figure, axes, norm, colours)
+    _map_legend(figure, axes, norm, colours, max((draw.circle_step(c, extent) for c in solved), default=1))
     return figure
 
 
-def _map_legend(figure: Figure, axes: np.ndarray, norm: Any, colours: Any) -> None:
+def _map_legend(figure: Figure, axes: np.ndarray, norm: Any, colours: Any, step: int) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.lines import Line2D
 
     shown = [ax for ax in axes.flat if ax.get_visible()]
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=shown, location="bottom", shrink=0.62, aspect=45, pad=0.015)
     bar.set_label("$|q|$ (MPa)")
+    every = f" (one of {step} × {step} where fine)" if step > 1 else ""
     circle: dict[str, Any] = {"marker": "o", "linestyle": "", "color": "black", "markersize": 4, "markeredgewidth": 0.6}
     handles = [
-        Line2D([], [], label="slip cell", **circle),
-        Line2D([], [], label="stick cell", markerfacecolor="none", **circle),
+        Line2D([], [], label=f"slip cell{every}", **circle),
+        Line2D([], [], label=f"stick cell{every}", markerfacecolor="none", **circle),
         Line2D([], [], label="direction of $q$", color=VERMILLION, marker=r"$\rightarrow$", linestyle="", markersize=9),
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=3)

@@ -22,17 +22,10 @@ DPI = 200
 WIDTH = 7.2
 """Width of a figure in inches: both columns of a journal page."""
 
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
-    "#000000",
-    "#E69F00",
-    "#56B4E9",
-    "#009E73",
-    "#F0E442",
-    "#0072B2",
-    "#D55E00",
-    "#CC79A7",
-)
+COLOURS = ("#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
 """Okabe and Ito's colours (Color Universal Design, 2008)."""
+
+BLACK, ORANGE, SKY, GREEN, _, BLUE, VERMILLION, PURPLE = COLOURS
 
 LINES: tuple[dict[str, Any], ...] = (
     {"color": BLUE, "linestyle": "-", "marker": "o"},
@@ -135,12 +128,15 @@ def _save_png(figure: Figure, path: Path) -> None:
 
 
 def _palette(pixels: np.ndarray) -> np.ndarray:
-    """White, black, 128 of the map's colours and the picture's 126 commonest, [256, 3].
+    """White, the style's own colours, 128 of the map's, and the picture's commonest for the rest, [256, 3].
 
-    The map's are given, lest its few pixels lose them to the many of text and edges.
+    The first three are given, lest small patches lose theirs to the many shades of text and edges.
     """
+    from matplotlib.colors import to_rgb
     from PIL import Image
 
-    common = Image.fromarray(pixels.copy()).quantize(126, method=Image.Quantize.MEDIANCUT).getpalette() or []
-    of_map = (255 * traction_colours()(np.linspace(0.0, 1.0, 128))[:, :3]).round().astype(int)
-    return np.concatenate([[[255] * 3, [0] * 3], of_map, np.reshape(common, (-1, 3))])
+    of_style = [[255 * c for c in to_rgb(name)] for name in ("white", *COLOURS)]
+    of_map = 255 * traction_colours()(np.linspace(0.0, 1.0, 128))[:, :3]
+    rest = 256 - len(of_style) - len(of_map)
+    common = Image.fromarray(pixels.copy()).quantize(rest, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    return np.concatenate([np.round([*of_style, *of_map]).astype(int), np.reshape(common, (-1, 3))])
