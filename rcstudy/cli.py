@@ -82,7 +82,8 @@ def sweep(
         typer.Option("-o", "--output", metavar="CUBE", help="Cube to write; default: the study file's name with .nc."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Processes; default: one for each processor.")
+        int | None,
+        typer.Option(min=1, metavar="N", help="Processes; default: one a processor, one alone if that is quicker."),
     ] = None,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")] = False,
 ) -> int:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from rcstudy.study import Study
 
 _BATCHES_PER_WORKER = 4  # so that workers end at about the same time
+_SECONDS_TO_JUDGE = 1.0  # of solving, before the time of the whole is guessed
+_SECONDS_WORTH_WORKERS = 15.0  # left to solve by one process
 _SMALLEST_SPLIT, _LARGEST_BATCH = 8, 64  # cases; a batch that is split has its pressure solved again
 
 
@@ -65,9 +67,10 @@ def run(
 ) -> Summary:
     """Solve all cases of `study` and write the cube `output`, which is replaced only when all is done.
 
-    `workers` is the number of processes (default: as many as processors, no more than batches); 1 solves in this
-    one. `progress` is told of each case; `command` goes to the provenance; `solve` takes the place of
-    :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch goes on.
+    `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
+    over to as many workers as there are processors if what is left is worth their start. `progress` is told of each
+    case; `command` goes to the provenance; `solve` takes the place of :func:`rcstudy.solve.solve_group`. A case that
+    fails gets its status and reason, and the batch goes on.
 
     Raises UserError when the cube cannot be written, KeyboardInterrupt when interrupted; the cube that was there
     before then stays as it was.
@@ -112,12 +115,36 @@ def _results(
 ) -> Generator[tuple[Case, Result], None, None]:
     wanted = workers or provenance.available_cores()
     batches = make_batches(expansion.cases, wanted)
-    wanted = min(wanted, len(batches))
-    if wanted <= 1:
-        for batch in batches:
-            yield from zip(batch, solve([case.scene for case in batch]), strict=True)
-        return
-    yield from pool.solve_in_processes(batches, wanted, solve, warm_up_scenes(expansion.cases))
+    warm_up: Sequence[Scene] = ()
+    if workers is None or wanted == 1:
+        batches = yield from _solved_here(batches, solve, hand_over=wanted > 1)
+    else:
+        warm_up = warm_up_scenes(expansion.cases)
+    if batches:
+        yield from pool.solve_in_processes(batches, min(wanted, len(batches)), solve, warm_up)
+
+
+def _solved_here(
+    batches: list[list[Case]], solve: pool.Solve, *, hand_over: bool
+) -> Generator[tuple[Case, Result], None, list[list[Case]]]:
+    """Solve batches in this process; with `hand_over`, return those that are left once workers are worth starting.
+
+    A worker takes seconds to start, more than many a whole study: it must have more than that to do.
+    """
+    left = sum(len(batch) for batch in batches)
+    done = 0
+    begun = time.monotonic()
+    for k, batch in enumerate(batches):
+        yield from zip(batch, solve([case.scene for case in batch]), strict=True)
+        left -= len(batch)
+        if k == 0:
+            begun = time.monotonic()  # the first batch loads or compiles the kernels
+            continue
+        done += len(batch)
+        seconds = time.monotonic() - begun
+        if hand_over and seconds >= _SECONDS_TO_JUDGE and left * seconds / done > _SECONDS_WORTH_WORKERS:
+            return batches[k + 1 :]
+    return []
 
 
 def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:

@@ -12,15 +12,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from rcstudy.cases import Axis, Case, Coord, Expansion, Grid
 from rcstudy.mechanics.exact import hertz
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.result import CellState, Result, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SUBSTRATE = Material(210000.0, 0.3)
 MESH = Mesh((2.0, 2.0), (32, 24))
@@ -272,7 +274,7 @@ def shuffled(results: list[tuple[Case, Result]], seed: int = 0) -> Iterator[tupl
 
 def write(path: Path, synthetic: Synthetic) -> Path:
     """Write a made-up cube; returns `path`."""
-    from rcstudy.cube import write_cube
+    from rcstudy.cube_writer import write_cube
 
     write_cube(path, synthetic.study, synthetic.expansion, iter(synthetic.results), {"command": "made up"})
     return path

@@ -23,9 +23,9 @@ def made_up(scenes: Sequence[Scene]) -> Iterator[Result]:
 
 
 def dies(scenes: Sequence[Scene]) -> Iterator[Result]:
-    """Kills its process at a load of DEADLY_LOAD."""
+    """Kills its process at a load of DEADLY_LOAD with a lateral creepage."""
     for scene in scenes:
-        if scene.load == DEADLY_LOAD and scene.mesh.cells != (16, 16):
+        if scene.load == DEADLY_LOAD and scene.creepage.lateral and scene.mesh.cells != (16, 16):
             os.kill(os.getpid(), signal.SIGKILL)
         yield synthetic.made_up_result(scene)
 
