@@ -61,11 +61,11 @@ class SteadyFile:
         start, size = self._position, max(0, min(len(buffer), self._size - self._position))
         done = 0
         while done < size:
-            piece = os.pread(self._file.fileno(), size - done, start + done)
-            if not piece:
+            self._file.seek(start + done)
+            count = self._file.readinto(buffer[done:size])
+            if not count:
                 break
-            buffer[done : done + len(piece)] = piece
-            done += len(piece)
+            done += count
         buffer[done:size] = bytes(size - done)
         for offset, data in self._kept:
             low, high = max(offset, start), min(offset + len(data), start + size)
@@ -81,7 +81,8 @@ class SteadyFile:
         if self._error is None:
             try:
                 while done < size:
-                    done += os.pwrite(self._file.fileno(), view[done:], self._position + done)
+                    self._file.seek(self._position + done)
+                    done += self._file.write(view[done:])
             except OSError as error:
                 self._error = error
         if done < size:
@@ -97,6 +98,7 @@ class SteadyFile:
                 self._file.truncate(size)
             except OSError as error:
                 self._error = error
+        self._kept = [(offset, data[: size - offset]) for offset, data in self._kept if offset < size]
         self._size = size
         return size
 

@@ -67,6 +67,7 @@ def test_version() -> None:
     assert found.output.startswith("rcstudy ")
 
 
+@pytest.mark.heavy
 def test_sweep_show_and_compare(folder: Path) -> None:
     found = run("sweep", "quick.yaml", "--workers", "1")
     assert found.exit_code == 0, found.output
@@ -90,6 +91,7 @@ def test_sweep_show_and_compare(folder: Path) -> None:
     assert "same: 2 cases compared" in same.output
 
 
+@pytest.mark.heavy
 def test_a_whole_sweep_from_outside(folder: Path) -> None:
     """Its own processes, plain lines, a name with a dot; the provenance has the command."""
     sweep = process("sweep", "quick.yaml", "-o", "out.put.nc", "--workers", "2", cwd=folder)
@@ -100,6 +102,7 @@ def test_a_whole_sweep_from_outside(folder: Path) -> None:
         assert tree.attrs["command"] == "python -m rcstudy sweep quick.yaml -o out.put.nc --workers 2"
 
 
+@pytest.mark.heavy
 def test_failed_cases(folder: Path) -> None:
     """A method that stops short of its tolerance: exit code 3, and the cube says so."""
     text = STUDY.replace("load: 60", "load: 60\n  method: paper-cg\n  friction: 0.3")
@@ -170,17 +173,23 @@ def test_plan(folder: Path) -> None:
     assert sorted(entry.name for entry in folder.iterdir()) == ["quick.yaml"]
 
 
-@pytest.mark.parametrize("workers", ["1", "2"])
-def test_ctrl_c(tmp_path: Path, workers: str) -> None:
-    """To the whole process group, as a terminal does it, once the sweep says that it solves."""
+def start_long_sweep(folder: Path, workers: str) -> subprocess.Popen[str]:
+    """A sweep of 800 cases over an old cube `long.nc`, in a process group of its own, at its first cases."""
     loads = ", ".join(str(load) for load in range(20, 420))
     text = STUDY.replace("    axes:\n", f"    axes:\n      load: [{loads}]\n").replace("0.8, 0.8", "3, 3")
-    (tmp_path / "long.yaml").write_text(text)
-    (tmp_path / "long.nc").write_bytes(b"old")
-    sweep = process("sweep", "long.yaml", "--workers", workers, cwd=tmp_path, start_new_session=True)
+    (folder / "long.yaml").write_text(text)
+    (folder / "long.nc").write_bytes(b"old")
+    sweep = process("sweep", "long.yaml", "--workers", workers, cwd=folder, start_new_session=True)
     assert sweep.stderr is not None
     assert sweep.stderr.readline() == "solving 800 cases\n"
     time.sleep(0.3)  # into the imports, the warm-up or the first cases
+    return sweep
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_ctrl_c(tmp_path: Path, workers: str) -> None:
+    """To the whole process group, as a terminal does it, once the sweep says that it solves."""
+    sweep = start_long_sweep(tmp_path, workers)
     os.killpg(sweep.pid, signal.SIGINT)
     out, err = sweep.communicate(timeout=60)
     assert sweep.returncode == cli.EXIT_INTERRUPTED, err
@@ -190,6 +199,30 @@ def test_ctrl_c(tmp_path: Path, workers: str) -> None:
     assert (tmp_path / "long.nc").read_bytes() == b"old"
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["long.nc", "long.yaml"]
     assert gone(sweep.pid), "a worker is left"
+
+
+def test_killed_in_the_middle(tmp_path: Path) -> None:
+    """The old cube stays, the workers leave by themselves, and the next writer clears up."""
+    sweep = start_long_sweep(tmp_path, "2")
+    sweep.kill()
+    sweep.communicate(timeout=60)
+    assert (tmp_path / "long.nc").read_bytes() == b"old"
+    assert gone(sweep.pid), "a worker is left"
+    assert len(list(tmp_path.iterdir())) == 3
+    synthetic.write(tmp_path / "long.nc", synthetic.small())
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["long.nc", "long.yaml"]
+
+
+def test_figures_and_tables(tmp_path: Path) -> None:
+    path = synthetic.write(tmp_path / "c.nc", synthetic.small())
+    drawn = run("figures", path, "-o", tmp_path / "figures", "--formats", "png")
+    assert drawn.exit_code == 0, drawn.output
+    assert {entry.suffix for entry in (tmp_path / "figures").iterdir()} == {".png"}
+    written = run("tables", path, "-o", tmp_path / "tables")
+    assert written.exit_code == 0, written.output
+    assert {".csv", ".md", ".tex"} <= {entry.suffix for entry in (tmp_path / "tables").iterdir()}
+    wrong = run("figures", path, "-o", tmp_path / "more", "--formats", "shoe")
+    assert wrong.exit_code == cli.EXIT_BAD_INPUT, wrong.output
 
 
 def gone(group: int) -> bool:
