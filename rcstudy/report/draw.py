@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
 
-ARROWS = 7
+ARROWS = 9
 """Arrows across a contact, about."""
 
 CIRCLES = 44
