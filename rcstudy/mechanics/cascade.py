@@ -1,94 +1,62 @@
-"""A cascade of meshes for the tractions: each solution is the next finer mesh's first guess.
+"""A cascade of meshes: each scene is first solved with cells of twice the size.
 
-Coarser levels join 2 x 2 cells of the contact itself; their pressure is the mean, their slip data the mean over the
-cells in contact, their coefficients those of cells of twice the size. They steer the iteration and nothing else: the
-finest level solves the stated discrete equations.
+The coarser solution is the first guess for pressure and tractions, and the difference between the two tells how large
+the discretisation error is (`errors.py`). It never enters the finer solution, which solves its own discrete equations.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import replace
 
 import numpy as np
 
-from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import tractions
-from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, solve_tractions
+from rcstudy.mechanics.normal import estimated_contact
+from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
-_COARSEST = 12  # cells: a level whose box is no larger in some direction starts the cascade
-_COARSE_TOLERANCE = 3e-3  # of the coarser levels: their discretisation error is larger
+_COARSEST = 12.0  # cells across the contact: a mesh with fewer has no coarser one
+_TOLERANCE = Tolerance(1e-3, 1e-3)  # of coarser meshes: well under their discretisation error
 
 
-@dataclass(frozen=True, eq=False)
-class Level:
-    """One mesh of the cascade: its operator, cells in contact [m, 2] and pressures [m] (MPa).
+def coarser_scene(scene: Scene) -> Scene | None:
+    """`scene` with cells of twice the size, solved to engineering accuracy; None if the contact has too few cells.
 
-    `parent` [m]: the cell of the next coarser level that holds a cell; `stencil` [m, 4], `weights` [m, 4]: bilinear
-    interpolation from that level. Empty on the coarsest level.
+    An odd number of cells is rounded up: the window grows by half a coarse cell on each side.
     """
-
-    operator: SlipOperator
-    cells: np.ndarray
-    pressure: np.ndarray
-    parent: np.ndarray
-    stencil: np.ndarray
-    weights: np.ndarray
-
-    def restrict(self, values: np.ndarray, count: int) -> np.ndarray:
-        """Means [count, k] over the cells of each parent of `values` [m, k]."""
-        members = np.bincount(self.parent, minlength=count)
-        return np.stack(
-            [np.bincount(self.parent, weights=column, minlength=count) / members for column in values.T], axis=1
-        )
-
-    def prolong(self, values: np.ndarray) -> np.ndarray:
-        """Interpolate `values` [coarse m, k] to this level's cells."""
-        result: np.ndarray = np.einsum("mk,mkc->mc", self.weights, values[self.stencil])
-        return result
+    dx, dy = scene.mesh.spacing
+    ax, ay = estimated_contact(scene)
+    if 2.0 * min(ax / dx, ay / dy) < _COARSEST:
+        return None
+    nx, ny = ((n + 1) // 2 for n in scene.mesh.cells)
+    own = scene.tolerance
+    return replace(
+        scene,
+        mesh=Mesh((2.0 * dx * nx, 2.0 * dy * ny), (nx, ny)),
+        tolerance=Tolerance(max(_TOLERANCE.normal, own.normal), max(_TOLERANCE.tangential, own.tangential)),
+    )
 
 
-def build_levels(influence: Influence, shape: tuple[int, int], cells: np.ndarray, pressure: np.ndarray) -> list[Level]:
-    """Levels from the finest (`cells` [m, 2] in a box of `shape` with `pressure` [m]) to the
-    coarsest.
+def interpolate(
+    values: np.ndarray, mask: np.ndarray, cells: np.ndarray, window: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values at `cells` [m, 2] of a window of `window` cells from a mesh of twice the cell size.
+
+    `values` [k, nx, ny] on the coarse window, of which the cells in `mask` count. Bilinear; weights of cells that do
+    not count are shared out among the others. Returns values [m, k] (zero where none counts) and the weight [m] that
+    counted.
     """
-    levels = []
-    while True:
-        operator = SlipOperator.of(influence, shape)
-        if min(shape) <= _COARSEST:
-            none = np.zeros((0, 4))
-            levels.append(Level(operator, cells, pressure, np.zeros(0, dtype=np.int64), none.astype(np.int64), none))
-            return levels
-        coarse_shape = (shape[0] + 1) // 2, (shape[1] + 1) // 2
-        number = np.full(coarse_shape, -1)
-        number[cells[:, 0] // 2, cells[:, 1] // 2] = 0
-        coarse_cells = np.ascontiguousarray(np.argwhere(number == 0))
-        number[coarse_cells[:, 0], coarse_cells[:, 1]] = np.arange(coarse_cells.shape[0])
-        stencil, weights = np.empty((cells.shape[0], 4), dtype=np.int64), np.empty((cells.shape[0], 4))
-        tractions.bilinear_stencil(cells, number, stencil, weights)
-        parent = stencil[:, 0]
-        levels.append(Level(operator, cells, pressure, parent, stencil, weights))
-        # four cells to a parent, those out of contact carrying no pressure
-        pressure = np.bincount(parent, weights=pressure) / 4.0
-        influence = influence.coarser()
-        shape, cells = coarse_shape, coarse_cells
+    out = np.zeros((cells.shape[0], values.shape[0]))
+    weight = np.zeros(cells.shape[0])
+    tractions.interpolate_cells(values, mask, cells, window[0], window[1], out, weight)
+    return out, weight
 
 
-def solve_cascade(levels: list[Level], w: np.ndarray, friction: float, tolerance: float) -> RollingSolution:
-    """Tractions on the finest of `levels` from nothing; `w` [m, 2] and `tolerance` as in `solve_tractions`."""
-    data = [w]
-    for fine, coarse in pairwise(levels):
-        data.append(fine.restrict(data[-1], coarse.cells.shape[0]))
-    guess: np.ndarray | None = None
-    coarse_products = 0
-    for (fine, level), values in reversed(list(zip(pairwise(levels), data[1:], strict=True))):
-        bound = friction * level.pressure
-        solution = solve_tractions(level.operator, level.cells, bound, values, max(_COARSE_TOLERANCE, tolerance), guess)
-        coarse_products += solution.products
-        # the fraction of the bound is smooth, the bound itself is known on the finer level
-        fraction = fine.prolong(solution.q / bound[:, None])
-        guess = friction * fine.pressure[:, None] * fraction
-    finest = levels[0]
-    result = solve_tractions(finest.operator, finest.cells, friction * finest.pressure, w, tolerance, guess)
-    result.coarse_products = coarse_products
-    return result
+def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
+    """Pressure [nx, ny] to start from, from the pressure on a mesh of twice the cell size.
+
+    p^2 is nearly linear at the edge of a contact, so it is interpolated; cells more outside than inside stay without.
+    """
+    cells = np.argwhere(np.ones(window, dtype=np.bool_))
+    squares, weight = interpolate((p * p)[None], p > 0.0, cells, window)
+    guess: np.ndarray = np.where(weight >= 0.5, np.sqrt(squares[:, 0]), 0.0).reshape(window)
+    return guess

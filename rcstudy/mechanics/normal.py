@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from rcstudy.mechanics.exact import hertz_contact
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
-from rcstudy.mechanics.scene import Scene
+from rcstudy.mechanics.scene import Layer, Material, Scene
 
 _MAX_ITERATIONS = 400
 _MARGIN = 1.35  # of the first box over the estimated semi-axes
@@ -55,19 +56,31 @@ def initial_gap(scene: Scene) -> np.ndarray:
 
 
 def estimated_contact(scene: Scene) -> tuple[float, float]:
+    """Semi-axes (mm) of the contact, by the Hertz contact of `_estimate`; a first guess only."""
+    return _estimate(scene.substrate, scene.layers, scene.counterbody, scene.radius, scene.load)
+
+
+@lru_cache(maxsize=256)
+def _estimate(
+    substrate: Material,
+    layers: tuple[Layer, ...],
+    counterbody: Material | None,
+    radius: tuple[float, float],
+    load: float,
+) -> tuple[float, float]:
     """Semi-axes (mm) of the contact by Hertz with the modulus a wave of the contact's own size would see.
 
     A half-space has a(alpha) = 2/(E* alpha); a layered body's a(alpha) gives an E* that depends on the size, found by
     iteration. Exact without layers, within some 20 % else: a first guess only.
     """
-    extra = half_space_response(scene.counterbody)[0] if scene.counterbody is not None else 0.0
+    extra = half_space_response(counterbody)[0] if counterbody is not None else 0.0
     alpha = np.array([1.0])
     size = 0.0
     semi_axes = (0.0, 0.0)
     for _ in range(60):
-        compliance = frequency_response(scene.substrate, scene.layers, alpha)[0] + extra / alpha
+        compliance = frequency_response(substrate, layers, alpha)[0] + extra / alpha
         modulus = float(2.0 / (compliance * alpha)[0])
-        semi_axes = hertz_contact(scene.radius, scene.load, modulus).a
+        semi_axes = hertz_contact(radius, load, modulus).a
         previous, size = size, math.sqrt(semi_axes[0] * semi_axes[1])
         if abs(size - previous) < 1e-2 * size:
             break

@@ -38,6 +38,8 @@ from rcstudy.mechanics.scene import Creepage
 
 _MAX_NEWTON = 60
 _LOOSEST = 0.2  # linear residual of a Newton step, over its first one
+_PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
+_SHORTEST = 0.05  # step length
 _MAX_STEPS = 100  # of one linear system
 
 
@@ -45,8 +47,8 @@ _MAX_STEPS = 100  # of one linear system
 class RollingSolution:
     """Tractions `q` and slips `s` [m, 2] (MPa, -) and slip flags [m] of the contact cells, and how they were found.
 
-    `residual`: ||q - Proj(q - rho s)||/||q||; `products`: operator and preconditioner products
-    together on the mesh itself, `coarse_products` those on coarser ones.
+    `residual`: ||q - Proj(q - rho s)||/||q||; `products`: operator and preconditioner
+    products on the mesh itself; `coarser`: the solution with cells of twice the size that it started from.
     """
 
     q: np.ndarray
@@ -56,7 +58,12 @@ class RollingSolution:
     iterations: int
     products: int
     converged: bool
-    coarse_products: int = 0
+    coarser: RollingSolution | None = None
+
+    @property
+    def coarse_products(self) -> int:
+        """Products on all coarser meshes."""
+        return self.coarser.products + self.coarser.coarse_products if self.coarser is not None else 0
 
 
 class SlipOperator:
@@ -121,14 +128,14 @@ class NewtonSystem:
         self._no_slip = np.zeros(n, dtype=np.bool_)
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
-        """Set stick and slip from q - rho s; returns ||q - Proj(q - rho s)||."""
+        """Set stick and slip from q - rho s; returns ||q - Proj(q - rho s)||/||q||."""
         _, square = tractions.classify(q, s, self.bound, self.rho, self.slip, self.normal, self.curvature)
         operator = self.operator
         self.diagonal = operator.diagonal + self.curvature
         # where d rules, a slip cell passes nothing on; elsewhere u = A tau with A its own cell's coefficient
         passing = 1.0 / (1.0 + operator.spacing[0] / operator.compliance * self.curvature)
         self.damping = np.where(self.curvature > 2.0 * operator.diagonal, 0.0, passing)
-        return float(np.sqrt(square))
+        return _relative(float(np.sqrt(square)), float(np.linalg.norm(q)))
 
     def slips(self, q: np.ndarray) -> np.ndarray:
         """Slip [m, 2] under tractions `q` [m, 2]."""
@@ -212,17 +219,36 @@ def solve_tractions(
     system = NewtonSystem(operator, cells, bound, w)
     q = np.zeros(w.shape) if guess is None else guess
     s = w if guess is None else system.slips(q)
-    iteration = 0
-    previous = np.inf
-    while True:
-        residual = _relative(system.classify(q, s), float(np.linalg.norm(q)))
-        if residual <= tolerance or iteration >= _MAX_NEWTON:
-            break
-        q = system.step(q, _forcing(residual, previous, tolerance))
-        s = system.slips(q)
+    residual = system.classify(q, s)
+    previous, best, loosest = np.inf, np.inf, _LOOSEST
+    iteration = since_best = 0
+    while residual > tolerance and iteration < _MAX_NEWTON:
+        if residual > 0.7 * previous:  # a step that gained little was perhaps solved too loosely
+            loosest = max(0.2 * loosest, 1e-4)
+        if residual < 0.9 * best:
+            best, since_best = residual, 0
+        since_best += 1
+        full = system.step(q, _forcing(residual, previous, tolerance, loosest))
         iteration += 1
         previous = residual
+        # full steps as long as they get anywhere; then shorter ones, which break a cycle of active sets
+        length = 1.0
+        while True:
+            trial = full if length == 1.0 else _within(q + length * (full - q), bound)
+            s = system.slips(trial)
+            residual = system.classify(trial, s)
+            if since_best < _PATIENCE or residual < previous or length < _SHORTEST:
+                break
+            length *= 0.5
+        q = trial
     return RollingSolution(q, s, system.slip, residual, iteration, system.products, residual <= tolerance)
+
+
+def _within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    """`q` [m, 2] scaled back to `bound` [m] where it exceeds it."""
+    size = np.hypot(q[:, 0], q[:, 1])
+    result: np.ndarray = q * np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]
+    return result
 
 
 def _relative(size: float, scale: float) -> float:
@@ -230,11 +256,11 @@ def _relative(size: float, scale: float) -> float:
     return size / scale if scale > 0.0 else (np.inf if size > 0.0 else 0.0)
 
 
-def _forcing(residual: float, previous: float, tolerance: float) -> float:
+def _forcing(residual: float, previous: float, tolerance: float, loosest: float) -> float:
     """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
 
-    As far as the last Newton step got on with the nonlinear problem, and never past the tolerance.
+    As far as the last Newton step got on with the nonlinear problem, no looser than `loosest`, never past the tolerance.
     """
     if not np.isfinite(previous):
-        return _LOOSEST
-    return min(_LOOSEST, max(0.5 * (residual / previous) ** 2, 0.5 * tolerance / residual))
+        return loosest
+    return min(loosest, max(0.5 * (residual / previous) ** 2, 0.5 * tolerance / residual))

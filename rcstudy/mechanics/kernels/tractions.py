@@ -183,34 +183,30 @@ def gather_slip_traction(
 
 
 @jit
-def bilinear_stencil(cells: np.ndarray, number: np.ndarray, stencil: np.ndarray, weights: np.ndarray) -> None:
-    """Bilinear interpolation between cell centres from a mesh of twice the cell size to `cells` [m, 2].
+def interpolate_cells(
+    values: np.ndarray, mask: np.ndarray, cells: np.ndarray, nx: int, ny: int, out: np.ndarray, weight: np.ndarray
+) -> None:
+    """Bilinear interpolation to `cells` [m, 2] of an nx by ny window from the concentric mesh of twice the cell size.
 
-    number [nx, ny]: number of each coarse cell, -1 where it is not in use; such a neighbour's weight goes to the
-    parent, which stands first. stencil [m, 4], weights [m, 4].
+    values [k, cx, cy], mask [cx, cy]: which coarse cells count; out [m, k] zeroed, weight [m] zeroed: share that
+    counted.
     """
-    nx, ny = number.shape
+    kinds, cx, cy = values.shape
     for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
-        a, b = i // 2, j // 2
-        c = a + 1 if i % 2 == 1 else a - 1
-        d = b + 1 if j % 2 == 1 else b - 1
-        parent = number[a, b]
-        own = 0.5625
-        for k in range(3):
-            e = c if k != 1 else a
-            f = d if k != 0 else b
-            weight = 0.0625 if k == 2 else 0.1875
-            other = number[e, f] if 0 <= e < nx and 0 <= f < ny else -1
-            if other >= 0:
-                stencil[m, k + 1] = other
-                weights[m, k + 1] = weight
-            else:
-                stencil[m, k + 1] = parent
-                weights[m, k + 1] = 0.0
-                own += weight
-        stencil[m, 0] = parent
-        weights[m, 0] = own
+        # position in coarse cells: both windows are centred on the same point
+        x = 0.5 * (cells[m, 0] - 0.5 * (nx - 1)) + 0.5 * (cx - 1)
+        y = 0.5 * (cells[m, 1] - 0.5 * (ny - 1)) + 0.5 * (cy - 1)
+        i, j = math.floor(x), math.floor(y)
+        for a in range(2):
+            for b in range(2):
+                share = (x - i if a == 1 else 1.0 - (x - i)) * (y - j if b == 1 else 1.0 - (y - j))
+                if share > 0.0 and 0 <= i + a < cx and 0 <= j + b < cy and mask[i + a, j + b]:
+                    weight[m] += share
+                    for k in range(kinds):
+                        out[m, k] += share * values[k, i + a, j + b]
+        if weight[m] > 0.0:
+            for k in range(kinds):
+                out[m, k] /= weight[m]
 
 
 @jit
