@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Literal
 
@@ -73,6 +73,7 @@ VARIABLES: dict[str, Variable] = {
     "products_normal": Variable("scalar", "1", "operator and preconditioner products of the pressure solver", "i4"),
     "solve_seconds": Variable("scalar", "s", "wall time of the solve", timing=True),
     # the proof: computed apart from the solver's own stopping test
+    "proof_tension": Variable("scalar", "1", "largest tension over p_max"),
     "proof_load": Variable("scalar", "1", "|sum(p) dx dy - P| / P"),
     "proof_gap": Variable("scalar", "1", "largest |gap| where p > 0, over the approach"),
     "proof_penetration": Variable("scalar", "1", "largest overlap outside the contact, over the approach"),
@@ -85,6 +86,25 @@ VARIABLES: dict[str, Variable] = {
     "proof_bound": Variable(
         "scalar", "1", "largest excess of |q| over mu p, in slip cells any deviation, over mu p_max", tangential=True
     ),
+}
+# scalars with an estimate of their discretisation error, stored next to them as <name>_error
+ESTIMATED = (
+    "force_x",
+    "force_y",
+    "moment_z",
+    "pressure_max",
+    "contact_area",
+    "slip_area",
+    "contact_radius",
+    "approach",
+    "traction_max",
+    "friction_power",
+)
+VARIABLES |= {
+    f"{name}_error": replace(
+        VARIABLES[name], long_name=f"estimated discretisation error of the {VARIABLES[name].long_name}"
+    )
+    for name in ESTIMATED
 }
 
 

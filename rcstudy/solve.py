@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from rcstudy.estimate import error_estimates
 from rcstudy.mechanics.contact import NormalContact, solve_coupled, solve_normal, solve_rolling
-from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling
+from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import CellState, Result, Status
+
+
+class Refusal(Exception):
+    """A scene that is not solved, and why."""
 
 
 def solve_scene(scene: Scene) -> Result:
@@ -30,9 +36,13 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
     contact: NormalContact | None = None
     for scene in scenes:
         try:
+            if scene.discretisation != "kalker":
+                raise Refusal(f"discretisation {scene.discretisation} is not available: kalker is")
             if contact is None:
                 contact = solve_normal(scene)
             result = _normal_failure(contact) or _solve_with(contact, scene)
+        except Refusal as refusal:
+            result = Result(Status.REFUSED, str(refusal))
         except Exception as error:  # a batch must go on: any failure of one case becomes its status
             result = Result(Status.ERROR, f"{type(error).__name__}: {error}")
         now = time.perf_counter()
@@ -79,8 +89,9 @@ def _solve_with(contact: NormalContact, scene: Scene) -> Result:
     fields, scalars = _normal_numbers(contact, scene)
     status, reasons = Status.SOLVED, []
     if rolling is not None:
-        proof |= prove_rolling(contact, scene, rolling)
-        more_fields, more_scalars = _rolling_numbers(contact, scene, rolling)
+        s = slips(contact, scene, rolling)
+        proof |= prove_rolling(contact, scene, rolling, s)
+        more_fields, more_scalars = _rolling_numbers(contact, scene, rolling, s)
         fields |= more_fields
         scalars |= more_scalars
         if not rolling.converged:
@@ -89,10 +100,28 @@ def _solve_with(contact: NormalContact, scene: Scene) -> Result:
                 f"tractions: residual {rolling.residual:.3g} after {rolling.iterations} iterations, "
                 f"tolerance {scene.tolerance.tangential:g}"
             )
+    scalars |= error_estimates(scene, contact.cells.shape[0], [scalars, *_coarser_numbers(contact, scene, rolling)])
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED
     return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
+
+
+def _coarser_numbers(
+    contact: NormalContact, scene: Scene, rolling: RollingSolution | None
+) -> Iterator[dict[str, float]]:
+    """Scalars on the coarser meshes the solution started from, finest first."""
+    coarser = contact.coarser
+    while coarser is not None and not coarser.solution.edge:
+        like = replace(scene, mesh=coarser.scene.mesh)
+        scalars = _normal_numbers(coarser, like)[1]
+        if rolling is not None:
+            if rolling.coarser is None:
+                return
+            rolling = rolling.coarser
+            scalars |= _rolling_numbers(coarser, like, rolling, rolling.s)[1]
+        yield scalars
+        coarser = coarser.coarser
 
 
 def _normal_numbers(contact: NormalContact, scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
@@ -113,12 +142,12 @@ def _normal_numbers(contact: NormalContact, scene: Scene) -> tuple[dict[str, np.
 
 
 def _rolling_numbers(
-    contact: NormalContact, scene: Scene, rolling: RollingSolution
+    contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray
 ) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-    """Fields and scalars that follow from the tractions."""
+    """Fields and scalars that follow from the tractions and the slip `s` [m, 2]."""
     dx, dy = scene.mesh.spacing
     x, y = contact.centres
-    q, s = rolling.q, rolling.s
+    q = rolling.q
     state = np.where(rolling.slip, CellState.SLIP, CellState.STICK).astype(np.int8)
     fields = {
         "traction_x": contact.spread(q[:, 0]),

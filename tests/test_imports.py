@@ -22,6 +22,7 @@ ORDER = [
     "rcstudy.study",
     "rcstudy.cases",
     "rcstudy.plan",
+    "rcstudy.estimate",
     "rcstudy.solve",
     "rcstudy.layout",
     "rcstudy.publish",

@@ -401,3 +401,17 @@ def impose(contact: NormalContact, cells: np.ndarray) -> None:
     contact.solution.p[:] = 0.0
     contact.solution.p[cells] = solution[:n]
     contact.solution.approach = float(solution[n])
+
+
+def test_proof_catches_tension(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cells glued on beyond the contact: gap zero on all of them, load right, pressure negative at the rim."""
+    scene = steel(window((0.3, 0.3), (12, 12), 4), creepage=None)
+
+    def tamper(contact: NormalContact) -> None:
+        x, y = np.indices(contact.solution.p.shape) - 0.5 * (np.array(scene.mesh.cells)[:, None, None] - 1)
+        impose(contact, np.hypot(x, y) * scene.mesh.spacing[0] < 0.45)
+        assert contact.solution.p.min() < 0.0
+
+    result = tampered_pressure(monkeypatch, tamper, scene)
+    assert result.status == Status.PROOF_FAILED
+    assert "proof_tension" in result.reason

@@ -49,23 +49,23 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
         return Hertz((a, a), 1.5 * load / (math.pi * a * a), a * a / rx)
     # imported here: circles, the common case, should not wait for them
     from scipy.optimize import brentq
-    from scipy.special import ellipe, ellipk
+    from scipy.special import ellipk, elliprd
 
     r_major, r_minor = max(rx, ry), min(rx, ry)  # the longer semi-axis lies along the larger radius
     curvature_ratio = r_major / r_minor
 
     def mismatch(log_ratio: float) -> float:
         ratio = math.exp(log_ratio)  # b/a <= 1
-        m = 1.0 - ratio * ratio
-        k, e = ellipk(m), ellipe(m)
-        return math.log((e / ratio**2 - k) / (k - e)) - math.log(curvature_ratio)
+        # (E/ratio^2 - K)/(K - E) without its cancellation near a circle (Carlson 1995)
+        square = ratio * ratio
+        return math.log(elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0)) - math.log(curvature_ratio)
 
     # b/a lies near (R_minor/R_major)^(2/3) (Johnson, Eq. 4.28 ff.)
     guess = -2.0 / 3.0 * math.log(curvature_ratio)
     ratio = math.exp(brentq(mismatch, 2.0 * guess - 1e-6, 0.25 * guess, xtol=1e-15, rtol=1e-14))
-    m = 1.0 - ratio * ratio
-    k, e = float(ellipk(m)), float(ellipe(m))
-    major = (3.0 * load * r_major / (math.pi * modulus) * (k - e) / m) ** (1.0 / 3.0)
+    # (K - E)/m = R_D(0, 1 - m, 1)/3 with m = 1 - ratio^2
+    k = float(ellipk(1.0 - ratio * ratio))
+    major = (load * r_major / (math.pi * modulus) * float(elliprd(0.0, ratio * ratio, 1.0))) ** (1.0 / 3.0)
     minor = ratio * major
     p0 = 1.5 * load / (math.pi * major * minor)
     semi_axes = (major, minor) if rx > ry else (minor, major)

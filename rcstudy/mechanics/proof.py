@@ -39,21 +39,33 @@ def prove_normal(contact: NormalContact, scene: Scene, rolling: RollingSolution 
     inside = p > 0.0
     scale = abs(contact.solution.approach)
     return {
+        "proof_tension": max(0.0, -float(contact.solution.p.min()) / float(contact.solution.p.max())),
         "proof_load": abs(float(p.sum()) * dx * dy - scene.load) / scene.load,
         "proof_gap": float(np.abs(gap[inside]).max()) / scale,
         "proof_penetration": float(np.clip(-gap[~inside], 0.0, None).max(initial=0.0)) / scale,
     }
 
 
-def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> dict[str, float]:
-    """Stick slip, direction of the slip cells' traction, and the bound, all relative (keys of `result.VARIABLES`)."""
+def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.ndarray:
+    """Slip [m, 2] under the tractions of `rolling`: displacements first, differences after. This is what is stored."""
     if scene.creepage is None:
-        raise ValueError("a scene without creepage has no tractions to prove")
+        raise ValueError("a scene without creepage has no slip")
     dx = scene.mesh.spacing[0]
     i, j = contact.cells[:, 0], contact.cells[:, 1]
     u = contact.displacement.on_box(rolling.q, contact.cells)
     w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
-    s = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
+    result: np.ndarray = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
+    return result
+
+
+def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:
+    """Stick slip, direction of the slip cells' traction, and the bound, all relative (keys of `result.VARIABLES`).
+
+    `s` [m, 2]: the slip by `slips`.
+    """
+    if scene.creepage is None:
+        raise ValueError("a scene without creepage has no tractions to prove")
+    w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
     bound = scene.friction * contact.pressure
     size = np.hypot(rolling.q[:, 0], rolling.q[:, 1])
     speed = np.hypot(s[:, 0], s[:, 1])
@@ -78,6 +90,7 @@ def failures(proof: dict[str, float], scene: Scene) -> list[str]:
     if scene.coupling == "full":
         normal = max(normal, tangential)
     limits = {
+        "proof_tension": 0.0,
         "proof_load": _FLOOR,
         "proof_gap": normal,
         "proof_penetration": normal,

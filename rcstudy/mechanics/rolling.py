@@ -47,7 +47,7 @@ _MAX_STEPS = 100  # of one linear system
 class RollingSolution:
     """Tractions `q` and slips `s` [m, 2] (MPa, -) and slip flags [m] of the contact cells, and how they were found.
 
-    `residual`: ||q - Proj(q - rho s)||/||q||; `products`: operator and preconditioner
+    `residual`: see `solve_tractions`; `products`: operator and preconditioner
     products on the mesh itself; `coarser`: the solution with cells of twice the size that it started from.
     """
 
@@ -119,6 +119,7 @@ class NewtonSystem:
         n = cells.shape[0]
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.rho = 1.0 / operator.diagonal
+        self._scale = self.rho * float(np.linalg.norm(w))
         self.slip = np.zeros(n, dtype=np.bool_)
         self.normal = np.zeros((n, 2))
         self.curvature = np.zeros(n)
@@ -128,14 +129,14 @@ class NewtonSystem:
         self._no_slip = np.zeros(n, dtype=np.bool_)
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
-        """Set stick and slip from q - rho s; returns ||q - Proj(q - rho s)||/||q||."""
+        """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
         _, square = tractions.classify(q, s, self.bound, self.rho, self.slip, self.normal, self.curvature)
         operator = self.operator
         self.diagonal = operator.diagonal + self.curvature
         # where d rules, a slip cell passes nothing on; elsewhere u = A tau with A its own cell's coefficient
         passing = 1.0 / (1.0 + operator.spacing[0] / operator.compliance * self.curvature)
         self.damping = np.where(self.curvature > 2.0 * operator.diagonal, 0.0, passing)
-        return _relative(float(np.sqrt(square)), float(np.linalg.norm(q)))
+        return _relative(float(np.sqrt(square)), min(float(np.linalg.norm(q)), self._scale))
 
     def slips(self, q: np.ndarray) -> np.ndarray:
         """Slip [m, 2] under tractions `q` [m, 2]."""
@@ -214,7 +215,9 @@ def solve_tractions(
     """Solve Coulomb's law on the cells in contact.
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
-    pressure; `guess` [m, 2]: tractions to start from. The relative tolerance is on ||q - Proj(q - rho s)||/||q||.
+    pressure; `guess` [m, 2]: tractions to start from. The relative tolerance is on
+    ||q - Proj(q - rho s)|| over the smaller of ||q|| and rho ||w||, 1/rho being the diagonal of B: the tractions,
+    and the slip, are then right to about that fraction of their own size.
     """
     system = NewtonSystem(operator, cells, bound, w)
     q = np.zeros(w.shape) if guess is None else guess
@@ -259,7 +262,8 @@ def _relative(size: float, scale: float) -> float:
 def _forcing(residual: float, previous: float, tolerance: float, loosest: float) -> float:
     """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
 
-    As far as the last Newton step got on with the nonlinear problem, no looser than `loosest`, never past the tolerance.
+    As far as the last Newton step got on with the nonlinear problem, no looser than `loosest`, never past the
+    tolerance.
     """
     if not np.isfinite(previous):
         return loosest

@@ -138,16 +138,19 @@ def half_spaces(
 
 
 @jit
-def interpolate4(table: np.ndarray, log_r0: float, step: float, r: float, out: np.ndarray) -> None:
+def interpolate4(
+    table: np.ndarray, log_r0: float, step: float, powers: tuple[int, int, int, int], r: float, out: np.ndarray
+) -> None:
     """Four tabulated functions of log r at `r`, by Lagrange polynomials of degree 7 through the nearest 8 nodes.
 
-    table [n, 4] at log r = log_r0 + step * (0..n-1); out [4]. Below the table its first values hold.
+    table [n, 4] at log r = log_r0 + step * (0..n-1); out [4]. Below the table the functions go as r to the `powers`.
     """
     n = table.shape[0]
-    t = (math.log(r) - log_r0) / step if r > 0.0 else -1.0
+    t = (math.log(r) - log_r0) / step
     if t <= 0.0:
+        ratio = math.exp(t * step)
         for f in range(4):
-            out[f] = table[0, f]
+            out[f] = table[0, f] * ratio ** powers[f]
         return
     i = min(max(int(t) - 3, 0), n - 8)
     u = t - i
@@ -203,7 +206,7 @@ def far_cells(
                     y = (j + nodes[b]) * dy
                     w = weights[a] * weights[b] * dx * dy
                     r = math.sqrt(x * x + y * y)
-                    interpolate4(kernel, log_r0, step, r, value)
+                    interpolate4(kernel, log_r0, step, (0, 0, 2, 1), r, value)
                     c, s = x / r, y / r
                     zz += w * value[0]
                     xx += w * (value[1] - value[2] * (c * c - s * s))
@@ -247,7 +250,7 @@ def corner_integrals(
             ch = math.cosh(u)
             along, across = 1.0 / ch, math.tanh(u)
             c, s = (along, across) if triangle == 0 else (across, along)
-            interpolate4(primitive, log_r0, step, side * ch, value)
+            interpolate4(primitive, log_r0, step, (2, 2, 4, 3), side * ch, value)
             w = weights[a] * top / ch
             out[0] += w * value[0]
             out[1] += w * (value[1] - value[2] * (c * c - s * s))

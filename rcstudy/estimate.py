@@ -1,0 +1,71 @@
+"""Estimates of the discretisation error of each scalar, from the coarser meshes that every solution starts from.
+
+With S(h) a scalar on cells of size h the estimate is
+
+    sqrt((c max(|S(h) - S(2h)|, |S(2h) - S(4h)|/2))^2 + (k N^(-3/2) scale)^2) + tolerance scale,
+
+N being the cells per radius of the contact. The first part is what a method of first order makes of the difference
+between two meshes; half the difference one mesh up guards against two meshes that agree by chance. The second is the
+noise of edges that fall between cells, which no difference of two meshes shows reliably. c and k were set once on 64
+random contacts against meshes four times finer, and checked on others (`scripts/error_bars.py`). A contact too small
+for a coarser mesh gets k0 scale/N, what 19 of 20 such contacts kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rcstudy.mechanics.scene import Scene
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Constants of one scalar's estimate (see above) and the scalar or resultant that sets its scale."""
+
+    c: float
+    k: float
+    k0: float
+    scale: str
+
+
+FITS: dict[str, Fit] = {
+    "force_x": Fit(1.5, 0.2, 0.35, "friction force"),
+    "force_y": Fit(1.5, 0.2, 0.35, "friction force"),
+    "moment_z": Fit(1.5, 0.1, 0.2, "friction moment"),
+    "pressure_max": Fit(0.6, 0.01, 0.1, "pressure_max"),
+    "contact_area": Fit(1.2, 0.8, 0.45, "contact_area"),
+    "slip_area": Fit(1.5, 1.0, 0.6, "contact_area"),
+    "contact_radius": Fit(1.2, 0.4, 0.22, "contact_radius"),
+    "approach": Fit(0.6, 0.02, 0.02, "approach"),
+    "traction_max": Fit(1.5, 0.25, 1.0, "traction_max"),
+    "friction_power": Fit(1.5, 0.3, 8.0, "friction_power"),
+}
+
+
+def error_estimates(scene: Scene, cells: int, levels: Sequence[dict[str, float]]) -> dict[str, float]:
+    """`<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
+
+    `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact.
+    """
+    finest = levels[0]
+    per_radius = math.sqrt(cells / math.pi)
+    force = scene.friction * scene.load
+    scales = {"friction force": force, "friction moment": force * finest["contact_radius"], **finest}
+    tolerance = max(scene.tolerance.normal, scene.tolerance.tangential)
+    out = {}
+    for name, fit in FITS.items():
+        if name not in finest:
+            continue
+        scale = abs(scales[fit.scale])
+        values = [level[name] for level in levels]
+        if len(values) == 1:
+            estimate = fit.k0 / per_radius * scale
+        else:
+            difference = abs(values[0] - values[1])
+            if len(values) > 2:
+                difference = max(difference, 0.5 * abs(values[1] - values[2]))
+            estimate = math.hypot(fit.c * difference, fit.k * per_radius**-1.5 * scale)
+        out[f"{name}_error"] = estimate + tolerance * scale
+    return out

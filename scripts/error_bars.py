@@ -1,0 +1,97 @@
+"""How honest the error bars are: random contacts against meshes four times finer.
+
+Usage: python scripts/error_bars.py [--cases 64] [--seed 1] [--discretisation kalker]. Prints, for each scalar, the
+share of cases whose true error lies within the estimate, the median ratio of estimate to truth, and the true error
+itself.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+
+import numpy as np
+
+from rcstudy.mechanics.normal import estimated_contact
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.result import ESTIMATED, Status
+from rcstudy.solve import solve_scene
+
+STEEL = Material(210000.0, 0.3)
+CREEPAGES = (
+    (0.002, 0.0, 0.0),
+    (0.002, 0.001, 0.0),
+    (0.002, 0.001, 0.01),
+    (0.0, 0.002, 0.0),
+    (0.0, 0.0, 0.01),
+    (0.001, 0.0, 0.005),
+    (0.004, 0.004, 0.01),
+    (0.0005, 0.0005, 0.0),
+    (0.0005, 0.0, 0.02),
+)
+
+
+def random_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """A contact with up to three layers, any counterbody, circular or elliptic, on a window of 2.6 to 4 semi-axes."""
+    layers = tuple(
+        Layer(210000.0 * 10 ** rng.uniform(-1.0, 0.7), rng.choice([0.2, 0.3, 0.4, 0.48]), rng.uniform(0.0125, 0.3))
+        for _ in range(rng.choice([0, 0, 1, 1, 2, 3]))
+    )
+    counterbody = (None, None, STEEL, Material(70000.0, 0.33))[rng.integers(4)]
+    radius = ((50.0, 50.0), (50.0, 50.0), (80.0, 40.0), (30.0, 90.0))[rng.integers(4)]
+    cells = int(rng.choice([24, 32, 40, 48, 64]))
+    scene = Scene(
+        STEEL,
+        radius,
+        100.0,
+        Mesh((1.0, 1.0), (cells, cells)),
+        layers,
+        counterbody,
+        float(rng.choice([0.3, 0.6, 1.0])),
+        Creepage(*CREEPAGES[rng.integers(len(CREEPAGES))]),
+        discretisation=discretisation,  # type: ignore[arg-type]
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
+    width = rng.uniform(2.6, 4.0)
+    ax, ay = estimated_contact(scene)
+    return replace(scene, mesh=Mesh((width * ax, width * ay), scene.mesh.cells))
+
+
+def main() -> None:
+    """Solve each contact on its own mesh and on one four times finer, and compare."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=64)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--discretisation", default="kalker")
+    options = parser.parse_args()
+    rng = np.random.default_rng(options.seed)
+    truth: dict[str, list[float]] = {name: [] for name in ESTIMATED}
+    estimate: dict[str, list[float]] = {name: [] for name in ESTIMATED}
+    scale: dict[str, list[float]] = {name: [] for name in ESTIMATED}
+    count = 0
+    while count < options.cases:
+        scene = random_scene(rng, options.discretisation)
+        fine_mesh = Mesh(scene.mesh.size, (4 * scene.mesh.cells[0], 4 * scene.mesh.cells[1]))
+        own, fine = solve_scene(scene), solve_scene(replace(scene, mesh=fine_mesh))
+        if own.status != Status.SOLVED or fine.status != Status.SOLVED:
+            continue
+        count += 1
+        force = scene.friction * scene.load
+        for name in ESTIMATED:
+            truth[name].append(abs(own.scalars[name] - fine.scalars[name]))
+            estimate[name].append(own.scalars[f"{name}_error"])
+            by = {"force_x": force, "force_y": force, "moment_z": force * fine.scalars["contact_radius"]}
+            scale[name].append(by.get(name, abs(fine.scalars[name]) or 1.0))
+    print(f"{count} contacts, seed {options.seed}, {options.discretisation}")
+    print("scalar           within estimate   estimate/truth, median   true error, median   90 %")
+    for name in ESTIMATED:
+        e, b, s = (np.array(values[name]) for values in (truth, estimate, scale))
+        seen = e > 1e-9 * s
+        print(
+            f"{name:16s} {100 * np.mean(e <= b):10.0f} % {np.median(b[seen] / e[seen]):20.1f}"
+            f" {100 * np.median(e / s):20.2f} % {100 * np.percentile(e / s, 90):10.2f} %"
+        )
+
+
+if __name__ == "__main__":
+    main()
