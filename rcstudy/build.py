@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from rcstudy.mechanics.exact import Hertz, contact_modulus, hertz_contact
+from rcstudy.mechanics.exact import Hertz, contact_bounds, contact_modulus, hertz_contact
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Layer, Material, Mesh, Method, Scene, Tolerance
 from rcstudy.quantities import Quantity
 from rcstudy.spec import CoatingSpec, LayerSpec, SceneSpec
@@ -92,6 +92,23 @@ def _layer(spec: LayerSpec, es: float, a: float) -> Layer:
     return _checked(Layer(spec.E.resolve(es), spec.nu, spec.thickness.resolve(a)))
 
 
+@lru_cache(maxsize=4096)
+def fitted_size(
+    substrate: Material,
+    layers: tuple[Layer, ...],
+    counterbody: Material | None,
+    radius: tuple[float, float],
+    load: float,
+    margin: float,
+) -> tuple[float, float]:
+    """`mesh.size: auto`: the sides (mm) of a window `margin` times as wide as the contact without friction."""
+    from rcstudy.mechanics.window import contact_extent  # brings the compiled kernels: only studies that fit need them
+
+    mesh = Mesh((1.0, 1.0), (1, 1))  # stands in for the one that is sought
+    extent = contact_extent(Scene(substrate, radius, load, mesh, layers, counterbody))
+    return margin * extent[0], margin * extent[1]
+
+
 def build(parts: Parts) -> Scene:
     """The scene of `parts`; BuildError if the settings make none."""
     substrate = Material(parts["substrate"]["E"], parts["substrate"]["nu"])
@@ -109,13 +126,17 @@ def build(parts: Parts) -> Scene:
         layers = _coating(coating["layer_count"], thickness, modulus, nu, es)
     else:
         layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
-    size: tuple[Quantity, Quantity] = parts["mesh"]["size"]
+    size: tuple[Quantity, Quantity] | None = parts["mesh"]["size"]
+    if size is None:
+        width = fitted_size(substrate, layers, counterbody, radius, parts["load"], parts["mesh"]["margin"])
+    else:
+        width = size[0].resolve(a), size[1].resolve(a)
     creepage = parts["creepage"]
     return Scene(
         substrate=substrate,
         radius=radius,
         load=parts["load"],
-        mesh=Mesh((size[0].resolve(a), size[1].resolve(a)), parts["mesh"]["cells"]),
+        mesh=Mesh(width, parts["mesh"]["cells"]),
         layers=layers,
         counterbody=counterbody,
         friction=parts["friction"],
@@ -128,15 +149,17 @@ def build(parts: Parts) -> Scene:
     )
 
 
-def window_problem(scene: Scene) -> tuple[str, str]:
-    """Why the mesh does not suit the contact, judged by Hertz's for the uncoated pair: ("", "") if it does.
+def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
+    """Why the mesh does not suit the contact, judged by the least size it can have: ("", "") if it does.
 
     Returns the key of the mesh at fault ("size" or "cells") and what is allowed for it.
 
-    This is an estimate made before anything is solved: a soft layer spreads the contact further, and a contact that
-    does reach the edge is refused by the solver.
+    This is known before anything is solved: a contact that does reach the window's edge is refused by the solver. A
+    fitted window suits by itself.
     """
-    semi_axes = scene_hertz(scene).a
+    if parts["mesh"]["size"] is None:
+        return "", ""
+    semi_axes, _ = contact_bounds(scene) if scene.layers else (scene_hertz(scene).a, None)
     for axis, half, size, step in zip("xy", semi_axes, scene.mesh.size, scene.mesh.spacing, strict=True):
         if not 2.0 * half < size < math.inf:
             return "size", f"a window larger than the contact, about {2.0 * half:.4g} mm along {axis}"

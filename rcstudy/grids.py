@@ -349,7 +349,7 @@ class GridReader:
             return f" (case {', '.join(words[what])})" if words.get(what) else ""
 
         try:
-            key, reason = window_problem(build(parts))
+            key, reason = window_problem(parts, build(parts))
         except BuildError as error:
             self.problems.add(place, f"{error}{case('scene')}", value="")
             return

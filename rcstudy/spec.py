@@ -36,12 +36,14 @@ def _storable(text: str) -> bool:
 
 
 class _Pair:
-    """Two values along x and y; a single one stands for both if `single`."""
+    """Two values along x and y; a single one stands for both if `single`, and `word` for None."""
 
-    def __init__(self, allowed: str, single: bool = False) -> None:
-        self.allowed, self._single = allowed, single
+    def __init__(self, allowed: str, single: bool = False, word: str | None = None) -> None:
+        self.allowed, self._single, self._word = allowed, single, word
 
     def __call__(self, value: Any) -> Any:
+        if isinstance(value, str) and value == self._word:
+            return None
         if isinstance(value, list) and len(value) == 2:
             return value
         if self._single and not isinstance(value, list | dict):
@@ -149,8 +151,12 @@ class CreepageSpec(Spec):
 class MeshSpec(Spec):
     """Window and cells."""
 
-    size: Annotated[tuple[Length, Length], BeforeValidator(_Pair("two lengths [x, y], in mm or such as '8 a'"))]
+    size: Annotated[
+        tuple[Length, Length] | None,
+        BeforeValidator(_Pair("auto or two lengths [x, y], in mm or such as '8 a'", word="auto")),
+    ]
     cells: Annotated[tuple[Cells, Cells], BeforeValidator(_Pair(f"two whole numbers [x, y] from 4 to {MAX_CELLS}"))]
+    margin: Annotated[float, PlainValidator(Real("a number from 1.05 to 10", lambda v: 1.05 <= v <= 10.0))] = 1.25
 
 
 class ToleranceSpec(Spec):

@@ -89,10 +89,11 @@ def scene_from_mapping(mapping: Mapping[str, Any]) -> Scene:
     if spec is None:
         raise AssertionError("unreachable: a scene without model has problems")
     try:
-        scene = build(parts_of(spec, None))
+        parts = parts_of(spec, None)
+        scene = build(parts)
     except BuildError as error:
         raise UserError(str(error)) from error
-    key, reason = window_problem(scene)
+    key, reason = window_problem(parts, scene)
     if reason:
         problems.add(find(node, ("mesh", key)), reason)
     problems.check()

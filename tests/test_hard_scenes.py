@@ -13,6 +13,7 @@ from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import ESTIMATED, VARIABLES, Status
 from rcstudy.solve import solve_scene
+from rcstudy.study import scene_from_mapping
 
 
 @pytest.mark.parametrize("creepage", [1e-3, 1e-5, 1e-6])
@@ -186,3 +187,31 @@ def test_aligned_is_refused_not_taken_for_kalker():
     result = solve_scene(scene)
     assert result.status == Status.REFUSED
     assert "aligned" in result.reason
+
+
+FITTED = {
+    "bare": {},
+    "soft": {"layers": [{"E": "0.001 Es", "nu": 0.45, "thickness": "0.1 a"}]},
+    "plate": {"layers": [{"E": "1000 Es", "nu": 0.3, "thickness": "0.1 a"}]},
+    "ellipse": {"radius": [1500, 50], "layers": [{"E": "0.5 Es", "nu": 0.3, "thickness": "0.5 a"}]},
+}
+
+
+@pytest.mark.parametrize("name", FITTED)
+@pytest.mark.parametrize("margin", [1.1, 1.25, 2.0])
+def test_fitted_window(name, margin):
+    """`size: auto`: the contact fills 1/margin of the window's width, to a cell and the 3 % its width is known to."""
+    cells = 40
+    scene = scene_from_mapping(
+        {
+            "substrate": {"E": 210000, "nu": 0.3},
+            "radius": 50,
+            "load": 100,
+            "mesh": {"size": "auto", "cells": [cells, cells], "margin": margin},
+            **FITTED[name],
+        }
+    )
+    touched = solved(scene).fields["pressure"] > 0.0
+    for axis in (0, 1):
+        filled = touched.any(axis=axis).sum() / cells
+        assert filled == pytest.approx(1.0 / margin, abs=1.5 / cells + 0.03)

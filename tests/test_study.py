@@ -183,7 +183,7 @@ def test_aliases_stand_for_what_they_name(load):
         ("load: ¶{}", "scene.load: {}: a number above 0, in N"),
         ("friction: ¶0", "scene.friction: 0: a number above 0"),
         ("mesh: {size: [¶0, 1]}", "scene.mesh.size[0]: 0: a number above 0, in mm"),
-        ("mesh: {size: ¶2}", "scene.mesh.size: 2: two lengths [x, y]"),
+        ("mesh: {size: ¶2}", "scene.mesh.size: 2: auto or two lengths [x, y]"),
         ("mesh: {cells: [¶3, 4]}", "scene.mesh.cells[0]: 3: a whole number from 4 to"),
         ("mesh: {cells: [¶8.5, 4]}", "scene.mesh.cells[0]: 8.5: a whole number from 4 to"),
         ("mesh: {cells: [4, ¶99999]}", "scene.mesh.cells[1]: 99999: a whole number from 4 to"),

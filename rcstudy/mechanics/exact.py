@@ -6,7 +6,7 @@ They serve three ends: relative lengths in a study ("0.25 a"), the first guess o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -77,14 +77,18 @@ def hertz(scene: Scene) -> Hertz:
     return hertz_contact(scene.radius, scene.load, contact_modulus(scene.substrate, scene.counterbody))
 
 
-def contact_bound(scene: Scene) -> tuple[float, float]:
-    """Semi-axes (mm) no smaller than the contact's: Hertz with the most compliant of substrate and layers.
+def contact_bounds(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Semi-axes (mm) no larger, and no smaller, than those of the contact without friction.
 
-    A layered body is stiffer under any load than a half-space of its most compliant material.
+    Hertz with the stiffest and with the most compliant of substrate and layers: a layered body lies between half-spaces
+    of the two under any load.
     """
-    softest = max((scene.substrate, *scene.layers), key=lambda m: (1.0 - m.nu**2) / m.E)
-    bare = replace(scene, substrate=Material(softest.E, softest.nu), layers=())
-    return hertz(bare).a
+    ordered = sorted((scene.substrate, *scene.layers), key=lambda m: (1.0 - m.nu**2) / m.E)
+    least, most = (
+        hertz_contact(scene.radius, scene.load, contact_modulus(m, scene.counterbody)).a
+        for m in (ordered[0], ordered[-1])
+    )
+    return least, most
 
 
 def carter_traction(
