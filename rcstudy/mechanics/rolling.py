@@ -132,10 +132,8 @@ class NewtonSystem:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
         _, square = tractions.classify(q, s, self.bound, self.rho, self.slip, self.normal, self.curvature)
         operator = self.operator
-        self.diagonal = operator.diagonal + self.curvature
-        # where d rules, a slip cell passes nothing on; elsewhere u = A tau with A its own cell's coefficient
-        passing = 1.0 / (1.0 + operator.spacing[0] / operator.compliance * self.curvature)
-        self.damping = np.where(self.curvature > 2.0 * operator.diagonal, 0.0, passing)
+        coupling = operator.spacing[0] / operator.compliance
+        tractions.slip_rows(self.curvature, operator.diagonal, coupling, self.diagonal, self.damping)
         return _relative(float(np.sqrt(square)), min(float(np.linalg.norm(q)), self._scale))
 
     def slips(self, q: np.ndarray) -> np.ndarray:
@@ -181,27 +179,12 @@ class NewtonSystem:
     def step(self, q: np.ndarray, forcing: float) -> np.ndarray:
         """Tractions after the Newton step from `q`, the linear system solved to `forcing` of its first residual."""
         slip, normal = self.slip, self.normal
-        # the part of q that the step fixes: mu p n in slip cells; the rest is unknown
-        known = np.where(slip[:, None], self.bound[:, None] * normal, 0.0)
-        rhs = -self.slips(known)
-        b = self._unknowns(rhs)
-        x = gmres(self.apply, b, self._unknowns(q), self.precondition, forcing, _MAX_STEPS)
-        tau = x[1::2]
-        new = known
-        new[:, 0] += np.where(slip, -normal[:, 1] * tau, x[0::2])
-        new[:, 1] += np.where(slip, normal[:, 0] * tau, tau)
-        # the tangent step leaves the circle by second order: back onto it
-        size = np.hypot(new[:, 0], new[:, 1])
-        new *= np.where(slip, self.bound / np.maximum(size, 1e-300), 1.0)[:, None]
-        return new
-
-    def _unknowns(self, q: np.ndarray) -> np.ndarray:
-        """Vector [2 m] of a field [m, 2]: itself in stick cells, 0 and the part across the bound in slip cells."""
-        out = np.empty(q.size)
-        across = -self.normal[:, 1] * q[:, 0] + self.normal[:, 0] * q[:, 1]
-        out[0::2] = np.where(self.slip, 0.0, q[:, 0])
-        out[1::2] = np.where(self.slip, across, q[:, 1])
-        return out
+        start, residual = np.empty(q.shape), np.empty(q.size)
+        tractions.tangent_start(q, slip, normal, self.bound, start)
+        tractions.newton_residual(self.slips(start), q, slip, normal, self.curvature, residual)
+        change = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS)
+        tractions.add_step(change, slip, normal, self.bound, start)
+        return start
 
 
 def solve_tractions(

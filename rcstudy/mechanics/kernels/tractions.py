@@ -92,6 +92,64 @@ def classify(
 
 
 @jit
+def slip_rows(
+    curvature: np.ndarray, operator_diagonal: float, coupling: float, diagonal: np.ndarray, damping: np.ndarray
+) -> None:
+    """Diagonal of the system, and how much of a displacement passes a slip cell, from its d = curvature [m].
+
+    coupling: dx over the cell's own coefficient, as in u = A tau. Where d rules, a cell passes nothing on.
+    """
+    for m in range(curvature.size):
+        d = curvature[m]
+        diagonal[m] = operator_diagonal + d
+        damping[m] = 0.0 if d > 2.0 * operator_diagonal else 1.0 / (1.0 + coupling * d)
+
+
+@jit
+def tangent_start(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray, out: np.ndarray) -> None:
+    """Tractions [m, 2] the Newton step starts from: q in stick cells, mu p n and q's part across it in slip cells."""
+    for m in range(q.shape[0]):
+        if slip[m]:
+            tau = -normal[m, 1] * q[m, 0] + normal[m, 0] * q[m, 1]
+            out[m, 0] = bound[m] * normal[m, 0] - tau * normal[m, 1]
+            out[m, 1] = bound[m] * normal[m, 1] + tau * normal[m, 0]
+        else:
+            out[m, 0] = q[m, 0]
+            out[m, 1] = q[m, 1]
+
+
+@jit
+def newton_residual(
+    s: np.ndarray, q: np.ndarray, slip: np.ndarray, normal: np.ndarray, curvature: np.ndarray, out: np.ndarray
+) -> None:
+    """Right-hand side of the Newton step: -s in stick cells, -(t.s + d tau) in slip cells, with tau = t.q."""
+    for m in range(q.shape[0]):
+        if slip[m]:
+            tx, ty = -normal[m, 1], normal[m, 0]
+            out[2 * m] = 0.0
+            out[2 * m + 1] = -(tx * s[m, 0] + ty * s[m, 1]) - curvature[m] * (tx * q[m, 0] + ty * q[m, 1])
+        else:
+            out[2 * m] = -s[m, 0]
+            out[2 * m + 1] = -s[m, 1]
+
+
+@jit
+def add_step(change: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray, q: np.ndarray) -> None:
+    """q [m, 2] plus the unknowns' change [2 m]; slip cells, which leave the circle by second order, back onto it."""
+    for m in range(q.shape[0]):
+        if slip[m]:
+            x = q[m, 0] - change[2 * m + 1] * normal[m, 1]
+            y = q[m, 1] + change[2 * m + 1] * normal[m, 0]
+            size = math.sqrt(x * x + y * y)
+            scale = bound[m] / size if size > 0.0 else 1.0
+            q[m, 0] = x * scale
+            q[m, 1] = y * scale
+        else:
+            q[m, 0] += change[2 * m]
+            q[m, 1] += change[2 * m + 1]
+
+
+@jit
 def integrate_rows(
     v: np.ndarray,
     cells: np.ndarray,
