@@ -1,0 +1,159 @@
+"""The documents say what the code does: tables made from it, examples that load, messages as they are printed.
+
+``python tests/test_docs.py`` writes the tables anew.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcstudy import provenance
+from rcstudy.errors import UserError
+from rcstudy.grids import AXIS_PATHS
+from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, SCHEMA_ATTRIBUTE, SETTINGS
+from rcstudy.result import VARIABLES, CellState, Status
+from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
+from rcstudy.study import load_study
+
+ROOT = Path(__file__).parent.parent
+STUDY, CUBE = ROOT / "docs" / "study.md", ROOT / "docs" / "cube.md"
+
+
+def table(kind: str) -> list[str]:
+    """Rows of the table of docs/cube.md that stands between the marks of this name."""
+    if kind == "settings":
+        rows = [(name, "", s.units, s.long_name) for name, s in SETTINGS.items()]
+        return [*_rows(rows), *_rows((n, "`layer`", u, words) for n, (u, words, _) in LAYER_SETTINGS.items())]
+    chosen = {name: v for name, v in VARIABLES.items() if (v.kind == "field") == (kind == "fields")}
+    if kind == "proof":
+        return [*_rows((n, "", v.units, v.long_name) for n, v in chosen.items() if n.startswith("proof_"))]
+    rows = [
+        (name, "yes" if v.tangential else "", v.units, v.long_name)
+        for name, v in chosen.items()
+        if not name.startswith("proof_")
+    ]
+    return [*_rows(rows)]
+
+
+def _rows(cells: Iterator[tuple[str, str, str, str]] | list[tuple[str, str, str, str]]) -> Iterator[str]:
+    for name, second, units, words in cells:
+        yield f"| `{name}` | {second} | {units} | {words.replace('|', chr(92) + '|')} |"
+
+
+KINDS = ("fields", "scalars", "proof", "settings")
+
+
+def pattern(kind: str) -> str:
+    """Finds a table by its marks: what comes before its rows, the rows, and what comes after."""
+    return rf"(<!-- {kind} -->\n\|[^\n]*\n\|[^\n]*\n)(.*?)(<!-- end -->)"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_cube_tables_are_those_of_the_code(kind: str) -> None:
+    found = re.search(pattern(kind), CUBE.read_text(encoding="utf-8"), re.DOTALL)
+    assert found, "there is no such table"
+    assert found[2].splitlines() == table(kind), "run python tests/test_docs.py"
+
+
+def test_every_variable_is_in_a_table() -> None:
+    rows = [row for kind in KINDS for row in table(kind)]
+    for name in (*VARIABLES, *SETTINGS, *LAYER_SETTINGS):
+        assert sum(row.startswith(f"| `{name}` |") for row in rows) == 1, name
+
+
+def test_cube_document_names_enumerations_and_attributes() -> None:
+    text = CUBE.read_text(encoding="utf-8")
+    for member in (*Status, *CellState):
+        assert f"| {member.value} | {member.name.lower()} |" in text, member
+    for name in (*provenance.collect("rcstudy"), SCHEMA_ATTRIBUTE, LABEL, CASE_KEY, "study_text", "study_sha256"):
+        assert f"`{name}`" in text or name.endswith("_version"), name
+
+
+def keys(model: type[Spec], prefix: str = "") -> Iterator[tuple[str, str, str]]:
+    """Every key of a model, dotted, with what is allowed and its default, both in words."""
+    for name, info in model.model_fields.items():
+        inner = submodel(model, name)
+        several = "[]" if name == "layers" else ""
+        default = "required" if info.is_required() else DEFAULTS.get(f"{prefix}{name}", plain(info.default))
+        yield f"{prefix}{name}", allowed_at(model, name), default
+        if inner is not None:
+            yield from keys(inner, f"{prefix}{name}{several}.")
+
+
+DEFAULTS = {"counterbody": "`rigid`", "creepage": "`none`", "layers": "`[]`", "layer_nu": "the substrate's"}
+
+
+def plain(value: Any) -> str:
+    """A default as it would be written in a study; nothing where there is none to write."""
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    if isinstance(value, int | float):
+        return f"`{value:g}`"
+    return f"`{value}`" if value and isinstance(value, str) else ""
+
+
+@pytest.mark.parametrize("model", [StudySpec, SceneSpec, CoatingSpec, GridSpec])
+def test_study_document_has_every_key_with_what_is_allowed_and_its_default(model: type[Spec]) -> None:
+    rows = re.findall(
+        r"^\| `([^`]+)` \| [^|]+ \| ([^|]*) \| ([^|]*) \|$", STUDY.read_text(encoding="utf-8"), re.MULTILINE
+    )
+    for expected in keys(model):
+        assert expected in rows
+
+
+def test_study_document_names_every_axis() -> None:
+    text = STUDY.read_text(encoding="utf-8")
+    for path in AXIS_PATHS:
+        assert f"`{path}`" in text, path
+
+
+def blocks(path: Path, language: str) -> list[str]:
+    """Code blocks of a document in one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", path.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.parametrize("text", blocks(STUDY, "yaml"))
+def test_examples_load(text: str, tmp_path: Path) -> None:
+    """Examples are whole studies, or the grids of one."""
+    path = tmp_path / "example.yaml"
+    path.write_text(text if text.startswith("study:") else START + text, encoding="utf-8")
+    assert load_study(path).size > 0
+
+
+START = """\
+study: example
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 100
+  mesh: {size: [2, 2], cells: [64, 64]}
+"""
+
+
+def test_messages_are_those_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The example of a study that is refused, and what is said of it."""
+    (example,) = blocks(STUDY, "yaml refused")
+    (printed,) = blocks(STUDY, "text")
+    (tmp_path / "wrong.yaml").write_text(example, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError) as error:
+        load_study("wrong.yaml")
+    assert str(error.value) == printed.rstrip("\n")
+
+
+def main() -> None:
+    """Write the tables of docs/cube.md anew."""
+    text = CUBE.read_text(encoding="utf-8")
+    for kind in KINDS:
+        rows = "".join(f"{row}\n" for row in table(kind))
+        text = re.sub(pattern(kind), lambda found, rows=rows: f"{found[1]}{rows}{found[3]}", text, flags=re.DOTALL)
+    CUBE.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
