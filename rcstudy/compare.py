@@ -3,7 +3,8 @@
 A field is measured against its largest magnitude in its own case, a scalar against its largest magnitude in its grid.
 Where that is next to nothing (the lateral force of a purely longitudinal creepage) a millionth of the quantity's
 natural scale (friction times load, say) takes its place, so that rounding is not mistaken for a difference.
-What a solver tells of its own work (iterations, residuals, proof, seconds) must be there but is not compared.
+What a solver tells of its own work (iterations, residuals, proof, error estimates, seconds) must be there but is not
+compared.
 """
 
 from __future__ import annotations
@@ -237,7 +238,7 @@ class _Grid:
         ours, theirs = self.ours[name], self.theirs[name]
         if VARIABLES.get(name) is not None and VARIABLES[name].timing:
             return
-        if name == "status" or name.startswith(_OWN_WORK):
+        if name == "status" or name.startswith(_OWN_WORK) or name.endswith("_error"):
             return
         a, b = ours.values, theirs.values
         if b.dtype.kind not in "fiu":
