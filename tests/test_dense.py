@@ -1,0 +1,657 @@
+"""What stands on the kernels, convolutions to solvers, against dense twins (`naive.py`) on small contacts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import naive
+import numpy as np
+import pytest
+
+from rcstudy.mechanics import cascade
+from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions, solve_normal, solve_rolling
+from rcstudy.mechanics.convolution import (
+    Box,
+    PairOperator,
+    Transform,
+    convolve,
+    difference_symbols,
+    good_length,
+    padded_shape,
+    symbols,
+    traction_quadrants,
+)
+from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.krylov import gmres
+from rcstudy.mechanics.normal import cell_centres, initial_gap, solve_pressure
+from rcstudy.mechanics.paper_cg import solve_paper_cg
+from rcstudy.mechanics.rolling import NewtonSystem, SlipOperator, rigid_slip, solve_tractions
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+
+STEEL = Material(210000.0, 0.3)
+SOFT = Material(70000.0, 0.2)
+COATED = (Layer(105000.0, 0.35, 0.06), Layer(420000.0, 0.25, 0.03))
+PARITIES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+SHAPES = [(1, 1), (1, 7), (6, 1), (5, 4), (7, 6), (2, 9)]
+
+
+def influence_of(bodies: naive.Bodies) -> Influence:
+    """The coefficients under test of the twin's bodies."""
+    return Influence(bodies.substrate, bodies.layers, bodies.counterbody, bodies.spacing, 4.0)
+
+
+@cache
+def shared_influence(name: str) -> Influence:
+    """One for all tests of an entry of BODIES, as in a study."""
+    return influence_of(BODIES[name])
+
+
+# --- convolutions ---
+
+
+def test_good_length() -> None:
+    """Factors 2, 3, 5, 7 and nothing else; no shorter than asked, and longer by a quarter, or four, at most."""
+    for n in range(1, 700):
+        rest = good_length(n)
+        assert n <= rest <= max(n + 4, 1.25 * n)
+        for factor in (2, 3, 5, 7):
+            while rest % factor == 0:
+                rest //= factor
+        assert rest == 1
+
+
+@pytest.mark.parametrize("box", [(1, 1), (1, 6), (13, 20), (64, 31)])
+def test_padded_shape_holds_a_linear_convolution(box: tuple[int, int]) -> None:
+    assert padded_shape(box) == (good_length(2 * box[0] - 1), good_length(2 * box[1] - 1))
+
+
+@pytest.mark.parametrize(
+    ("padded", "fields", "rows"),
+    [((8, 6), 1, 5), ((9, 7), 2, 4), ((6, 8), 3, 6), ((5, 1), 1, 2), ((1, 4), 2, 1), ((12, 9), 2, 1)],
+)
+def test_transform(padded: tuple[int, int], fields: int, rows: int) -> None:
+    """Forward and backward against NumPy's, over and over: nothing of one product is left for the next."""
+    rng = np.random.default_rng(1)
+    plan = Transform(padded, fields, rows)
+    for _ in range(3):
+        real = rng.normal(size=(fields, rows, padded[1]))
+        plan.real[:] = real
+        plan.forward()
+        np.testing.assert_allclose(plan.hat, np.fft.rfft2(real, s=padded), atol=1e-12)
+        other = rng.normal(size=(fields, *padded))
+        plan.hat[:] = np.fft.rfft2(other)
+        plan.backward()
+        np.testing.assert_allclose(plan.real, math.prod(padded) * other[:, :rows], atol=1e-11)
+
+
+@pytest.mark.parametrize("padded", [(1, 1), (4, 5), (5, 4), (8, 6), (9, 1)])
+def test_symbols(padded: tuple[int, int]) -> None:
+    rng = np.random.default_rng(2)
+    quadrants = [(rng.normal(size=(padded[0] // 2 + 3, padded[1] // 2 + 2)), parity) for parity in PARITIES]
+    plain, differenced = symbols(quadrants, padded), difference_symbols(quadrants, padded, 0.3)
+    for k, (quadrant, parity) in enumerate(quadrants):
+        expected = np.fft.rfft2(naive.torus(quadrant, parity, padded)) / math.prod(padded)
+        np.testing.assert_allclose(plain[k], expected, atol=1e-14)
+        expected = np.fft.rfft2(naive.torus_difference(quadrant, parity, 0.3, padded)) / math.prod(padded)
+        np.testing.assert_allclose(differenced[k], expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("parity", PARITIES)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_convolve(shape: tuple[int, int], parity: tuple[int, int]) -> None:
+    """Linear, not circular: four loops over the cells, with and without the upwind difference."""
+    rng = np.random.default_rng(3)
+    padded = padded_shape(shape)
+    quadrant = rng.normal(size=(padded[0] // 2 + 2, padded[1] // 2 + 1))
+    if parity[0] < 0:
+        quadrant[0] = 0.0
+    if parity[1] < 0:
+        quadrant[:, 0] = 0.0
+    for _ in range(2):
+        field = rng.normal(size=shape)
+        found = convolve(symbols([(quadrant, parity)], padded)[0], padded, field)
+        np.testing.assert_allclose(found, naive.direct_convolution(quadrant, parity, field), atol=1e-12)
+        found = convolve(difference_symbols([(quadrant, parity)], padded, 0.3)[0], padded, field)
+        np.testing.assert_allclose(found, naive.direct_difference(quadrant, parity, 0.3, field), atol=1e-12)
+
+
+# --- influence coefficients ---
+
+BODIES = {
+    "rigid": naive.Bodies(STEEL, (), None, (0.05, 0.05)),
+    "equal": naive.Bodies(STEEL, (), STEEL, (0.04, 0.06)),
+    "unequal": naive.Bodies(STEEL, (), SOFT, (0.05, 0.03)),
+    "layered": naive.Bodies(STEEL, COATED, None, (0.05, 0.04)),
+    "layered, unequal": naive.Bodies(STEEL, COATED, SOFT, (0.04, 0.05)),
+}
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_influence(name: str) -> None:
+    """Nothing is shared with the twin, down to the frequency responses. 2e-8 of the largest of each (found: 8e-9)."""
+    bodies = BODIES[name]
+    offsets = np.argwhere(np.ones((8, 9), dtype=bool))
+    expected = bodies.coefficients(offsets).reshape(6, 8, 9)
+    found = influence_of(bodies).quadrant(8, 9)[:, :8, :9]
+    for component in range(6):
+        scale = max(np.abs(expected[component]).max(), 1e-3 * expected[0].max())
+        assert np.abs(found[component] - expected[component]).max() <= 2e-8 * scale
+
+
+@pytest.mark.parametrize("name", ["unequal", "layered"])
+@pytest.mark.parametrize("requests", [[(2, 3), (4, 3), (4, 9), (9, 9)], [(9, 2), (1, 9)], [(1, 1), (6, 7), (9, 9)]])
+def test_influence_grows_without_a_trace(name: str, requests: list[tuple[int, int]]) -> None:
+    """To the last bit, whatever was asked for before; arrays handed out earlier stay as they were."""
+    at_once = influence_of(BODIES[name]).quadrant(9, 9)
+    assert at_once.shape == (6, 9, 9)
+    grown = influence_of(BODIES[name])
+    for request in requests:
+        part = grown.quadrant(*request)
+        copy = part.copy()
+        grown.coarser().quadrant(3, 3)
+        nx, ny = part.shape[1:]
+        assert nx >= request[0]
+        assert ny >= request[1]
+        np.testing.assert_array_equal(part, at_once[:, :nx, :ny])
+    np.testing.assert_array_equal(grown.quadrant(9, 9), at_once)
+    np.testing.assert_array_equal(part, copy)
+
+
+@pytest.mark.parametrize("name", ["unequal", "layered, unequal"])
+def test_coarser_influence(name: str) -> None:
+    """Cells of twice and four times the size; 1e-11: where the radial tables end depends on the cell's size."""
+    bodies = BODIES[name]
+    dx, dy = bodies.spacing
+    base = influence_of(bodies)
+    for factor, coarse in ((2.0, base.coarser()), (4.0, base.coarser().coarser())):
+        assert coarse.spacing == (factor * dx, factor * dy)
+        expected = influence_of(replace(bodies, spacing=coarse.spacing)).quadrant(5, 4)
+        np.testing.assert_allclose(coarse.quadrant(5, 4), expected, rtol=0.0, atol=1e-11 * expected.max())
+    np.testing.assert_array_equal(base.quadrant(3, 3), influence_of(bodies).quadrant(3, 3))
+
+
+# --- Krylov ---
+
+
+class Counted:
+    """A dense product that counts its calls."""
+
+    def __init__(self, matrix: np.ndarray) -> None:
+        self.matrix = matrix
+        self.calls = 0
+
+    def __call__(self, v: np.ndarray, out: np.ndarray) -> None:
+        self.calls += 1
+        out[:] = self.matrix @ v
+
+
+@pytest.mark.parametrize("steps", [1, 2, 5, 9])
+def test_gmres_minimises_over_the_krylov_space(steps: int) -> None:
+    rng = np.random.default_rng(4)
+    n = 12
+    a, m = np.eye(n) + 0.4 * rng.normal(size=(n, n)), np.eye(n) + 0.2 * rng.normal(size=(n, n))
+    b = rng.normal(size=n)
+    apply, precondition = Counted(a), Counted(m)
+    found = gmres(apply, b, precondition, 0.0, steps)
+    assert (apply.calls, precondition.calls) == (steps, steps)
+    np.testing.assert_allclose(found, naive.least_squares_krylov(a, m, b, steps), rtol=1e-8, atol=1e-9)
+
+
+@pytest.mark.parametrize("relative", [0.5, 1e-2, 1e-9])
+def test_gmres_stops_in_time(relative: float) -> None:
+    """At the first residual that is small enough for the right-hand side, by the residuals themselves."""
+    rng = np.random.default_rng(5)
+    n = 14
+    a, m = np.eye(n) + 0.3 * rng.normal(size=(n, n)), np.eye(n) + 0.2 * rng.normal(size=(n, n))
+    b = 40.0 * rng.normal(size=n)
+    apply = Counted(a)
+    gmres(apply, b, Counted(m), relative, n)
+    residuals = [np.linalg.norm(b - a @ naive.least_squares_krylov(a, m, b, k)) for k in range(1, n)]
+    enough = relative * np.linalg.norm(b)
+    assert apply.calls == next((k for k, r in enumerate(residuals, start=1) if r <= enough), n)
+
+
+def test_gmres_of_nothing_is_nothing() -> None:
+    apply, precondition = Counted(np.eye(5)), Counted(np.eye(5))
+    np.testing.assert_array_equal(gmres(apply, np.zeros(5), precondition, 1e-3, 5), np.zeros(5))
+    assert (apply.calls, precondition.calls) == (0, 0)
+
+
+# --- pressure ---
+
+NORMAL = {
+    "sphere": Scene(STEEL, (50.0, 50.0), 100.0, Mesh((0.8, 0.8), (14, 14))),
+    "odd, oblong cells": Scene(STEEL, (50.0, 30.0), 80.0, Mesh((0.7, 0.75), (13, 11)), counterbody=SOFT),
+    "layered": Scene(STEEL, (40.0, 50.0), 60.0, Mesh((0.6, 0.7), (12, 13)), layers=COATED),
+    "layered on soft": Scene(STEEL, (40.0, 50.0), 60.0, Mesh((0.6, 0.7), (11, 12)), layers=COATED, counterbody=SOFT),
+    "one row": Scene(STEEL, (50.0, 50.0), 5.0, Mesh((0.8, 0.05), (15, 1))),
+    "one column": Scene(STEEL, (50.0, 50.0), 5.0, Mesh((0.05, 0.8), (1, 15))),
+    "one cell": Scene(STEEL, (50.0, 50.0), 1.0, Mesh((0.05, 0.05), (1, 1))),
+    "four cells of many": Scene(STEEL, (50.0, 50.0), 0.001, Mesh((2.0, 2.0), (12, 12))),
+    "over the edge": Scene(STEEL, (50.0, 50.0), 100.0, Mesh((0.4, 0.36), (9, 8))),
+}
+
+
+@cache
+def window_matrix(name: str) -> np.ndarray:
+    """u_z by p on all the window's cells."""
+    scene = NORMAL[name]
+    cells = np.argwhere(np.ones(scene.mesh.cells, dtype=bool))
+    bodies = naive.Bodies(scene.substrate, scene.layers, scene.counterbody, scene.mesh.spacing)
+    matrix: np.ndarray = bodies.matrices(cells, cells)[0]
+    return matrix
+
+
+def check_pressure(name: str, gap: np.ndarray, guess: np.ndarray | None = None) -> None:
+    """The same cells in contact; pressure and approach to 1e-7: coefficients agree to 2e-8, the tolerance is 1e-10."""
+    scene = replace(NORMAL[name], tolerance=Tolerance(1e-10, 1e-10))
+    bodies = naive.Bodies(scene.substrate, scene.layers, scene.counterbody, scene.mesh.spacing)
+    total = scene.load / math.prod(scene.mesh.spacing)
+    p, approach = naive.pressure_by_active_set(window_matrix(name), gap.reshape(-1), total)
+    solution = solve_pressure(scene, influence_of(bodies), gap, guess)
+    assert solution.converged
+    np.testing.assert_array_equal(solution.p > 0.0, p.reshape(gap.shape) > 0.0)
+    assert np.abs(solution.p - p.reshape(gap.shape)).max() <= 1e-7 * p.max()
+    assert solution.approach == pytest.approx(approach, rel=1e-7)
+    at_edge = np.pad(np.zeros((max(0, gap.shape[0] - 2), max(0, gap.shape[1] - 2))), 1, constant_values=1.0)
+    at_edge = at_edge[: gap.shape[0], : gap.shape[1]]
+    assert solution.edge == bool((solution.p * at_edge).any())
+
+
+@pytest.mark.parametrize("name", NORMAL)
+def test_pressure(name: str) -> None:
+    """From the estimate, and from a guess that is wrong in place and size."""
+    scene = NORMAL[name]
+    gap = initial_gap(scene)
+    x, y = cell_centres(scene)
+    np.testing.assert_allclose(gap[-1, 0], x[-1] ** 2 / (2 * scene.radius[0]) + y[0] ** 2 / (2 * scene.radius[1]))
+    check_pressure(name, gap)
+    wrong = np.zeros(gap.shape)
+    wrong[:2, -1:] = 1.0
+    check_pressure(name, gap, wrong)
+
+
+@pytest.mark.parametrize("name", ["sphere", "layered"])
+def test_pressure_on_a_rough_gap(name: str) -> None:
+    """Spots of contact, some of a single cell, far outside the estimate's box."""
+    gap = initial_gap(NORMAL[name])
+    gap += np.abs(np.random.default_rng(7).normal(scale=2.0 * gap.max(), size=gap.shape))
+    check_pressure(name, gap)
+
+
+# --- tractions ---
+
+
+@cache
+def twin(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cells [m, 2], their pressure [m] and the slip matrices [6, m, m] of an entry of CONTACTS."""
+    bodies, shape, holes = CONTACTS[name]
+    i, j = np.indices(shape)
+    p = np.sqrt(np.clip(1.0 - ((2 * i + 1) / shape[0] - 1) ** 2 - ((2 * j + 1) / shape[1] - 1) ** 2, 0.0, None))
+    p *= np.random.default_rng(8).random(shape) >= holes
+    cells = np.argwhere(p > 0.0)
+    return cells, 700.0 * p[p > 0.0], BODIES[bodies].slips(cells)
+
+
+CONTACTS = {
+    "round": ("rigid", (10, 10), 0.0),
+    "oblong": ("unequal", (12, 8), 0.0),
+    "equal": ("equal", (8, 11), 0.0),
+    "layered": ("layered", (9, 10), 0.0),
+    "layered on soft": ("layered, unequal", (10, 8), 0.0),
+    "with holes": ("rigid", (11, 10), 0.3),
+    "one row": ("layered", (12, 1), 0.0),
+    "one column": ("rigid", (1, 9), 0.0),
+    "one cell": ("unequal", (1, 1), 0.0),
+}
+CREEPAGES = {
+    "longitudinal": Creepage(0.0006),
+    "lateral": Creepage(0.0, -0.0006),
+    "mixed": Creepage(0.0004, 0.0003, 0.002),
+    "spin": Creepage(0.0, 0.0, 0.006),
+    "full slip": Creepage(0.02, 0.01, 0.05),
+    "full slip by spin": Creepage(0.0, 0.0, -2.0),
+    "hardly any": Creepage(1e-6, 1e-6, 1e-6),
+    "none": Creepage(),
+}
+FRICTION = 0.35
+
+
+@cache
+def dense_case(name: str, creep: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Bound [m], rigid slip with that by pressure [m, 2], and the twin's q, s [m, 2]."""
+    creepage = CREEPAGES[creep]
+    cells, p, matrices = twin(name)
+    dx, dy = BODIES[CONTACTS[name][0]].spacing
+    # the origin does not sit at the middle, so that nothing vanishes by symmetry
+    x, y = (cells[:, 0] - 3.7) * dx, (cells[:, 1] - 4.1) * dy
+    w = np.stack([creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * (x + dx / 6.0)], axis=1)
+    np.testing.assert_allclose(rigid_slip(x, y, creepage, dx / 6.0), w, rtol=1e-14, atol=1e-18)
+    w += np.stack([matrices[4] @ p, matrices[5] @ p], axis=1)
+    _, xx, yy, xy, _, _ = matrices
+    q, s = naive.tractions_by_newton(np.block([[xx, xy], [xy, yy]]), FRICTION * p, w)
+    return FRICTION * p, w, q, s
+
+
+@pytest.mark.parametrize("creep", CREEPAGES)
+@pytest.mark.parametrize("name", CONTACTS)
+def test_tractions(name: str, creep: str) -> None:
+    """Tractions and slips to 1e-8 of the bound and of the largest slip; the same cells slip.
+
+    Coefficients agree to 2e-8 and better, the tolerance is 1e-11. Newton's method takes some five steps.
+    """
+    cells, _, _ = twin(name)
+    bodies, shape, _ = CONTACTS[name]
+    bound, w, q, s = dense_case(name, creep)
+    solution = solve_tractions(SlipOperator.of(shared_influence(bodies), shape), cells, bound, w, 1e-11)
+    assert solution.converged
+    assert solution.residual <= 1e-11
+    assert solution.iterations <= 10
+    check_tractions(solution.q, solution.s, solution.slip, bound, w, q, s)
+    if creep.startswith("full"):
+        assert solution.slip.all()
+    elif min(shape) > 1 and creep in ("longitudinal", "lateral", "mixed", "spin"):
+        assert 0.1 < solution.slip.mean() < 0.9
+
+
+def check_tractions(
+    q: np.ndarray,
+    s: np.ndarray,
+    slip: np.ndarray,
+    bound: np.ndarray,
+    w: np.ndarray,
+    q_twin: np.ndarray,
+    s_twin: np.ndarray,
+) -> None:
+    """A solution against its twin's."""
+    assert np.abs(q - q_twin).max() <= 1e-8 * bound.max()
+    assert np.abs(s - s_twin).max() <= 1e-8 * np.abs(w).max()
+    # by the size of the slip; near the limit of both a cell is free to be called either
+    speed = np.hypot(*s_twin.T) / max(np.abs(w).max(), 1e-300)
+    room = 1.0 - np.hypot(*q_twin.T) / bound
+    np.testing.assert_array_equal(slip[speed > 1e-7], True)
+    np.testing.assert_array_equal(slip[room > 1e-7], False)
+
+
+@pytest.mark.parametrize("name", ["oblong", "layered", "one row"])
+def test_tractions_do_not_depend_on_the_guess(name: str) -> None:
+    """From tractions far off, some beyond the bound; the guess is left as it was."""
+    cells, _, _ = twin(name)
+    bodies, shape, _ = CONTACTS[name]
+    bound, w, q, s = dense_case(name, "mixed")
+    guess = 2.0 * bound[:, None] * np.random.default_rng(9).uniform(-1.0, 1.0, size=q.shape)
+    copy = guess.copy()
+    solution = solve_tractions(SlipOperator.of(shared_influence(bodies), shape), cells, bound, w, 1e-11, guess)
+    assert solution.converged
+    check_tractions(solution.q, solution.s, solution.slip, bound, w, q, s)
+    np.testing.assert_array_equal(guess, copy)
+    again = solve_tractions(SlipOperator.of(shared_influence(bodies), shape), cells, bound, w, 1e-8, solution.q)
+    assert again.iterations == 0
+    np.testing.assert_array_equal(again.q, solution.q)
+
+
+def newton_system(name: str, slipping: float) -> tuple[NewtonSystem, np.ndarray]:
+    """A Newton system in which the trailing `slipping` share of the rows slips, and its matrix by the twin."""
+    cells, _, matrices = twin(name)
+    bodies, shape, _ = CONTACTS[name]
+    m = len(cells)
+    system = NewtonSystem(SlipOperator.of(shared_influence(bodies), shape), cells, np.ones(m), np.zeros((m, 2)))
+    rng = np.random.default_rng(10)
+    size = np.where(cells[:, 0] < slipping * shape[0], rng.uniform(1.1, 1.5, size=m), 0.5)
+    angle = rng.uniform(0.3, 0.8, size=m)
+    normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    system.classify(size[:, None] * normal, np.zeros((m, 2)))
+    np.testing.assert_array_equal(system.slip, size > 1.0)
+    _, xx, yy, xy, _, _ = matrices
+    # unknowns and rows: x, y in stick cells; in slip cells one that is idle and one across the bound, d on its diagonal
+    turn = np.zeros((m, 2, m, 2))
+    idle = np.zeros((m, 2))
+    for c in range(m):
+        turn[c, :, c, :] = [[0.0, 0.0], [-normal[c, 1], normal[c, 0]]] if size[c] > 1.0 else np.eye(2)
+        idle[c] = [1.0, (size[c] - 1.0) / system.rho] if size[c] > 1.0 else [0.0, 0.0]
+    rotation = turn.reshape(2 * m, 2 * m)
+    pairs = np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=1).reshape(2 * m, 2 * m)
+    return system, rotation @ pairs @ rotation.T + np.diag(idle.reshape(-1))
+
+
+@pytest.mark.parametrize("name", ["oblong", "layered on soft", "with holes", "one row", "one cell"])
+@pytest.mark.parametrize("slipping", [0.0, 0.4, 1.0])
+def test_newton_system(name: str, slipping: float) -> None:
+    """The product with the system's matrix, to 1e-7 of its largest entry (the coefficients, see above)."""
+    system, matrix = newton_system(name, slipping)
+    for v in np.random.default_rng(11).normal(size=(3, len(matrix))):
+        out = np.full(len(matrix), np.nan)
+        system.apply(v, out)
+        np.testing.assert_allclose(out, matrix @ v, rtol=0.0, atol=1e-7 * np.abs(matrix).max())
+
+
+@pytest.mark.parametrize(("slipping", "share"), [(0.0, 0.3), (0.5, 0.45), (1.0, 0.55)])
+@pytest.mark.parametrize("name", ["round", "layered"])
+def test_preconditioner_saves_steps(name: str, slipping: float, share: float) -> None:
+    """Of GMRES, to 1e-6: what is left of the steps it takes without. (Found: 0.22, 0.36 and 0.48.)"""
+    system, matrix = newton_system(name, slipping)
+    right = matrix @ np.random.default_rng(12).normal(size=len(matrix))
+    steps = []
+    for precondition in (system.precondition, Counted(np.eye(len(matrix)))):
+        product = Counted(matrix)
+        gmres(product, right, precondition, 1e-6, len(right))
+        steps.append(product.calls)
+    assert steps[0] <= share * steps[1]
+
+
+def test_slip_operators_are_kept() -> None:
+    """One for all contacts of a shape; another for another shape or other cells."""
+    influence = influence_of(BODIES["equal"])
+    one = SlipOperator.of(influence, (5, 4))
+    assert SlipOperator.of(influence, (5, 4)) is one
+    assert SlipOperator.of(influence, (4, 5)) is not one
+    assert SlipOperator.of(influence.coarser(), (5, 4)).spacing == (0.08, 0.12)
+    assert influence.coarser() is influence.coarser()
+
+
+# --- one contact ---
+
+
+@cache
+def layered_contact() -> tuple[NormalContact, naive.Bodies]:
+    """A layered contact on a rigid body, cells oblong, the box off the window's middle by nothing but its numbers."""
+    bodies = naive.Bodies(STEEL, COATED, None, (0.05, 0.04))
+    scene = Scene(STEEL, (40.0, 50.0), 60.0, Mesh((0.75, 0.64), (15, 16)), layers=COATED)
+    return solve_normal(scene), bodies
+
+
+def test_displacements_of_a_contact() -> None:
+    """Slip by pressure, displacement by tractions along and across the surface: to 1e-7 (the coefficients)."""
+    contact, bodies = layered_contact()
+    cells, m = contact.cells, len(contact.cells)
+    np.testing.assert_array_equal(cells, np.argwhere(contact.solution.p[contact.box.slices] > 0.0))
+    np.testing.assert_array_equal(contact.gather(contact.spread(contact.pressure)), contact.pressure)
+    matrices = bodies.slips(cells)
+    expected = np.stack([matrices[4] @ contact.pressure, matrices[5] @ contact.pressure], axis=1)
+    assert np.abs(contact.slip_by_pressure - expected).max() <= 1e-7 * np.abs(expected).max()
+
+    q = np.random.default_rng(13).normal(size=(m, 2))
+    longer = np.argwhere(np.ones((contact.box.shape[0] + 1, contact.box.shape[1]), dtype=bool))
+    _, xx, yy, xy, _, _ = bodies.matrices(longer, cells)
+    expected = np.stack([xx @ q[:, 0] + xy @ q[:, 1], xy @ q[:, 0] + yy @ q[:, 1]])
+    found = contact.displacement.on_box(q, cells).reshape(2, -1)
+    assert np.abs(found - expected).max() <= 1e-7 * np.abs(expected).max()
+
+    # u_z here by q there is u_x there by p here
+    box = contact.box.grown(2, 1, contact.scene.mesh.cells)
+    here = np.argwhere(np.ones(box.shape, dtype=bool)) - np.array([contact.box.i0 - box.i0, contact.box.j0 - box.j0])
+    by_pressure = bodies.matrices(cells, here)
+    lift = (by_pressure[4].T @ q[:, 0] + by_pressure[5].T @ q[:, 1]).reshape(box.shape)
+    rolling = solve_tractions(contact.operator, cells, contact.pressure, np.zeros((m, 2)), 1.0)
+    rolling.q = q
+    assert np.abs(displacement_by_tractions(contact, rolling, box) - lift).max() <= 1e-7 * np.abs(lift).max()
+
+
+def test_moves_by_pressure() -> None:
+    """All pairs but those of equal (1 - 2 nu)/G, two incompressible ones among them."""
+    like_steel = Material(2.0 * 1.2 * STEEL.G * 0.6 / 0.4, 0.2)
+    expected = [
+        (STEEL, (), None, True),
+        (STEEL, (), STEEL, False),
+        (STEEL, (), SOFT, True),
+        (STEEL, (), like_steel, False),
+        (Material(1e5, 0.5), (), Material(3e3, 0.5), False),
+        (STEEL, COATED, STEEL, True),
+    ]
+    for substrate, layers, counterbody, moves in expected:
+        assert Influence(substrate, layers, counterbody, (0.1, 0.1), 1.0).moves_by_pressure is moves
+
+
+def test_boxes() -> None:
+    window = (7, 9)
+    rng = np.random.default_rng(14)
+    for _ in range(20):
+        mask = rng.random(window) < 0.1
+        mask[tuple(rng.integers(0, window))] = True
+        box = Box.around(mask)
+        inside = np.zeros(window, dtype=bool)
+        inside[box.slices] = True
+        assert inside.shape == window
+        assert mask[box.slices].shape == box.shape
+        assert not mask[~inside].any()
+        edges = mask[box.slices]
+        assert edges[0].any() and edges[-1].any() and edges[:, 0].any() and edges[:, -1].any()
+        larger = box.grown(1, 2, window)
+        rows, columns = np.indices(window)
+        near = (rows >= box.i0 - 1) & (rows <= box.i1) & (columns >= box.j0 - 2) & (columns <= box.j1 + 1)
+        grown = np.zeros(window, dtype=bool)
+        grown[larger.slices] = True
+        np.testing.assert_array_equal(grown, near)
+        assert larger.holds(box)
+        assert box.holds(larger) == (grown == inside).all()
+
+
+# --- cascade ---
+
+
+@pytest.mark.parametrize("window", [(8, 8), (9, 6), (7, 11)])
+def test_interpolation_between_meshes(window: tuple[int, int]) -> None:
+    """Constants wherever anything counts, linear functions wherever everything does."""
+    coarse = (window[0] + 1) // 2, (window[1] + 1) // 2
+    cells = np.argwhere(np.ones(window, dtype=bool))
+    mask = np.random.default_rng(15).random(coarse) < 0.85
+    at_coarse = [2.0 * (np.arange(n) - 0.5 * (n - 1)) for n in coarse]
+    at_fine = cells - 0.5 * (np.array(window) - 1.0)
+    linear = 1.0 + 0.3 * at_coarse[0][:, None] - 0.7 * at_coarse[1][None, :]
+    values = np.stack([np.full(coarse, 2.5), linear])
+    out, weight = cascade.interpolate(values, mask, cells, window)
+    np.testing.assert_allclose(weight, naive.from_twice_the_size(values, mask, cells, window)[1], atol=1e-15)
+    np.testing.assert_allclose(out[:, 0], np.where(weight > 0.0, 2.5, 0.0), rtol=1e-14)
+    whole = weight > 1.0 - 1e-12
+    assert whole.any()
+    assert not whole.all()
+    np.testing.assert_allclose(out[whole, 1], (1.0 + at_fine @ [0.3, -0.7])[whole], rtol=1e-13)
+
+
+@pytest.mark.parametrize("window", [(16, 14), (15, 17)])
+def test_interpolated_pressure(window: tuple[int, int]) -> None:
+    """Of p^2, by the twin; of a paraboloid in p^2 it is right to the interpolation's second order."""
+    coarse = (window[0] + 1) // 2, (window[1] + 1) // 2
+
+    def squares(shape: tuple[int, int], size: float) -> np.ndarray:
+        x, y = (size * (np.arange(n) - 0.5 * (n - 1)) for n in shape)
+        return np.clip(1.0 - (x**2)[:, None] / 36.0 - (y**2)[None, :] / 30.0, 0.0, None)
+
+    p = np.sqrt(squares(coarse, 2.0))
+    guess = cascade.interpolated_pressure(p, window)
+    cells = np.argwhere(np.ones(window, dtype=bool))
+    out, weight = naive.from_twice_the_size((p * p)[None], p > 0.0, cells, window)
+    np.testing.assert_allclose(guess, np.where(weight >= 0.5, np.sqrt(out[:, 0]), 0.0).reshape(window), atol=1e-14)
+    inside = (weight == 1.0).reshape(window)
+    # h^2/8 times the second derivatives, h = 2: reached half-way between the coarse centres of odd windows
+    limit = 0.5 * (2.0 / 36.0 + 2.0 / 30.0) * (1.0 + 1e-12)
+    assert np.abs(guess**2 - squares(window, 1.0))[inside].max() <= limit
+
+
+@pytest.mark.parametrize("cells", [(28, 26), (27, 25)])
+def test_coarser_scene(cells: tuple[int, int]) -> None:
+    """Cells of twice the size about the same centre, so long as there are enough of them in the contact."""
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((0.02 * cells[0], 0.021 * cells[1]), cells), layers=COATED)
+    coarse = cascade.coarser_scene(scene)
+    assert coarse is not None
+    assert coarse.mesh.cells == ((cells[0] + 1) // 2, (cells[1] + 1) // 2)
+    assert coarse.mesh.spacing == pytest.approx((0.04, 0.042), rel=1e-13)
+    assert replace(coarse, mesh=scene.mesh, tolerance=scene.tolerance) == scene
+    assert coarse.tolerance.normal >= scene.tolerance.normal
+    assert coarse.tolerance.tangential >= scene.tolerance.tangential
+    meshes = 0
+    while coarse is not None:
+        coarse = cascade.coarser_scene(coarse)
+        meshes += 1
+    assert 1 <= meshes <= 3
+
+
+@pytest.mark.parametrize("creep", ["mixed", "full slip"])
+def test_cascade_solves_the_stated_equations(creep: str) -> None:
+    """By way of coarser meshes: the dense solution's pressure and tractions, by fewer products than from nothing."""
+    scene = Scene(
+        STEEL,
+        (50.0, 30.0),
+        90.0,
+        Mesh((0.72, 0.63), (24, 21)),
+        counterbody=SOFT,
+        friction=FRICTION,
+        creepage=CREEPAGES[creep],
+        tolerance=Tolerance(1e-11, 1e-11),
+    )
+    contact = solve_normal(scene)
+    assert contact.coarser is not None
+    bodies = naive.Bodies(STEEL, (), SOFT, scene.mesh.spacing)
+    every = np.argwhere(np.ones(scene.mesh.cells, dtype=bool))
+    a = bodies.matrices(every, every)[0]
+    p, _ = naive.pressure_by_active_set(a, initial_gap(scene).reshape(-1), scene.load / math.prod(scene.mesh.spacing))
+    np.testing.assert_array_equal(contact.solution.p.reshape(-1) > 0.0, p > 0.0)
+    assert np.abs(contact.solution.p.reshape(-1) - p).max() <= 1e-8 * p.max()
+    rolling = solve_rolling(contact, scene)
+    assert rolling.coarser is not None
+    w = contact.rigid_slip(CREEPAGES[creep], 0.0) + contact.slip_by_pressure
+    bound = FRICTION * contact.pressure
+    q, s = naive.tractions_by_newton(bodies.slip_by_tractions(contact.cells), bound, w)
+    check_tractions(rolling.q, rolling.s, rolling.slip, bound, w, q, s)
+    assert rolling.products < solve_tractions(contact.operator, contact.cells, bound, w, 1e-11).products
+
+
+# --- the paper's method ---
+
+
+@cache
+def displacements(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices [2 m, 2 m] of the displacements in the cells, and in those ahead of them, by tractions."""
+    cells = twin(name)[0]
+    out = []
+    for to in (cells, cells + np.array([1, 0])):
+        _, xx, yy, xy, _, _ = BODIES[CONTACTS[name][0]].matrices(to, cells)
+        out.append(np.block([[xx, xy], [xy, yy]]))
+    return out[0], out[1]
+
+
+@pytest.mark.parametrize("name", ["oblong", "equal", "with holes", "layered", "one row"])
+@pytest.mark.parametrize("tolerance", [1e300, 0.3, 0.1, 0.03])
+def test_papers_method(name: str, tolerance: float) -> None:
+    """Iterate by iterate the twin's: one step along the integral of the rigid slip, and some more.
+
+    1e-5 of the bound: the iteration is not a contraction, and the coefficients' 1e-8 grow in it.
+    """
+    cells = twin(name)[0]
+    bodies, shape, _ = CONTACTS[name]
+    dx = BODIES[bodies].spacing[0]
+    bound, w, _, _ = dense_case(name, "mixed")
+    here, ahead = displacements(name)
+    q, iterations = naive.papers_iteration(here, ahead, bound, w, cells, dx, tolerance)
+    longer = shape[0] + 1, shape[1]
+    padded = padded_shape(longer)
+    quadrant = shared_influence(bodies).quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    displacement = PairOperator(symbols(traction_quadrants(quadrant), padded), padded, longer)
+    found = solve_paper_cg(displacement, cells, bound, w, dx, tolerance)
+    assert found.iterations == iterations
+    assert np.abs(found.q - q).max() <= 1e-5 * bound.max()
+    slip = w + (((here - ahead) / dx) @ found.q.T.reshape(-1)).reshape(2, -1).T
+    assert np.abs(found.s - slip).max() <= 1e-6 * np.abs(w).max()
+    np.testing.assert_array_equal(found.slip, np.hypot(*found.q.T) >= bound * (1.0 - 1e-12))

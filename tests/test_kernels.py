@@ -1,0 +1,789 @@
+"""Every compiled kernel against a naive twin, and the rules that kernels keep.
+
+Twins of a line or two stand in the tests, the others in `naive.py`. Tolerances are a few units of rounding unless the
+test says otherwise. The kernels are called with arrays as the mechanics lay them out.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import dis
+import math
+from pathlib import Path
+from types import CodeType
+
+import naive
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+
+import rcstudy
+from rcstudy.mechanics.kernels import arrays, coefficients, pressure, tractions
+from rcstudy.mechanics.scene import Layer, Material
+
+STEEL = Material(210000.0, 0.3)
+PARITIES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+TORI = [(1, 1), (1, 6), (7, 1), (2, 2), (4, 5), (5, 4), (8, 6), (3, 9)]
+
+
+def random_complex(rng: np.random.Generator, *shape: int) -> np.ndarray:
+    """Normal real and imaginary parts."""
+    return rng.normal(size=shape) + 1j * rng.normal(size=shape)
+
+
+# --- arrays ---
+
+
+@pytest.mark.parametrize("parity", PARITIES)
+@pytest.mark.parametrize("padded", TORI)
+def test_unfold(padded: tuple[int, int], parity: tuple[int, int]) -> None:
+    quadrant = np.random.default_rng(1).normal(size=(padded[0] // 2 + 2, padded[1] // 2 + 1))
+    out = np.full(padded, np.nan)
+    arrays.unfold(quadrant, *parity, out)
+    np.testing.assert_array_equal(out, naive.torus(quadrant, parity, padded))
+
+
+@pytest.mark.parametrize("parity", PARITIES)
+@pytest.mark.parametrize("padded", TORI)
+def test_upwind_difference(padded: tuple[int, int], parity: tuple[int, int]) -> None:
+    quadrant = np.random.default_rng(2).normal(size=(padded[0] // 2 + 2, padded[1] // 2 + 1))
+    out = np.full(padded, np.nan)
+    arrays.upwind_difference(quadrant, *parity, 0.3, out)
+    np.testing.assert_allclose(out, naive.torus_difference(quadrant, parity, 0.3, padded), rtol=1e-14)
+
+
+@pytest.mark.parametrize(("shape", "length"), [((1, 1), 1), ((3, 4), 4), ((4, 3), 8), ((1, 5), 9), ((5, 1), 2)])
+def test_pad(shape: tuple[int, int], length: int) -> None:
+    field = np.random.default_rng(3).normal(size=shape)
+    out = np.full((shape[0], length), np.nan)
+    arrays.pad(field, out)
+    np.testing.assert_array_equal(out, np.pad(field, ((0, 0), (0, length - shape[1]))))
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (4, 3), (3, 5)])
+def test_multiply_2x2(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(4)
+    hat, k = random_complex(rng, 2, *shape), random_complex(rng, 3, *shape)
+    matrix = np.array([[k[0], k[1]], [k[1], k[2]]])
+    expected = np.einsum("abij,bij->aij", matrix, hat)
+    arrays.multiply_2x2(hat, k)
+    np.testing.assert_allclose(hat, expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (4, 3), (3, 5)])
+def test_scale_real(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(5)
+    hat, symbol = random_complex(rng, *shape), rng.normal(size=shape)
+    expected = hat * symbol
+    arrays.scale_real(hat, symbol)
+    np.testing.assert_allclose(hat, expected, rtol=1e-15)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (6, 5)])
+def test_norm2(shape: tuple[int, int]) -> None:
+    a = np.random.default_rng(6).normal(size=shape)
+    assert arrays.norm2(a) == pytest.approx(np.linalg.norm(a), rel=1e-14)
+
+
+# --- coefficients ---
+
+STACKS = {
+    "soft": (Layer(105000.0, 0.35, 0.06),),
+    "stiff": (Layer(840000.0, 0.1, 0.03),),
+    "two": (Layer(420000.0, 0.25, 0.03), Layer(70000.0, 0.45, 0.05)),
+    "four": tuple(Layer(10.0 ** (4 + i % 3), 0.1 * (i + 1), 0.02) for i in range(4)),
+}
+
+
+@pytest.mark.parametrize("name", STACKS)
+def test_layered_response(name: str) -> None:
+    """1e-12 of the top material's response: the twin subtracts, the kernel does not."""
+    stack = (*STACKS[name], STEEL)
+    alpha = np.geomspace(1e-3, 15.0, 12) / sum(layer.thickness for layer in STACKS[name])
+    out = np.full((4, alpha.size), np.nan)
+    coefficients.layered_response(
+        alpha,
+        np.array([m.E for m in stack]),
+        np.array([m.nu for m in stack]),
+        np.array([layer.thickness for layer in STACKS[name]]),
+        out,
+    )
+    bare = naive.scaled_response(Material(stack[0].E, stack[0].nu), (), 1.0)
+    expected = np.array([naive.scaled_response(STEEL, STACKS[name], k) - bare for k in alpha]).T
+    assert np.abs(out - expected).max() <= 1e-12 * np.abs(expected).max()
+
+
+def test_layered_response_without_layers_is_nothing() -> None:
+    out = np.full((4, 2), np.nan)
+    coefficients.layered_response(np.array([1.0, 5.0]), np.array([1e5]), np.array([0.3]), np.zeros(0), out)
+    assert not out.any()
+
+
+def half_space_constants(one: Material, two: Material | None) -> tuple[float, float, float]:
+    """The factors of `half_spaces` for body one on body two."""
+    bodies = [(one, 1.0)] + ([(two, -1.0)] if two is not None else [])
+    return (
+        sum((1.0 - m.nu) / (2.0 * math.pi * m.G) for m, _ in bodies),
+        sum(m.nu / (2.0 * math.pi * m.G) for m, _ in bodies),
+        sum(sign * (1.0 - 2.0 * m.nu) / (4.0 * math.pi * m.G) for m, sign in bodies),
+    )
+
+
+@pytest.mark.parametrize("counterbody", [None, Material(70000.0, 0.2)])
+@pytest.mark.parametrize(("shape", "spacing"), [((1, 1), (0.1, 0.1)), ((1, 6), (0.02, 0.05)), ((7, 5), (0.05, 0.03))])
+def test_half_spaces(shape: tuple[int, int], spacing: tuple[float, float], counterbody: Material | None) -> None:
+    """1e-13 of the largest of the component, or of a hundredth of zz where that is nothing."""
+    offsets = np.argwhere(np.ones(shape, dtype=bool))
+    expected = naive.Bodies(STEEL, (), counterbody, spacing).coefficients(offsets).reshape(6, *shape)
+    more = expected[0].max() * np.random.default_rng(7).normal(size=(6, *shape))
+    out = np.full((6, *shape), np.nan)
+    coefficients.half_spaces(*spacing, *half_space_constants(STEEL, counterbody), more, out)
+    for component in range(6):
+        scale = max(np.abs(expected[component]).max(), 1e-2 * expected[0].max())
+        assert np.abs(out[component] - more[component] - expected[component]).max() <= 1e-13 * scale
+
+
+@pytest.mark.parametrize("spacing", [(0.05, 0.03), (0.02, 0.06)])
+@pytest.mark.parametrize("cell", [(0, 0), (1, 0), (0, 1), (1, 1), (3, 2)])
+def test_half_spaces_by_quadrature(cell: tuple[int, int], spacing: tuple[float, float]) -> None:
+    """1e-10 of the cell's largest coefficient: the quadrature's error. Checks the twin's closed form as well."""
+    body = Material(2.6, 0.3)  # G = 1, for the quadrature's sake
+    out = np.full((6, 4, 3), np.nan)
+    coefficients.half_spaces(*spacing, *half_space_constants(body, None), np.zeros(out.shape), out)
+    for component in range(6):
+
+        def green(x: float, y: float, component: int = component) -> float:
+            return naive.half_space_green(body, x, y)[component]
+
+        expected = naive.cell_integral(green, *cell, spacing)
+        assert abs(out[component, *cell] - expected) <= 1e-10 * out[0, *cell]
+
+
+@pytest.mark.parametrize("nodes", [8, 9, 15])
+def test_interpolate4(nodes: int) -> None:
+    """Random values, so that only the right eight nodes will do; 1e-11 where the weights are largest, at the ends."""
+    table = np.random.default_rng(8).normal(size=(nodes, 4))
+    log_r0, step, powers = -3.0, 0.2, (0, 2, 1, 3)
+    out = np.full(4, np.nan)
+    for t in (-5.0, -0.1, 0.0, 0.3, 1.7, 3.5, 0.5 * nodes + 0.1, nodes - 3.6, nodes - 1.2):
+        coefficients.interpolate4(table, log_r0, step, powers, math.exp(log_r0 + step * t), out)
+        expected = naive.interpolated(table, t) if t > 0.0 else table[0] * math.exp(step * t) ** np.array(powers)
+        np.testing.assert_allclose(out, expected, atol=1e-11)
+    # a step that is a power of two, and r = 1: the place is a node to the last bit
+    coefficients.interpolate4(table, -1.25, 0.25, powers, 1.0, out)
+    np.testing.assert_array_equal(out, table[5])
+
+
+def radial(r: float) -> np.ndarray:
+    """Stand-ins for s, d, g, p: smooth, with their behaviour at the origin (1, 1, r^2, r)."""
+    return np.array([math.exp(-r * r), 1.0 / (1.0 + r * r), r * r * math.exp(-r * r), r * math.exp(-r)])
+
+
+def radial_primitive(r: float) -> np.ndarray:
+    """Their integrals r dr from 0 to r."""
+    small = r**4 / 4.0 if r < 1e-2 else 0.5 - 0.5 * (1.0 + r * r) * math.exp(-r * r)
+    tiny = r**3 / 3.0 - r**4 / 4.0 if r < 1e-2 else 2.0 - math.exp(-r) * (r * r + 2.0 * r + 2.0)
+    return np.array([-0.5 * math.expm1(-r * r), 0.5 * math.log1p(r * r), small, tiny])
+
+
+LOG_R0, LOG_STEP = math.log(1e-4), 0.025
+RADII = np.exp(LOG_R0 + LOG_STEP * np.arange(480))
+KERNEL = np.array([radial(r) for r in RADII])
+PRIMITIVE = np.array([radial_primitive(r) for r in RADII])
+GAUSS = tuple(0.5 * part for part in np.polynomial.legendre.leggauss(20))
+MIDPOINT = (np.zeros(1), np.ones(1))
+
+
+def radial_green(component: int) -> naive.Field:
+    """A Green's function of the stand-ins, of the place of the source as seen from the origin."""
+
+    def f(x: float, y: float) -> float:
+        return float(naive.directed(*radial(math.hypot(x, y)), math.atan2(y, x))[component])
+
+    return f
+
+
+def rectangle_integrals(x: float, y: float) -> np.ndarray:
+    """Means of the six Green's functions over [0, x] x [0, y]."""
+
+    def f(u: float, v: float, component: int) -> float:
+        return radial_green(component)(x * u, y * v)
+
+    unit = (0.0, 1.0), (0.0, 1.0)
+    return np.array([naive.over_rectangle(lambda u, v, k=k: f(u, v, k), *unit) for k in range(6)])
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.5, 0.5), (0.4, 1.5), (2.0, 0.3), (0.02, 0.03)])
+def test_corner_integrals(x: float, y: float) -> None:
+    """1e-9: the interpolation in the table and the primitives' series leave that."""
+    out = np.full(6, np.nan)
+    coefficients.corner_integrals(PRIMITIVE, LOG_R0, LOG_STEP, x, y, *GAUSS, out)
+    np.testing.assert_allclose(out / (x * y), rectangle_integrals(x, y), rtol=0.0, atol=1e-9)
+
+
+def test_corner_integrals_below_the_table() -> None:
+    """The functions' first powers are used: each right to a fraction of the order of r0 = 1e-4."""
+    x, y = 6e-5, 5e-5
+    out = np.full(6, np.nan)
+    coefficients.corner_integrals(PRIMITIVE, LOG_R0, LOG_STEP, x, y, *GAUSS, out)
+    np.testing.assert_allclose(out / (x * y), rectangle_integrals(x, y), rtol=2e-4)
+
+
+@pytest.mark.parametrize(("near", "spacing"), [((1, 1), (0.5, 0.4)), ((3, 2), (0.3, 0.7)), ((1, 4), (0.6, 0.2))])
+def test_near_cells(near: tuple[int, int], spacing: tuple[float, float]) -> None:
+    """1e-8 of the largest (as `test_corner_integrals`, differences); cells beyond are left alone."""
+    out = np.full((6, near[0] + 2, near[1] + 1), 7.0)
+    coefficients.near_cells(PRIMITIVE, LOG_R0, LOG_STEP, *spacing, *near, *GAUSS, out)
+    scale = math.prod(spacing)
+    for i, j in np.ndindex(out.shape[1:]):
+        for f in range(6):
+            inside = i < near[0] and j < near[1]
+            expected = naive.cell_integral(radial_green(f), i, j, spacing) if inside else 7.0
+            assert out[f, i, j] == pytest.approx(expected, abs=1e-8 * scale if inside else 0.0, rel=0.0)
+
+
+@pytest.mark.parametrize("skip", [(0, 1), (2, 1), (1, 3)])
+@pytest.mark.parametrize("spacing", [(0.25, 0.25), (0.5, 0.25)])
+def test_far_cells(spacing: tuple[float, float], skip: tuple[int, int]) -> None:
+    """Quadrature nearer than `distant`, the mid-point at and beyond it, the given corner left alone.
+
+    1e-9 of the cell's area: the interpolation in the table.
+    """
+    dx, dy = spacing
+    distant = math.hypot(2.0 * dx, dy)
+    out = np.full((6, 4, 3), 7.0)
+    coefficients.far_cells(KERNEL, LOG_R0, LOG_STEP, dx, dy, *skip, distant, GAUSS, MIDPOINT, out)
+    for i, j in np.ndindex(out.shape[1:]):
+        for f in range(6):
+            if i < skip[0] and j < skip[1]:
+                assert out[f, i, j] == 7.0
+            elif i == j == 0:
+                continue  # not what Gauss points are for
+            elif math.hypot(i * dx, j * dy) < distant:
+                expected = naive.cell_integral(radial_green(f), i, j, spacing)
+                assert out[f, i, j] == pytest.approx(expected, abs=1e-9 * dx * dy, rel=0.0)
+            else:
+                expected = dx * dy * radial_green(f)(i * dx, j * dy)
+                assert out[f, i, j] == pytest.approx(expected, abs=1e-9 * dx * dy, rel=0.0)
+
+
+def test_far_cells_below_the_table() -> None:
+    """Cells so small that all lie where only the first powers are left, by their mid-points."""
+    dx, dy, table = 2e-6, 3e-6, np.array([[0.7, -0.4, 0.3, 0.9]] * 8)
+    out = np.full((6, 4, 3), np.nan)
+    coefficients.far_cells(table, LOG_R0, LOG_STEP, dx, dy, 1, 1, 0.0, GAUSS, MIDPOINT, out)
+    for i, j in np.ndindex(out.shape[1:]):
+        if i or j:
+            ratio, theta = math.hypot(i * dx, j * dy) / 1e-4, math.atan2(j * dy, i * dx)
+            s, d, g, p = table[0] * np.array([1.0, 1.0, ratio**2, ratio])
+            np.testing.assert_allclose(out[:, i, j] / (dx * dy), naive.directed(s, d, g, p, theta), atol=1e-13)
+
+
+# --- pressure ---
+
+BOXES = [(1, 1), (1, 6), (5, 1), (6, 7), (5, 4)]
+
+
+def padded_like(shape: tuple[int, int]) -> np.ndarray:
+    """A work array [nx, py] with py > ny, full of leftovers."""
+    return np.full((shape[0], 2 * shape[1] + 1), np.nan)
+
+
+def in_corner(field: np.ndarray) -> np.ndarray:
+    """`field` in the corner of a padded array, leftovers elsewhere."""
+    out = padded_like(field.shape)
+    out[:, : field.shape[1]] = field
+    return out
+
+
+def check_padded(out: np.ndarray, field: np.ndarray) -> None:
+    """`out` is `field` padded with zeros."""
+    np.testing.assert_allclose(out[:, : field.shape[1]], field, rtol=1e-13, atol=1e-13)
+    assert not out[:, field.shape[1] :].any()
+
+
+def random_pressure(rng: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
+    """Pressures, about a third of them zero."""
+    return np.maximum(rng.uniform(-0.5, 1.0, size=shape), 0.0)
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_normal_residual(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(9)
+    p, g, r = random_pressure(rng, shape), rng.normal(size=shape), rng.normal(size=shape)
+    approach = 0.2
+    g[-1, -1] = approach  # touching without overlap does not join
+    p[-1, -1] = 0.0 if p.size > 1 else 1.0
+    before = r.copy()
+    mask, r_old, out = np.ones(shape, dtype=np.bool_), np.full(shape, np.nan), padded_like(shape)
+    mean, entered, count = pressure.normal_residual(p, g, approach, mask, r, r_old, out)
+    active = (p > 0.0) | (g < approach)
+    np.testing.assert_array_equal(mask, active)
+    assert (entered, count) == ((active & (p == 0.0)).sum(), active.sum())
+    assert mean == pytest.approx(g[active].mean(), rel=1e-13)
+    np.testing.assert_array_equal(r_old, before)
+    np.testing.assert_allclose(r, np.where(active, g[active].mean() - g, 0.0), atol=1e-14)
+    check_padded(out, r)
+
+
+def test_normal_residual_of_no_cell() -> None:
+    shape = (2, 3)
+    mask, r, out = np.ones(shape, dtype=np.bool_), np.ones(shape), padded_like(shape)
+    found = pressure.normal_residual(np.zeros(shape), np.ones(shape), 0.5, mask, r, np.zeros(shape), out)
+    assert found == (0.0, 0, 0)
+    assert not mask.any()
+    assert not out.any()
+
+
+@pytest.mark.parametrize("in_place", [False, True])
+@pytest.mark.parametrize("zr_old", [0.0, 0.7, 1e-3])
+@pytest.mark.parametrize("shape", BOXES)
+def test_normal_direction(shape: tuple[int, int], zr_old: float, in_place: bool) -> None:
+    """`in_place`: the preconditioned residual's array takes the direction, as in the solver."""
+    rng = np.random.default_rng(10)
+    z, r, r_old, d = (rng.normal(size=shape) for _ in range(4))
+    mask = rng.random(shape) < 0.7
+    mask[0, 0] = True
+    r[~mask] = 0.0
+    centred = np.where(mask, z - z[mask].mean(), 0.0)
+    change = float((centred * (r - r_old)).sum())
+    beta = max(change / zr_old, 0.0) if zr_old > 0.0 else 0.0
+    expected = np.where(mask, centred + beta * d, 0.0)
+    work = in_corner(z)
+    out = work if in_place else padded_like(shape)
+    zr, size = pressure.normal_direction(work, mask, r, r_old, d, zr_old, out)
+    assert zr == pytest.approx(float((centred * r).sum()), abs=1e-13)
+    assert size == pytest.approx(np.linalg.norm(centred), abs=1e-13)
+    np.testing.assert_allclose(d, expected, rtol=1e-12, atol=1e-12 * max(1.0, beta))
+    check_padded(out, d)
+
+
+def test_normal_direction_never_goes_back() -> None:
+    """Polak and Ribiere's factor changes its sign with r - r_old: the direction is used, and then it is not."""
+    shape = (3, 4)
+    rng = np.random.default_rng(11)
+    z, r, d = (rng.normal(size=shape) for _ in range(3))
+    mask = np.ones(shape, dtype=np.bool_)
+    centred = z - z.mean()
+    for sign in (1.0, -1.0):
+        r_old = r - sign * centred
+        new = d.copy()
+        pressure.normal_direction(in_corner(z), mask, r, r_old, new, 0.5, padded_like(shape))
+        beta = float((centred**2).sum()) / 0.5 if sign > 0.0 else 0.0
+        np.testing.assert_allclose(new, centred + beta * d, rtol=1e-12, atol=1e-13)
+
+
+def test_normal_step_without_a_direction() -> None:
+    """The pressures are scaled, and that is all: no 0/0."""
+    shape = (3, 2)
+    p, g = np.array([[1.0, 0.0], [2.0, 0.0], [0.0, 1.0]]), np.ones(shape)
+    nothing = np.zeros(shape)
+    found = pressure.normal_step(p, g, nothing, in_corner(nothing), np.ones(shape), 6.0)
+    assert found == (0, 1.5)
+    np.testing.assert_array_equal(p, [[1.5, 0.0], [3.0, 0.0], [0.0, 1.5]])
+    np.testing.assert_array_equal(g, 1.0)
+
+
+@pytest.mark.parametrize("definite", [True, False])
+@pytest.mark.parametrize("shape", BOXES)
+def test_normal_step(shape: tuple[int, int], definite: bool) -> None:
+    """A step to the minimum along d, cut at zero and scaled to the total; none if d A d is not positive."""
+    rng = np.random.default_rng(12)
+    p, g, r = random_pressure(rng, shape), rng.normal(size=shape), rng.normal(size=shape)
+    p[0, 0] = 1.0
+    d = rng.normal(size=shape) * (rng.random(shape) < 0.8)
+    d[0, 0] = 0.3
+    image = (0.5 if definite else -0.5) * d
+    r *= np.sign((r * d).sum())  # forwards, so that the first cell keeps its pressure
+    step = float((r * d).sum() / (d * image).sum()) if definite else 0.0
+    raw = p + step * d
+    stopped = (raw <= 0.0) & ((p > 0.0) | (d != 0.0))
+    expected = np.maximum(raw, 0.0)
+    scale = 3.0 / expected.sum()
+    expected_g = g + step * image
+    found = pressure.normal_step(p, g, d, in_corner(image), r, 3.0)
+    assert found[0] == stopped.sum()
+    assert found[1] == pytest.approx(scale, rel=1e-12)
+    np.testing.assert_allclose(p, scale * expected, rtol=1e-12)
+    np.testing.assert_allclose(g, expected_g, rtol=1e-12, atol=1e-13)
+
+
+# --- tractions ---
+
+
+class Contact:
+    """Random cells in a box, some of them slip cells, with directions of the bound and two padded arrays."""
+
+    def __init__(self, shape: tuple[int, int], seed: int = 0) -> None:
+        self.rng = rng = np.random.default_rng([*shape, seed])
+        inside = rng.random(shape) < 0.75
+        inside[0, 0] = True
+        self.cells = np.ascontiguousarray(np.argwhere(inside))
+        self.m = m = len(self.cells)
+        self.slip = rng.random(m) < 0.5
+        angle = rng.uniform(-math.pi, math.pi, size=m)
+        self.normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        self.across = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+        self.diagonal = rng.uniform(0.1, 2.0, size=m)
+        self.v = rng.normal(size=2 * m)
+        self.field = rng.normal(size=(2, shape[0], shape[1] + 3))
+
+    def empty(self) -> np.ndarray:
+        """Two padded arrays of leftovers."""
+        return np.full(self.field.shape, np.nan)
+
+    def at(self, field: np.ndarray) -> np.ndarray:
+        """Pairs [m, 2] of two padded arrays at the cells."""
+        return np.array([[field[0, i, j], field[1, i, j]] for i, j in self.cells])
+
+    def elsewhere(self, field: np.ndarray) -> np.ndarray:
+        """What the arrays hold outside the cells."""
+        mask = np.ones(field.shape[1:], dtype=bool)
+        mask[self.cells[:, 0], self.cells[:, 1]] = False
+        return field[:, mask]
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_scatter_traction(shape: tuple[int, int]) -> None:
+    c = Contact(shape)
+    out = c.empty()
+    tractions.scatter_traction(c.v, c.cells, c.slip, c.normal, out)
+    pairs = c.v.reshape(-1, 2)
+    np.testing.assert_allclose(c.at(out), np.where(c.slip[:, None], pairs[:, 1:] * c.across, pairs), rtol=1e-14)
+    assert not c.elsewhere(out).any()
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_gather_slip(shape: tuple[int, int]) -> None:
+    c = Contact(shape)
+    out = np.full(2 * c.m, np.nan)
+    tractions.gather_slip(c.field, c.v, c.cells, c.slip, c.normal, c.diagonal, out)
+    pairs, s = c.v.reshape(-1, 2), c.at(c.field)
+    along = (c.across * s).sum(axis=1) + c.diagonal * pairs[:, 1]
+    expected = np.where(c.slip[:, None], np.stack([pairs[:, 0], along], axis=1), s)
+    np.testing.assert_allclose(out.reshape(-1, 2), expected, rtol=1e-13, atol=1e-14)
+
+
+@pytest.mark.parametrize("m", [1, 7, 30])
+def test_classify(m: int) -> None:
+    """Some cells stick, some slip, one is just at the bound; what belongs to slip cells stays as it was in others."""
+    rng = np.random.default_rng(m)
+    q, s, bound, rho = rng.normal(size=(m, 2)), rng.normal(size=(m, 2)), rng.uniform(1.0, 3.0, size=m), 0.6
+    q[0], s[0], bound[0] = (3.0, 4.0), (0.0, 0.0), 5.0
+    slip = rng.random(m) < 0.5
+    normal, diagonal = np.full((m, 2), 7.0), np.full(m, 7.0)
+    before = slip.copy()
+    changed, square = tractions.classify(q, s, bound, rho, slip, normal, diagonal)
+    expected_square = 0.0
+    for k in range(m):
+        t = q[k] - rho * s[k]
+        size = np.linalg.norm(t)
+        assert slip[k] == (size > bound[k])
+        projected = t * min(1.0, bound[k] / size)
+        expected_square += float(((q[k] - projected) ** 2).sum())
+        np.testing.assert_allclose(normal[k], t / size if slip[k] else [7.0, 7.0], rtol=1e-13)
+        excess = (size / bound[k] - 1.0) / rho
+        assert diagonal[k] == (pytest.approx(excess, rel=1e-10) if slip[k] else 7.0)
+    assert not slip[0]
+    assert changed == (slip != before).sum()
+    assert square == pytest.approx(expected_square, rel=1e-12)
+
+
+def test_slip_rows() -> None:
+    """From d = 0 to where it rules; what passes stops between twice the operator's diagonal and just beyond it."""
+    curvature = np.array([0.0, 0.5, 3.9, 4.0, 4.1, 50.0])
+    diagonal, damping = np.full(6, np.nan), np.full(6, np.nan)
+    tractions.slip_rows(curvature, 2.0, 0.7, diagonal, damping)
+    np.testing.assert_allclose(diagonal, curvature + 2.0, rtol=1e-15)
+    np.testing.assert_allclose(damping, np.where(curvature <= 4.0, 1.0 / (1.0 + 0.7 * curvature), 0.0), rtol=1e-15)
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_tangent_start(shape: tuple[int, int]) -> None:
+    """The nearest point to q of the tangent to the bound, n being its normal."""
+    c = Contact(shape)
+    q, bound, out = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.5, 2.0, size=c.m), np.full((c.m, 2), np.nan)
+    before = q.copy()
+    tractions.tangent_start(q, c.slip, c.normal, bound, out)
+    short = bound - (c.normal * q).sum(axis=1)
+    np.testing.assert_allclose(out, q + np.where(c.slip, short, 0.0)[:, None] * c.normal, atol=1e-14)
+    np.testing.assert_array_equal(q, before)
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_newton_residual(shape: tuple[int, int]) -> None:
+    c = Contact(shape)
+    s, q, out = c.rng.normal(size=(c.m, 2)), c.rng.normal(size=(c.m, 2)), np.full(2 * c.m, np.nan)
+    tractions.newton_residual(s, q, c.slip, c.normal, c.diagonal, out)
+    across = (c.across * (s + c.diagonal[:, None] * q)).sum(axis=1)
+    rows = np.where(c.slip[:, None], np.stack([np.zeros(c.m), across], axis=1), s)
+    np.testing.assert_allclose(out.reshape(-1, 2), -rows, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_add_step(shape: tuple[int, int]) -> None:
+    c = Contact(shape)
+    q, bound = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.5, 2.0, size=c.m)
+    pairs = c.v.reshape(-1, 2)
+    moved = q + np.where(c.slip[:, None], pairs[:, 1:] * c.across, pairs)
+    on_circle = bound[:, None] * moved / np.linalg.norm(moved, axis=1)[:, None]
+    tractions.add_step(c.v, c.slip, c.normal, bound, q)
+    np.testing.assert_allclose(q, np.where(c.slip[:, None], on_circle, moved), rtol=1e-12, atol=1e-14)
+
+
+def test_add_step_to_nothing() -> None:
+    """A slip cell without traction has no direction to be scaled along: no 0/0."""
+    q = np.zeros((1, 2))
+    tractions.add_step(np.zeros(2), np.ones(1, dtype=np.bool_), np.array([[1.0, 0.0]]), np.ones(1), q)
+    np.testing.assert_array_equal(q, 0.0)
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_integrate_rows(shape: tuple[int, int]) -> None:
+    c = Contact(shape)
+    damping, dx = c.rng.uniform(0.0, 1.0, size=c.m), 0.3
+    out, edge = c.empty(), np.full((2, c.field.shape[2]), np.nan)
+    tractions.integrate_rows(c.v, c.cells, c.slip, c.normal, damping, dx, edge, out)
+    expected = np.full((c.m, 2), np.nan)
+    for j in range(shape[1]):
+        u = np.zeros(2)
+        for i in reversed(range(shape[0])):
+            for k in np.flatnonzero((c.cells == (i, j)).all(axis=1)):
+                u = damping[k] * (c.across[k] @ u) * c.across[k] if c.slip[k] else u + dx * c.v[2 * k : 2 * k + 2]
+                expected[k] = u
+    np.testing.assert_allclose(c.at(out), expected, rtol=1e-12, atol=1e-14)
+    assert not c.elsewhere(out).any()
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_keep_stick(shape: tuple[int, int]) -> None:
+    c = Contact(shape)
+    pairs, at = c.v.reshape(-1, 2), c.at(c.field)
+    out = np.full(2 * c.m, np.nan)
+    tractions.keep_stick(c.field, c.v, c.cells, c.slip, out)
+    idle = np.stack([pairs[:, 0], np.zeros(c.m)], axis=1)
+    np.testing.assert_array_equal(out.reshape(-1, 2), np.where(c.slip[:, None], idle, at))
+    np.testing.assert_array_equal(c.at(c.field), np.where(c.slip[:, None], 0.0, at))
+    assert not c.elsewhere(c.field).any()
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_slip_residual(shape: tuple[int, int]) -> None:
+    c = Contact(shape)
+    rest = c.v.reshape(-1, 2)[:, 1] - (c.across * c.at(c.field)).sum(axis=1)
+    tractions.slip_residual(c.field, c.v, c.cells, c.slip, c.normal)
+    expected = np.where(c.slip[:, None], rest[:, None] * c.across, 0.0)
+    np.testing.assert_allclose(c.at(c.field), expected, rtol=1e-12, atol=1e-14)
+    assert not c.elsewhere(c.field).any()
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_gather_slip_traction(shape: tuple[int, int]) -> None:
+    """The diagonal lies on either side of the shift; stick cells' unknowns stay."""
+    c = Contact(shape)
+    out = np.full(2 * c.m, 7.0)
+    tractions.gather_slip_traction(c.field, c.cells, c.slip, c.normal, c.diagonal, 0.8, out)
+    tau = (c.across * c.at(c.field)).sum(axis=1) * np.minimum(1.0, 0.8 / c.diagonal)
+    assert (out[0::2] == 7.0).all()
+    np.testing.assert_allclose(out[1::2], np.where(c.slip, tau, 7.0), rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("window", [(1, 1), (2, 2), (1, 7), (6, 1), (7, 8), (10, 9)])
+def test_interpolate_cells(window: tuple[int, int]) -> None:
+    """Coarse cells are missing in every combination; odd windows shift one mesh by half a cell against the other."""
+    c = Contact(window)
+    coarse = (window[0] + 1) // 2, (window[1] + 1) // 2
+    mask = c.rng.random(coarse) < 0.6
+    mask[-1, -1] = True
+    values = c.rng.normal(size=(3, *coarse))
+    out, weight = np.zeros((c.m, 3)), np.zeros(c.m)
+    tractions.interpolate_cells(values, mask, c.cells, *window, out, weight)
+    expected_out, expected_weight = naive.from_twice_the_size(values, mask, c.cells, window)
+    np.testing.assert_allclose(weight, expected_weight, atol=1e-15)
+    np.testing.assert_allclose(out, expected_out, atol=1e-14)
+
+
+@pytest.mark.parametrize("window", [(8, 6), (9, 7), (7, 10)])
+def test_interpolate_cells_inside(window: tuple[int, int]) -> None:
+    """Cells between coarse centres, all of which count: SciPy's bilinear interpolation."""
+    rng = np.random.default_rng(13)
+    coarse = (window[0] + 1) // 2, (window[1] + 1) // 2
+    values = rng.normal(size=(2, *coarse))
+    cells = np.argwhere(np.ones((window[0] - 2, window[1] - 2), dtype=bool)) + 1
+    out, weight = np.zeros((len(cells), 2)), np.zeros(len(cells))
+    tractions.interpolate_cells(values, np.ones(coarse, dtype=np.bool_), cells, *window, out, weight)
+    centres = [2.0 * (np.arange(n) - 0.5 * (n - 1)) for n in coarse]
+    at = cells - 0.5 * (np.array(window) - 1.0)
+    for k in range(2):
+        np.testing.assert_allclose(out[:, k], RegularGridInterpolator(centres, values[k])(at), atol=1e-14)
+    np.testing.assert_allclose(weight, 1.0, rtol=1e-15)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 7, 13])
+def test_arnoldi_step_and_gmres_update(n: int) -> None:
+    """Directions that are no images of each other, as in flexible GMRES; residuals and solutions by least squares."""
+    rng = np.random.default_rng(n)
+    a, start = rng.normal(size=(n, n)), rng.normal(size=n)
+    steps = min(n, 6)
+    beta = float(np.linalg.norm(start))
+    v, h = np.full((steps + 1, n), np.nan), np.zeros((steps + 1, steps))
+    rotation, g = np.zeros((2, steps)), np.zeros(steps + 1)
+    v[0], g[0] = start / beta, beta
+    z = rng.normal(size=(steps, n))
+    for k in range(steps):
+        w = a @ z[k]
+        residual = tractions.arnoldi_step(v, k, w, h, rotation, g)
+        images = (a @ z[: k + 1].T)[:, : k + 1]
+        y, *_ = np.linalg.lstsq(images, start, rcond=None)
+        assert residual == pytest.approx(np.linalg.norm(start - images @ y), abs=1e-10 * beta)
+        x = np.ones(n)
+        tractions.gmres_update(h, g, z, k + 1, x)
+        np.testing.assert_allclose(x, 1.0 + z[: k + 1].T @ y, rtol=1e-8, atol=1e-8)
+        if k + 1 < n:
+            np.testing.assert_allclose(v[: k + 2] @ v[: k + 2].T, np.eye(k + 2), atol=1e-12)
+            # the images lie in the span of the basis: v^T images is the Hessenberg matrix, and h its R
+            hessenberg = v[: k + 2] @ images
+            np.testing.assert_allclose(v[: k + 2].T @ hessenberg, images, atol=1e-11)
+            assert np.abs(np.tril(hessenberg, -2)).max(initial=0.0) <= 1e-11
+            triangle = np.linalg.qr(hessenberg)[1]
+            triangle *= np.sign(triangle.diagonal())[:, None]
+            np.testing.assert_allclose(h[: k + 1, : k + 1], triangle, atol=1e-10)
+
+
+def test_arnoldi_step_ends_when_the_space_is_exhausted() -> None:
+    """An image that lies in the basis: residual zero, the next vector zero and not a number by 0/0."""
+    v, h = np.full((2, 3), np.nan), np.zeros((2, 1))
+    rotation, g = np.zeros((2, 1)), np.array([2.0, 0.0])
+    v[0] = (0.0, 1.0, 0.0)
+    assert tractions.arnoldi_step(v, 0, np.array([0.0, 5.0, 0.0]), h, rotation, g) == 0.0
+    np.testing.assert_array_equal(v[1], 0.0)
+    np.testing.assert_array_equal(h, [[5.0], [0.0]])
+    np.testing.assert_array_equal(g, [2.0, 0.0])
+
+
+@pytest.mark.parametrize("k", [1, 2, 5])
+def test_gmres_update(k: int) -> None:
+    """A triangular solve that looks at nothing below the diagonal or beyond k; an empty column counts for nothing."""
+    rng = np.random.default_rng(k)
+    h, g, z = rng.normal(size=(k + 3, k + 2)), rng.normal(size=k + 3), rng.normal(size=(k + 2, 9))
+    h[np.arange(k), np.arange(k)] += 3.0
+    x = rng.normal(size=9)
+    expected = x + z[:k].T @ np.linalg.solve(np.triu(h[:k, :k]), g[:k])
+    tractions.gmres_update(h, g, z, k, x)
+    np.testing.assert_allclose(x, expected, rtol=1e-12, atol=1e-12)
+    h[k - 1, k - 1] = 0.0
+    x = np.zeros(9)
+    tractions.gmres_update(h, g, z, k, x)
+    assert np.isfinite(x).all()
+    rest = np.linalg.solve(np.triu(h[: k - 1, : k - 1]), g[: k - 1])
+    np.testing.assert_allclose(x, z[: k - 1].T @ rest, rtol=1e-12, atol=1e-12)
+
+
+# --- rules ---
+
+PACKAGE = Path(rcstudy.__file__).parent
+KERNELS = sorted((PACKAGE / "mechanics" / "kernels").glob("[!_]*.py"))
+
+
+def names_read(code: CodeType) -> set[str]:
+    """Global names that a function reads, functions inside it included."""
+    names = {step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
+    return names.union(*(names_read(inner) for inner in code.co_consts if isinstance(inner, CodeType)))
+
+
+def broken_rules(source: str) -> list[str]:
+    """What in a kernel file breaks the rules: functions under `jit` alone, reading math, np and each other alone."""
+    broken = []
+    tree = ast.parse(source)
+    kernels = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            if [ast.unparse(decorator) for decorator in node.decorator_list] != ["jit"]:
+                broken.append(f"{node.name}: not decorated with jit alone")
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            if ast.unparse(node) not in (
+                "from __future__ import annotations",
+                "import math",
+                "import numpy as np",
+                "from rcstudy.mechanics.jit import jit",
+            ):
+                broken.append(ast.unparse(node))
+        elif not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+            broken.append(f"line {node.lineno}: neither import nor function")
+    allowed = {"math", "np"} | kernels | set(dir(builtins))
+    for code in compile(source, "kernels", "exec").co_consts:
+        if isinstance(code, CodeType):
+            broken += [f"{code.co_name} reads {name}" for name in sorted(names_read(code) - allowed)]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.Lambda) and node not in tree.body:
+            broken.append(f"line {node.lineno}: a function inside another")
+        if isinstance(node, ast.Global | ast.Nonlocal):
+            broken.append(f"line {node.lineno}: assigns a global")
+        if isinstance(node, ast.Import | ast.ImportFrom) and node not in tree.body:
+            broken.append(f"line {node.lineno}: import inside a function")
+    return broken
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
+def test_kernel_files_keep_the_rules(path: Path) -> None:
+    """No call leaves the file (Numba's cache would not notice a change there), and no state comes in."""
+    assert broken_rules(path.read_text(encoding="utf-8")) == []
+
+
+HEAD = "import numpy as np\nfrom rcstudy.mechanics.jit import jit\n"
+
+
+@pytest.mark.parametrize(
+    ("source", "complaint"),
+    [
+        ("def f(x):\n    return x\n", "f: not decorated with jit alone"),
+        ("@jit\n@jit\ndef f(x):\n    return x\n", "f: not decorated with jit alone"),
+        ("@jit(cache=False)\ndef f(x):\n    return x\n", "f: not decorated with jit alone"),
+        ("from rcstudy.mechanics.kernels import arrays\n", "from rcstudy.mechanics.kernels import arrays"),
+        ("import numba\n", "import numba"),
+        ("SIZE = 3\n", "line 3: neither import nor function"),
+        ("@jit\ndef f(x):\n    return norm2(x)\n", "f reads norm2"),
+        ("@jit\ndef f(x):\n    return [a * SIZE for a in x]\n", "f reads SIZE"),
+        ("@jit\ndef f(x):\n    import os\n", "line 5: import inside a function"),
+        ("@jit\ndef f(x):\n    return (lambda y: y)(x)\n", "line 5: a function inside another"),
+        ("@jit\ndef f(x):\n    global y\n    y = 1\n", "line 5: assigns a global"),
+    ],
+)
+def test_broken_rules_are_seen(source: str, complaint: str) -> None:
+    assert broken_rules(HEAD + source) == [complaint]
+    assert broken_rules(HEAD + "@jit\ndef g(x):\n    return np.abs(x)\n\n@jit\ndef f(x):\n    return g(len(x))\n") == []
+
+
+def numba_imports(source: str) -> list[int]:
+    """Lines that import numba or part of it."""
+    lines = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            lines += [node.lineno for alias in node.names if alias.name.split(".")[0] == "numba"]
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "numba":
+            lines.append(node.lineno)
+    return lines
+
+
+def test_numba_is_imported_in_one_place() -> None:
+    """So that its flags are stated once."""
+    found = [path for path in sorted(PACKAGE.rglob("*.py")) if numba_imports(path.read_text(encoding="utf-8"))]
+    assert found == [PACKAGE / "mechanics" / "jit.py"]
+    assert numba_imports("import os\ndef f():\n    from numba import njit\n    import numba.core as core\n") == [3, 4]
+
+
+def test_every_kernel_has_a_test_here() -> None:
+    called = {
+        (node.func.value.id, node.func.attr)
+        for node in ast.walk(ast.parse(Path(__file__).read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name)
+    }
+    kernels = {
+        (path.stem, node.name)
+        for path in KERNELS
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef)
+    }
+    assert len(kernels) > 20
+    assert kernels - called == set()
