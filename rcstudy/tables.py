@@ -1,4 +1,4 @@
-"""Tables of a cube: results per case, and for the paper's study its Tables 1 and 2 and a check of its statements.
+"""Tables of a cube: results and the solver's work per case; for the paper's study its own tables and statements too.
 
 Entry: :func:`make_tables`. Every table is written as CSV, Markdown and LaTeX.
 """
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from rcstudy.report import measures
 from rcstudy.report.paper import PaperCase, is_paper_grid, paper_cases, select
 from rcstudy.report.paper_statements import STATEMENTS
+from rcstudy.report.solver import cases_table, summary_table
 from rcstudy.report.statements import comparisons_table, statements_table
 from rcstudy.report.views import CaseView, GridView, creepage_text, grids, layers_text, thickness_text
 from rcstudy.report.writers import Column, Value, write_table
@@ -44,9 +45,10 @@ RESULTS = (
 def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
     """Write the tables of an opened cube into the folder `out` (made if need be); returns the files written.
 
-    Any cube: `results` (one row per case). With grids of the paper also `table_1`, `table_2` (from the
-    cube's coordinates), `statements` (what the paper says of its results, judged by the cube's) and
-    `statements_comparisons` (every comparison behind them). UserError if the cube has no grid.
+    Any cube: `results` (one row per case), `solver` (its work and proofs, one row per case) and `solver_summary`
+    (one row per grid). With grids of the paper also `table_1`, `table_2` (from the cube's coordinates), `statements`
+    (what the paper says of its results, judged by the cube's) and `statements_comparisons` (every comparison behind
+    them). UserError if the cube has no grid.
     """
     found = grids(tree)
     out = Path(out)
@@ -64,6 +66,8 @@ def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
         paths += write_table(out, "statements_comparisons", *comparisons_table(STATEMENTS, cases))
     if others:
         paths += write_table(out, "results_of_other_grids" if cases else "results", *case_table(others))
+    paths += write_table(out, "solver", *cases_table(found.values()))
+    paths += write_table(out, "solver_summary", *summary_table(list(found.values())))
     return paths
 
 

@@ -17,7 +17,7 @@ import xarray as xr
 from rcstudy.cube import case_dims
 from rcstudy.cube import grids as cube_grids
 from rcstudy.errors import UserError
-from rcstudy.layout import LABEL
+from rcstudy.layout import LABEL, MISSING
 from rcstudy.result import Status
 
 SUFFIXES = {"thickness": " a", "modulus": " Es"}
@@ -107,6 +107,15 @@ class CaseView:
     def setting(self, name: str) -> float:
         """Scalar `name` that was given, not computed (a coordinate, the load, Hertz's radius); NaN if absent."""
         return float(self.at(name)) if name in self.grid else float("nan")
+
+    def recorded(self, name: str) -> float:
+        """Scalar `name` whether the case was solved or not: for what tells of the solver, never of the contact.
+
+        NaN where the solver did not get that far or the cube has no such variable.
+        """
+        value = self.setting(name)
+        counts = name in self.grid and self.grid.dataset[name].dtype.kind == "i"
+        return float("nan") if counts and value == MISSING else value
 
     def field(self, name: str) -> np.ndarray:
         """Field `name`, [nx, ny]; UserError if the case was not solved or the cube stores no such field."""
