@@ -186,7 +186,7 @@ def test_keys_follow_the_scene(name):
     )
 
 
-@pytest.mark.parametrize("name", FELT_BY_TRACTIONS_ONLY)
+@pytest.mark.parametrize("name", sorted(FELT_BY_TRACTIONS_ONLY))
 def test_full_coupling_makes_every_setting_part_of_the_normal_problem(name):
     full = dataclasses.replace(SCENE, coupling="full")
     changed = dataclasses.replace(full, **{name: CHANGES[name]})
