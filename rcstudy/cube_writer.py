@@ -158,7 +158,7 @@ class _Group:
         for name, item in self._fields.items():
             slab = self._slab(item, case, result.fields.get(name), where)
             # a case's field is a chunk: compressed here and handed over whole, in half the time h5py takes for it
-            chunk = zlib.compress(slab, _COMPRESSION)
+            chunk = zlib.compress(slab.data, _COMPRESSION)
             self._variables[name].id.write_direct_chunk((*case.index, 0, 0), chunk)
         for name, value in result.scalars.items():
             if name in self._scalars and np.isfinite(value):

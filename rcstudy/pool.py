@@ -14,6 +14,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any
 
@@ -93,7 +94,9 @@ class _Pool:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         process = context.Process(target=_work, args=(theirs, self.solve, list(warm_up)), daemon=True)
-        # Ctrl-C goes to every process of the terminal: it is this one's to handle
+        # Ctrl-C goes to every process of the terminal: it is this one's to handle. Starting multiprocessing's own
+        # helper lets interrupts through again, so that comes first.
+        resource_tracker.ensure_running()
         with limited_threads(), _interrupts_held():
             process.start()
         theirs.close()
@@ -150,6 +153,7 @@ class _Pool:
 
 def _work(connection: Connection, solve: Solve, warm_up: list[Scene]) -> None:
     """A worker's life: ready, then a batch in, its results out, until told to end or the parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where they could not be held back from the start
     for scene in warm_up:
         for _ in solve([scene]):
             pass

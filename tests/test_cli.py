@@ -201,6 +201,20 @@ def test_ctrl_c(tmp_path: Path, workers: str) -> None:
     assert gone(sweep.pid), "a worker is left"
 
 
+def test_ctrl_c_inside_text_that_is_executed(folder: Path) -> None:
+    """As when dataclasses are made: CPython then forgets that it was dealt with, and `python -m` dies of SIGINT."""
+    (folder / "sitecustomize.py").write_text(
+        "import rcstudy.study\n"
+        "def interrupted(path):\n"
+        "    exec('raise KeyboardInterrupt')\n"
+        "rcstudy.study.load_study = interrupted\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": f"{folder}{os.pathsep}{ROOT}"}
+    command = [sys.executable, "-m", "rcstudy", "plan", "quick.yaml"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (cli.EXIT_INTERRUPTED, "interrupted\n")
+
+
 def test_killed_in_the_middle(tmp_path: Path) -> None:
     """The old cube stays, the workers leave by themselves, and the next writer clears up."""
     sweep = start_long_sweep(tmp_path, "2")

@@ -6,6 +6,8 @@ import importlib
 import io
 import multiprocessing
 import os
+import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -180,6 +182,26 @@ def test_long_sweeps_are_handed_over(study: Study, tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(provenance, "available_cores", lambda: 1)
     done = sweep.run(study, tmp_path / "c.nc", solve=workers.tells_environment)
     assert processes_of(done) == [os.getpid()] * CASES
+
+
+def test_every_worker_is_kept_from_interrupts(study: Study, tmp_path: Path) -> None:
+    """In a process of its own: only the first worker it ever starts was once left out."""
+    code = (
+        "import sys\n"
+        "sys.path.insert(0, sys.argv[1])\n"
+        "import workers\n"
+        "from rcstudy import sweep\n"
+        "from rcstudy.study import load_study\n"
+        "if __name__ == '__main__':\n"
+        "    done = sweep.run(load_study(sys.argv[2]), sys.argv[3], workers=2, solve=workers.tells_interrupts)\n"
+        "    print(*[failure.reason for failure in done.failures], sep='\\n')\n"
+    )
+    (tmp_path / "run.py").write_text(code)
+    command = [sys.executable, tmp_path / "run.py", Path(__file__).parent, study.path, tmp_path / "c.nc"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    told = [line.split() for line in done.stdout.splitlines()]
+    assert len(told) == CASES
+    assert {held for _, held in told} == {"held"}
 
 
 class Interrupting(Told):

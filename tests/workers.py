@@ -47,6 +47,13 @@ def tells_environment(scenes: Sequence[Scene]) -> Iterator[Result]:
         yield Result(Status.ERROR, f"{os.getpid()} {threads}")
 
 
+def tells_interrupts(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Fails with the process's number and whether interrupts are held back from it as the reason."""
+    for _ in scenes:
+        held = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, set())
+        yield Result(Status.ERROR, f"{os.getpid()} {'held' if held else 'open'}")
+
+
 class Unloadable:
     """A solver that no worker can load."""
 
