@@ -229,6 +229,7 @@ def solve_coupled(scene: Scene, contact: NormalContact) -> tuple[NormalContact, 
         scene, contact.influence, contact.solution, contact.box.grown(2, 2, scene.mesh.cells), contact.coarser
     )
     lift = displacement_by_tractions(contact, rolling, contact.box)
+    relaxation, change = 1.0, np.zeros((0, 0))
     for _ in range(_MAX_TURNS):
         lifted = gap.copy()
         lifted[contact.box.slices] += lift
@@ -249,6 +250,13 @@ def solve_coupled(scene: Scene, contact: NormalContact) -> tuple[NormalContact, 
         error = float(np.linalg.norm(lift - before) / np.linalg.norm(indentation[indentation > 0.0]))
         if error <= target and eased == scene:
             break
+        # Aitken's relaxation: under high friction plain substitution swings or creeps
+        last, change = change, lift - before
+        if last.shape == change.shape:
+            difference = change - last
+            relaxation *= -float(np.sum(last * difference)) / float(np.sum(difference * difference))
+            relaxation = min(max(relaxation, 0.2), 1.5)
+        lift = before + relaxation * change
     else:
         rolling.converged = False
         rolling.residual = error

@@ -28,7 +28,7 @@ from scipy.fft import fht
 from scipy.interpolate import make_interp_spline
 
 from rcstudy.mechanics.kernels import coefficients
-from rcstudy.mechanics.layered import response_difference
+from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
 from rcstudy.mechanics.scene import Layer, Material
 
 T = TypeVar("T")
@@ -102,12 +102,20 @@ class Influence:
         reach: float,
     ) -> None:
         self.spacing = spacing
+        self._substrate = substrate
         self._layers = layers
         self._top: Material = layers[0] if layers else substrate
         self._counterbody = counterbody
         self._tables = radial_tables(substrate, layers, reach + math.hypot(*spacing)) if layers else None
         self._quadrant = self._layer_part = np.zeros((6, 0, 0))
         self._made: dict[Hashable, Any] = {}
+
+    def normal_response(self, alpha: np.ndarray) -> np.ndarray:
+        """Frequency response u_z by p (mm/MPa) of both bodies together at wave numbers `alpha` [n] (1/mm)."""
+        response: np.ndarray = frequency_response(self._substrate, self._layers, alpha)[0]
+        if self._counterbody is not None:
+            response = response + half_space_response(self._counterbody)[0] / alpha
+        return response
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """What `make` makes of these coefficients (symbols on some box), made at the first call with `key` and kept."""

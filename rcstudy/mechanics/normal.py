@@ -21,6 +21,7 @@ from rcstudy.mechanics.layered import frequency_response, half_space_response
 from rcstudy.mechanics.scene import Layer, Material, Scene
 
 _MAX_ITERATIONS = 400
+_SOUND = 1e-5  # smallest over largest value of a symbol that needs no second look
 _MARGIN = 1.35  # of the first box over the estimated semi-axes
 
 
@@ -185,6 +186,25 @@ def _symbols(influence: Influence, padded: tuple[int, int]) -> tuple[np.ndarray,
     quadrant = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
     operator = symbols([(quadrant[0], (1, 1))], padded)[0]
     operator_hat = np.ascontiguousarray(operator.real)
-    # the symbol of the coefficients wrapped on the torus is positive for all but extreme layers; the floor makes sure
-    floor = 1e-6 * float(operator_hat.max())
-    return operator, operator_hat, 1.0 / (np.maximum(operator_hat, floor) * (padded[0] * padded[1]) ** 2)
+    # coefficients wrapped on the torus have a positive symbol, unless a layer so stiff that it bends like a plate puts
+    # the kink of the seam above its own small response: there the response itself takes over
+    return operator, operator_hat, 1.0 / (_positive(operator_hat, influence, padded) * (padded[0] * padded[1]) ** 2)
+
+
+def _positive(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
+    """`operator_hat` [px, py//2+1] where it is sound, the frequency response averaged over a cell where it is not."""
+    if operator_hat.min() > _SOUND * operator_hat.max():
+        return operator_hat
+    kx = 2.0 * math.pi * np.fft.fftfreq(padded[0], influence.spacing[0])[:, None]
+    ky = 2.0 * math.pi * np.fft.rfftfreq(padded[1], influence.spacing[1])[None, :]
+    alpha = np.hypot(kx, ky)
+    alpha[0, 0] = alpha[1, 0] if padded[0] > 1 else 1.0
+    # a smooth function of log(alpha): a table serves any number of waves
+    nodes = np.geomspace(alpha.min(), alpha.max() * (1.0 + 1e-12), 400)
+    response = np.exp(np.interp(np.log(alpha), np.log(nodes), np.log(influence.normal_response(nodes))))
+    response *= np.sinc(kx * influence.spacing[0] / (2.0 * math.pi)) * np.sinc(
+        ky * influence.spacing[1] / (2.0 * math.pi)
+    )
+    response /= padded[0] * padded[1]
+    result: np.ndarray = np.where(operator_hat < 0.9 * response, response, operator_hat)
+    return result
