@@ -182,8 +182,8 @@ def tampered_tractions(
     """`scene` with its tractions changed behind the solver's back."""
     original = SOLVE.solve_rolling
 
-    def solve(contact: NormalContact, scene: Scene) -> RollingSolution:
-        rolling = original(contact, scene)
+    def solve(contact: NormalContact, scene: Scene, guess: np.ndarray | None = None) -> RollingSolution:
+        rolling = original(contact, scene, guess)
         rolling.q, rolling.s, rolling.slip = rolling.q.copy(), rolling.s.copy(), rolling.slip.copy()
         tamper(rolling, contact)
         return rolling
