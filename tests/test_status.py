@@ -295,8 +295,8 @@ def test_proof_catches_traction_beyond_the_bound(monkeypatch: pytest.MonkeyPatch
     """The tractions of ten times the friction: they stick everywhere, beyond what the friction holds."""
     original = SOLVE.solve_rolling
 
-    def solve(contact: NormalContact, scene: Scene) -> RollingSolution:
-        rolling = original(contact, replace(scene, friction=10.0))
+    def solve(contact: NormalContact, scene: Scene, guess: np.ndarray | None = None) -> RollingSolution:
+        rolling = original(contact, replace(scene, friction=10.0), guess)
         assert not rolling.slip.all()
         return rolling
 
