@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +15,7 @@ from rcstudy.layout import case_label
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.progress import Progress, Silent
 from rcstudy.result import Result, Status
+from rcstudy.steady import interrupts_remembered
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion
@@ -84,21 +85,29 @@ def run(
     expansion = expand(study)
     summary = Summary(Path(output))
     reporter = progress or Silent()
-    with contextlib.closing(_results(expansion, workers, solve or solve_batch)) as results:
-        told = _told(results, expansion, summary, reporter)
+    with (
+        interrupts_remembered() as check_interrupts,
+        contextlib.closing(_results(expansion, workers, solve or solve_batch)) as results,
+    ):
+        told = _told(results, expansion, summary, reporter, check_interrupts)
         write_cube(output, study, expansion, told, provenance.collect(command))
     summary.seconds = time.monotonic() - started
     return summary
 
 
 def _told(
-    results: Iterator[tuple[Case, Result]], expansion: Expansion, summary: Summary, reporter: Progress
+    results: Iterator[tuple[Case, Result]],
+    expansion: Expansion,
+    summary: Summary,
+    reporter: Progress,
+    check_interrupts: Callable[[], None],
 ) -> Iterator[tuple[Case, Result]]:
     """Pass results on, keeping the summary and the progress up to date."""
     grids = {grid.name: grid for grid in expansion.grids}
     reporter.begin(len(expansion.cases))
     try:
         for case, result in results:
+            check_interrupts()
             summary.cases += 1
             failed = result.status != Status.SOLVED
             if failed:

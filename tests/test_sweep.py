@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import io
 import multiprocessing
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -223,6 +225,27 @@ def test_an_interrupt_leaves_the_old_cube_and_no_workers(study: Study, tmp_path:
     assert (tmp_path / "c.nc").read_bytes() == b"old"
     assert files(tmp_path) == ["c.nc"]
     assert multiprocessing.active_children() == []
+
+
+def test_an_interrupt_that_is_lost_on_the_way_still_counts(study: Study, tmp_path: Path) -> None:
+    """As in a weakref callback or an import inside a C extension, where Python itself drops the exception."""
+    (tmp_path / "c.nc").write_bytes(b"old")
+    told = Told()
+
+    def loses_it(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            if len(told.told) == 4:
+                with contextlib.suppress(KeyboardInterrupt):
+                    signal.raise_signal(signal.SIGINT)
+            yield from workers.made_up([scene])
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        sweep.run(study, tmp_path / "c.nc", workers=1, progress=told, solve=loses_it)
+    assert told.told == [CASES, False, False, False, "end"]
+    assert (tmp_path / "c.nc").read_bytes() == b"old"
+    assert files(tmp_path) == ["c.nc"]
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_nothing_is_solved_for_a_cube_that_cannot_be_written(study: Study, tmp_path: Path) -> None:
