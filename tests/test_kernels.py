@@ -38,7 +38,7 @@ def random_complex(rng: np.random.Generator, *shape: int) -> np.ndarray:
 @pytest.mark.parametrize("parity", PARITIES)
 @pytest.mark.parametrize("padded", TORI)
 def test_unfold(padded: tuple[int, int], parity: tuple[int, int]) -> None:
-    quadrant = np.random.default_rng(1).normal(size=(padded[0] // 2 + 2, padded[1] // 2 + 1))
+    quadrant = np.random.default_rng(1).normal(size=(padded[0] // 2 + 1, padded[1] // 2 + 1))
     out = np.full(padded, np.nan)
     arrays.unfold(quadrant, *parity, out)
     np.testing.assert_array_equal(out, naive.torus(quadrant, parity, padded))
