@@ -181,7 +181,11 @@ def start_long_sweep(folder: Path, workers: str) -> subprocess.Popen[str]:
     (folder / "long.nc").write_bytes(b"old")
     sweep = process("sweep", "long.yaml", "--workers", workers, cwd=folder, start_new_session=True)
     assert sweep.stderr is not None
-    assert sweep.stderr.readline() == "solving 800 cases\n"
+    first = sweep.stderr.readline()
+    if first != "solving 800 cases\n":
+        sweep.kill()
+        out, err = sweep.communicate(timeout=60)
+        pytest.fail(f"no sweep: exit code {sweep.returncode}, output {out!r}, errors {first + err!r}")
     time.sleep(0.3)  # into the imports, the warm-up or the first cases
     return sweep
 
