@@ -215,6 +215,26 @@ def tables(
     print(f"{len(written)} files in {output}")
 
 
+@app.command()
+@_guarded
+def accuracy(
+    spec: SpecPath,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the report.")] = Path(
+        "results/accuracy"
+    ),
+    cube: Annotated[
+        Path | None, typer.Option("--cube", metavar="CUBE", help="Cube of this study; default: solve it anew.")
+    ] = None,
+) -> None:
+    """Measure the errors of a study over meshes, tolerances and methods, and what they cost."""
+    from rcstudy import accuracy as measuring
+    from rcstudy import progress
+    from rcstudy.study import load_study
+
+    written = measuring.run(load_study(spec), output, cube, progress.for_stream())
+    print(f"{len(written)} files in {output}")
+
+
 def main() -> None:
     """Entry point of the command ``rcstudy``; limits threads before anything numerical is imported."""
     limit_threads()

@@ -40,6 +40,7 @@ ORDER = [
     "rcstudy.report",
     "rcstudy.figures",
     "rcstudy.tables",
+    "rcstudy.accuracy",
     "rcstudy",
     "rcstudy.cli",
     "rcstudy.__main__",

@@ -1,0 +1,374 @@
+"""Speed against error: a study over meshes, tolerances and methods, every case measured against a converged one.
+
+Scenes that differ in cells, tolerance, method, discretisation or spin point only are one problem. Its reference is the
+solved Newton case on the finest mesh with the tightest tolerance, in whichever grid of the study. Every case gets
+
+- the error: its difference from the reference, and
+- the solver's error: its difference from the same mesh's Newton case with the tightest tolerance.
+
+Fields are compared on the mesh of the case: the reference's cells are averaged over each of its cells, by area. That is
+exact for what a solution of constant stress per cell is, and works for meshes that do not nest.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rcstudy.cases import Case, expand
+from rcstudy.errors import UserError
+from rcstudy.layout import LABEL
+from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
+from rcstudy.report.precision import SOLVER, Row, errors_table, settings, settings_table, summary_text
+from rcstudy.report.precision_figures import quantities_figure, work_precision
+from rcstudy.report.style import check_formats, save, style
+from rcstudy.report.writers import write_table
+from rcstudy.result import Result, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rcstudy.progress import Progress
+    from rcstudy.study import Study
+
+ERRORS: dict[str, str] = {
+    "pressure": "pressure, L2, over that of the pressure",
+    "pressure_max": "largest pressure, relative",
+    "traction": "tractions, L2, over that of the tractions",
+    "force": "tangential force (vector), over its magnitude",
+    "moment": "spin moment, over friction times load times contact radius",
+    "slip_area": "slip area, over the contact area",
+}
+"""The errors reported, all dimensionless, and what each is relative to (the reference's)."""
+
+_TOGETHER = ("creepage", "cells", "mesh", "tolerance", "normal", "tangential", "spin_point")  # axes of one line
+_KEPT = (  # of the cube of solutions, in the cube of errors
+    *("label", "status", "status_reason", "contact_radius", "force_x", "force_y", "moment_z", "pressure_max"),
+    *("slip_area", "contact_area", "iterations_normal", "iterations_tangential", "products_normal"),
+    *("operator_products", "coarse_products", "solve_seconds"),
+)
+_REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved anew until one of them is reached
+
+
+@dataclass
+class Entry:
+    """One case with what its cube holds of it: `values`, its scalars; `errors` by name, NaN where there are none."""
+
+    case: Case
+    dataset: xr.Dataset
+    values: dict[str, float]
+    errors: dict[str, float] = field(default_factory=dict)
+    reference: bool = False
+
+    @property
+    def scene(self) -> Scene:
+        """The case's scene."""
+        return self.case.scene
+
+    @property
+    def status(self) -> Status:
+        """How the case ended."""
+        return Status(int(self.values["status"]))
+
+    @property
+    def cells(self) -> int:
+        """Number of cells of the window."""
+        return self.scene.mesh.cells[0] * self.scene.mesh.cells[1]
+
+    @property
+    def tolerance(self) -> float:
+        """The looser of the two tolerances."""
+        return max(self.scene.tolerance.normal, self.scene.tolerance.tangential)
+
+    @property
+    def products(self) -> float:
+        """Products of the traction solver on all meshes."""
+        return self.values["operator_products"] + max(self.values.get("coarse_products", 0.0), 0.0)
+
+    def at(self, name: str) -> Any:
+        """Variable `name` of the cube at this case, without dimensions."""
+        return self._case_of(self.dataset[name]).values[()]
+
+    def _case_of(self, variable: xr.DataArray) -> xr.DataArray:
+        dims = str(self.dataset.attrs["axes"]).split()
+        return variable.isel(dict(zip(dims, self.case.index, strict=True)))
+
+    def stress(self) -> np.ndarray:
+        """Pressure and tractions x, y on the window, MPa: [3, nx, ny]."""
+        nx, ny = self.scene.mesh.cells
+        names = ("pressure", "traction_x", "traction_y")
+        return np.stack([self._case_of(self.dataset[n]).transpose("x", "y").values[:nx, :ny] for n in names])
+
+
+def problem(scene: Scene) -> Scene:
+    """What `scene` asks, without how it is to be solved: equal for cases whose exact solution is the same."""
+    plain = Mesh(scene.mesh.size, (1, 1))
+    return replace(scene, mesh=plain, tolerance=Tolerance(), method="newton", discretisation="kalker", spin_point=0.0)
+
+
+def timed(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Solve each scene by itself, short ones several times: `solve_seconds` is the processor time of the fastest.
+
+    Nothing is shared between scenes, so every time is that of a whole solve, coefficients and pressure included; and
+    processor time hardly depends on what else the machine does.
+    """
+    from rcstudy.solve import solve_scene
+
+    for scene in scenes:
+        fastest, spent, repeats = np.inf, 0.0, 0
+        result = Result(Status.ERROR)
+        while repeats == 0 or (spent < _REPEAT_SECONDS and repeats < _REPEATS):
+            begun = time.process_time()
+            result = solve_scene(scene)
+            seconds = time.process_time() - begun
+            fastest, spent, repeats = min(fastest, seconds), spent + seconds, repeats + 1
+        result.scalars["solve_seconds"] = fastest
+        yield result
+
+
+def run(
+    study: Study,
+    out: Path,
+    cube: Path | None = None,
+    progress: Progress | None = None,
+    formats: Sequence[str] = ("png", "pdf"),
+) -> list[Path]:
+    """Solve `study` (or take its solutions from `cube`) and write errors, tables, figure and summary into `out`.
+
+    Returns the files written: the cube of errors `accuracy.nc`, the solutions it was made from unless `cube` was given,
+    tables `errors` and `settings`, figures `work_precision` and `quantities` in `formats`, and `summary.md`.
+    UserError when the cube is not of this study, stores no fields, or no problem of it has a solved reference.
+    """
+    from rcstudy import sweep
+    from rcstudy.cube import open_cube
+
+    check_formats(formats)
+    out.mkdir(parents=True, exist_ok=True)
+    if not study.outputs.fields:
+        raise UserError(f"{study.path}: outputs.fields: errors of pressure and tractions need the fields: true")
+    paths: list[Path] = []
+    if cube is None:
+        cube = out / "solutions.nc"
+        for _ in timed(sweep.warm_up_scenes(expand(study).cases)):
+            pass
+        sweep.run(study, cube, workers=1, progress=progress, solve=timed)
+        paths.append(cube)
+    with open_cube(cube) as tree:
+        entries = measured(study, tree)
+        paths.append(_write_errors(out / "accuracy.nc", tree, entries))
+        paths += write_report(entries, out, formats)
+    return paths
+
+
+def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
+    """All cases of an opened cube of `study` with their errors, in the order of grids and indices."""
+    from rcstudy.cube import grids
+
+    datasets = grids(tree)
+    cases = expand(study).cases
+    if any(not _holds(datasets.get(case.grid), case) for case in cases):
+        raise UserError(f"{study.path}: the cube is not of this study as it is now: run without --cube")
+    entries = [_entry(case, datasets[case.grid]) for case in cases if case.scene.creepage is not None]
+    order = list(datasets)
+    entries.sort(key=lambda e: (order.index(e.case.grid), e.case.index))
+    of_problem: dict[Scene, list[Entry]] = {}
+    for entry in entries:
+        of_problem.setdefault(problem(entry.scene), []).append(entry)
+    found = False
+    for group in of_problem.values():
+        found = _measure(group) or found
+    if not found:
+        raise UserError(f"{study.path}: no problem has a solved case of method newton to serve as its reference")
+    return entries
+
+
+def _holds(dataset: xr.Dataset | None, case: Case) -> bool:
+    """Whether a grid of a cube, if there is one, has `case` at its place."""
+    if dataset is None or len(case.index) != len(str(dataset.attrs["axes"]).split()):
+        return False
+    keys = dataset["case_key"]
+    return all(i < n for i, n in zip(case.index, keys.shape, strict=True)) and keys.values[case.index] == case.key
+
+
+def _entry(case: Case, dataset: xr.Dataset) -> Entry:
+    dims = set(str(dataset.attrs["axes"]).split())
+    at = dict(zip(str(dataset.attrs["axes"]).split(), case.index, strict=True))
+    values = {
+        str(name): float(variable.isel(at))
+        for name, variable in dataset.data_vars.items()
+        if set(variable.dims) == dims and variable.dtype.kind in "fi"
+    }
+    return Entry(case, dataset, values)
+
+
+def _measure(group: list[Entry]) -> bool:
+    """Give the cases of one problem their errors; False if it has no reference."""
+    exact = [e for e in group if e.scene.method == "newton" and e.status is Status.SOLVED]
+    if not exact:
+        return False
+    finest = max(exact, key=lambda e: (e.cells, -e.tolerance))
+    finest.reference = True
+    reference = finest.stress()
+    tightest: dict[Any, Entry] = {}
+    for e in sorted(exact, key=lambda e: -e.tolerance):
+        tightest[_equations(e.scene)] = e
+    fields = {key: e.stress() for key, e in tightest.items()}
+    for e in group:
+        stress = e.stress()
+        if not np.isfinite(stress).all():
+            continue
+        if e.scene.mesh.cells != finest.scene.mesh.cells:
+            e.errors |= _differences(e, stress, finest, averaged(reference, finest.scene.mesh, e.scene.mesh))
+        same = tightest.get(_equations(e.scene))
+        if same is not None and same is not e:
+            solver = _differences(e, stress, same, fields[_equations(e.scene)])
+            e.errors |= {SOLVER + name: value for name, value in solver.items()}
+    return True
+
+
+def _equations(scene: Scene) -> Any:
+    """Which discrete equations the scene's are, among those of its problem."""
+    return scene.mesh.cells, scene.discretisation, scene.spin_point
+
+
+def averaged(values: np.ndarray, mesh: Mesh, onto: Mesh) -> np.ndarray:
+    """Means over the cells of `onto` of `values` [..., nx, ny], constant on each cell of `mesh` and 0 outside.
+
+    Both windows are centred on the origin.
+    """
+    along_x, along_y = (_overlaps(mesh.size[k], mesh.cells[k], onto.size[k], onto.cells[k]) for k in (0, 1))
+    means: np.ndarray = along_x @ values @ along_y.T
+    return means
+
+
+def _overlaps(size: float, cells: int, onto_size: float, onto_cells: int) -> np.ndarray:
+    """Share [onto_cells, cells] of each cell of one division of a length that lies in each cell of another."""
+    edges = (np.arange(cells + 1) / cells - 0.5) * size
+    onto = (np.arange(onto_cells + 1) / onto_cells - 0.5) * onto_size
+    low = np.maximum(edges[None, :-1], onto[:-1, None])
+    high = np.minimum(edges[None, 1:], onto[1:, None])
+    shares: np.ndarray = np.clip(high - low, 0.0, None) / (onto_size / onto_cells)
+    return shares
+
+
+def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarray) -> dict[str, float]:
+    """The ERRORS of `e`, whose fields are `stress`, against `other`, whose fields on the same mesh are `reference`."""
+    own, true = e.values, other.values
+    force = np.hypot(true["force_x"], true["force_y"])
+    moment = other.scene.friction * other.scene.load * true["contact_radius"]
+    return {
+        "pressure": _ratio(np.linalg.norm(stress[0] - reference[0]), np.linalg.norm(reference[0])),
+        "pressure_max": _ratio(abs(own["pressure_max"] - true["pressure_max"]), true["pressure_max"]),
+        "traction": _ratio(np.linalg.norm(stress[1:] - reference[1:]), np.linalg.norm(reference[1:])),
+        "force": _ratio(np.hypot(own["force_x"] - true["force_x"], own["force_y"] - true["force_y"]), force),
+        "moment": _ratio(abs(own["moment_z"] - true["moment_z"]), moment),
+        "slip_area": _ratio(abs(own["slip_area"] - true["slip_area"]), true["contact_area"]),
+    }
+
+
+def write_report(entries: Sequence[Entry], out: Path, formats: Sequence[str]) -> list[Path]:
+    """Write tables `errors` and `settings`, figures `work_precision` and `quantities`, `summary.md` into `out`."""
+    rows = report_rows(entries)
+    chosen = settings(rows)
+    paths = write_table(out, "errors", *errors_table(rows))
+    paths += write_table(out, "settings", *settings_table(chosen))
+    with style():
+        paths += save(work_precision(rows), out, "work_precision", formats)
+        paths += save(quantities_figure(rows), out, "quantities", formats)
+    summary = out / "summary.md"
+    summary.write_text(summary_text(rows, chosen, coupling_errors(entries)), encoding="utf-8")
+    return [*paths, summary]
+
+
+def report_rows(entries: Sequence[Entry]) -> list[Row]:
+    """The cases as the report takes them."""
+    numbers: dict[Scene, int] = {}
+    rows = []
+    for e in entries:
+        scene, values = e.scene, e.values
+        rows.append(
+            Row(
+                grid=e.case.grid,
+                label=str(e.at(LABEL)),
+                line=_line(e),
+                problem=numbers.setdefault(problem(scene), len(numbers)),
+                method=scene.method,
+                coupling=scene.coupling,
+                cells=scene.mesh.cells[0],
+                radius=values["contact_radius"] / scene.mesh.spacing[0],
+                tolerance=e.tolerance,
+                status=e.status.name.lower().replace("_", " "),
+                products=e.products,
+                iterations_normal=values["iterations_normal"],
+                iterations_tangential=values["iterations_tangential"],
+                seconds=values["solve_seconds"],
+                errors=e.errors,
+            )
+        )
+    return rows
+
+
+def _line(e: Entry) -> str:
+    """The case in words, without what a line of a figure runs along or takes together."""
+    parts = [p for p in str(e.at(LABEL)).split(", ") if p.split("=")[0] not in _TOGETHER]
+    return ", ".join([e.case.grid.replace("_", " "), *(p.split("=")[-1] for p in parts)])
+
+
+def coupling_errors(entries: Sequence[Entry]) -> list[tuple[str, dict[str, float]]]:
+    """By problem solved with both couplings, the ERRORS of the one-way reference against the full one."""
+    references: dict[Scene, dict[str, Entry]] = {}
+    for e in entries:
+        if e.reference:
+            references.setdefault(replace(problem(e.scene), coupling="one-way"), {})[e.scene.coupling] = e
+    found = []
+    for both in references.values():
+        if len(both) == 2 and both["one-way"].scene.mesh == both["full"].scene.mesh:
+            one, full = both["one-way"], both["full"]
+            parts = str(full.at(LABEL)).split(", ")
+            name = ", ".join(p for p in parts if p.split("=")[0] not in ("coupling", *_TOGETHER[1:]))
+            found.append((f"{full.case.grid}: {name}", _differences(one, one.stress(), full, full.stress())))
+    return found
+
+
+def _ratio(size: Any, scale: Any) -> float:
+    return float(size) / float(scale) if scale > 0.0 else float("nan")
+
+
+def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Path:
+    """The cube's grids without their fields, each case with its errors (`error_<name>`, `solver_error_<name>`)."""
+    import xarray as xr
+
+    from rcstudy.cube import grids
+    from rcstudy.publish import replacing
+
+    engine: Any = "netcdf4" if find_spec("netCDF4") is not None else "h5netcdf"  # the former is ten times as fast
+    nodes: dict[str, xr.Dataset] = {}
+    for name, dataset in grids(tree).items():
+        own = [e for e in entries if e.case.grid == name]
+        if not own:
+            continue
+        dims = tuple(str(dataset.attrs["axes"]).split())
+        slim = dataset[[n for n in _KEPT if n in dataset.variables]]
+        slim = slim.drop_vars([n for n in slim.coords if not set(slim[n].dims) <= set(dims)]).load()
+        for prefix, words in (("", "converged reference"), (SOLVER, "tightest solution on the same mesh")):
+            for quantity, what in ERRORS.items():
+                values = np.full(tuple(dataset.sizes[d] for d in dims), np.nan)
+                for e in own:
+                    values[e.case.index] = e.errors.get(prefix + quantity, np.nan)
+                attrs = {"units": "1", "long_name": f"error against the {words}: {what}"}
+                slim[f"{prefix}error_{quantity}"] = (dims, values, attrs)
+        slim["solve_seconds"].attrs["long_name"] = "time of the whole solve: processor time if made by this command"
+        nodes[f"/{name}"] = slim
+    attrs = {
+        str(k): v for k, v in tree.attrs.items() if k not in ("axes", "grid", "grid_description", "rcstudy_schema")
+    }
+    nodes["/"] = xr.Dataset(attrs=attrs)
+    with replacing(path) as temporary:
+        xr.DataTree.from_dict(nodes).to_netcdf(temporary, engine=engine)
+    return path

@@ -1,0 +1,549 @@
+"""Benchmark of the solver, one thread; prints Markdown tables.
+
+Usage: python scripts/benchmark.py [--parts a,b] [--repeats 9] [--cells 64,128,256,512] [--large] [--json FILE]
+
+a  whole solves, in units of one SciPy rfft2 + irfft2 of the doubled window measured in between, against CONTACT
+b  products and iterations over meshes
+c  where the time goes, and the tractions' time against their bare FFTs
+d  the paper's 48 layered cases at 1e-6
+e  full coupling against one-way
+f  cases a second of a sweep with one and two workers
+g  the paper's study, whole command
+
+Times of one thread (a to e) are processor time, medians of the repeats unless stated otherwise: what else the machine
+does disturbs them less; f and g are wall time. `--large` adds 1024 cells to a, b and c.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import functools
+import importlib
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+os.environ.update(
+    dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+)
+
+import numpy as np
+import scipy.fft
+
+from rcstudy import provenance, sweep
+from rcstudy.cases import expand, normal_problem
+from rcstudy.mechanics import contact, convolution, influence, layered, normal, proof
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.progress import Silent
+from rcstudy.result import Status
+from rcstudy.study import load_study
+
+solve = importlib.import_module("rcstudy.solve")  # the package's own `solve` is a function
+ROOT = Path(__file__).resolve().parent.parent
+STEEL = Material(210000.0, 0.3)
+CONTACT_UNITS = {64: 270.0, 128: 277.0, 256: 412.0, 512: 630.0}
+TARGETS = {64: 9.0, 128: 14.0, 256: 25.0, 512: 40.0}
+ALL_PARTS = "abcdefg"
+
+Clock = time.process_time
+
+
+def uncoated(cells: int) -> Scene:
+    """The scene that CONTACT was measured on: equal elastic bodies, 2 x 2 mm, tolerances 1e-5."""
+    return Scene(
+        STEEL,
+        (50.0, 50.0),
+        100.0,
+        Mesh((2.0, 2.0), (cells, cells)),
+        counterbody=STEEL,
+        creepage=Creepage(0.002, 0.001, 0.01),
+        tolerance=Tolerance(1e-5, 1e-5),
+    )
+
+
+def coated(cells: int, layers: tuple[Layer, ...]) -> Scene:
+    """The same with layers under a rigid body."""
+    return replace(uncoated(cells), layers=layers, counterbody=None)
+
+
+A = 0.2533  # Hertz's radius (mm) under the rigid body
+SCENES: dict[str, Callable[[int], Scene]] = {
+    "no layer": uncoated,
+    "one layer": lambda n: coated(n, (Layer(105000.0, 0.3, 0.5 * A),)),
+    "two layers": lambda n: coated(n, (Layer(840000.0, 0.3, 0.25 * A), Layer(420000.0, 0.3, 0.25 * A))),
+}
+
+
+def forget() -> None:
+    """Empty every cache of the mechanics but FFT plans and lengths, so that the next solve is a whole one."""
+    for module in (contact, influence, normal, proof, solve, layered):
+        for value in list(vars(module).values()):
+            inner = getattr(value, "cache_clear", None)
+            if inner is not None and value not in (convolution.transform, convolution.good_length):
+                inner()
+
+
+def whole(scene: Scene) -> tuple[float, Any]:
+    """Seconds and result of one whole solve: coefficients, pressure, tractions, proof."""
+    forget()
+    begun = Clock()
+    result = solve.solve_scene(scene)
+    seconds = Clock() - begun
+    if result.status not in (Status.SOLVED, Status.PROOF_FAILED):
+        raise SystemExit(f"{scene}: {result.reason}")
+    return seconds, result
+
+
+def fft_pair(cells: int) -> float:
+    """Seconds of one SciPy rfft2 + irfft2 of 2N x 2N float64 numbers, one thread: the mean of enough of them."""
+    field = np.random.default_rng(1).standard_normal((2 * cells, 2 * cells))
+    count = max(2, round(30e6 / field.size / np.log2(field.size) / 2))
+    begun = Clock()
+    for _ in range(count):
+        scipy.fft.irfft2(scipy.fft.rfft2(field, workers=1), s=field.shape, workers=1)
+    return (Clock() - begun) / count
+
+
+def repeats_of(cells: int, repeats: int) -> int:
+    """Fewer repeats where a solve takes long."""
+    return max(3, repeats // max(1, cells // 256))
+
+
+def table(titles: list[str], rows: list[list[Any]]) -> None:
+    """Print a Markdown table; floats with three significant digits."""
+    print("| " + " | ".join(titles) + " |")
+    print("|" + " --- |" * len(titles))
+    for row in rows:
+        print("| " + " | ".join(f"{v:.3g}" if isinstance(v, float) else str(v) for v in row) + " |")
+    print(flush=True)
+
+
+KEYS_A = (
+    *("scene", "cells", "milliseconds", "least_milliseconds", "wall_milliseconds", "unit_milliseconds"),
+    *("median_unit_milliseconds", "units", "contact_units", "speedup", "aim"),
+)
+
+
+def part_a(options: argparse.Namespace) -> Any:
+    """Whole solves against CONTACT."""
+    print("## a. Whole solves\n")
+    print(
+        "One unit: one SciPy `rfft2` + `irfft2` of the doubled window. CONTACT: its better solver on the first scene.\n"
+    )
+    print("Faster by: least time of the solves against the least of all measured units of that size.\n")
+    found: list[dict[str, Any]] = []
+    pooled: dict[int, list[float]] = {n: [] for n in options.cells}
+    for name, make in SCENES.items():
+        times = {}
+        for n in options.cells:
+            scene = make(n)
+            whole(scene)
+            samples, units, walls = [], [], []
+            for _ in range(repeats_of(n, options.repeats)):
+                units.append(fft_pair(n))
+                wall = time.perf_counter()
+                samples.append(whole(scene)[0])
+                walls.append(time.perf_counter() - wall)
+            pooled[n] += units
+            times[n] = min(samples)
+            row = {
+                "scene": name,
+                "cells": n,
+                "milliseconds": 1e3 * statistics.median(samples),
+                "least_milliseconds": 1e3 * min(samples),
+                "wall_milliseconds": 1e3 * statistics.median(walls),
+            }
+            found.append(row)
+        exponent = float(np.polyfit(np.log(list(times)), np.log(list(times.values())), 1)[0]) if len(times) > 1 else 0.0
+        found.append({"scene": name, "exponent": exponent})
+    rows = []
+    for row in found:
+        if "cells" not in row:
+            continue
+        n = row["cells"]
+        unit = 1e3 * min(pooled[n])
+        row |= {"unit_milliseconds": unit, "median_unit_milliseconds": 1e3 * statistics.median(pooled[n])}
+        row["units"] = row["least_milliseconds"] / unit
+        if row["scene"] == "no layer" and n in CONTACT_UNITS:
+            row |= {"contact_units": CONTACT_UNITS[n], "speedup": CONTACT_UNITS[n] / row["units"], "aim": TARGETS[n]}
+        rows.append([row.get(key, "") for key in KEYS_A])
+    table(
+        ["scene", "cells", "ms", "least", "wall", "unit, least", "median", "units", "CONTACT", "faster by", "aim"], rows
+    )
+    for row in found:
+        if "exponent" in row:
+            print(f"Time grows like cells^{row['exponent']:.2f} along one side: {row['scene']}.")
+    print()
+    return found
+
+
+def part_b(options: argparse.Namespace) -> Any:
+    """Products and iterations over meshes."""
+    print("## b. Products\n")
+    print("Products of the traction solver count applications of the operator and of its preconditioner.\n")
+    found = []
+    for name, make in SCENES.items():
+        for n in options.cells:
+            numbers = whole(make(n))[1].scalars
+            found.append(
+                {
+                    "scene": name,
+                    "cells": n,
+                    "pressure steps": int(numbers["iterations_normal"]),
+                    "pressure products": int(numbers["products_normal"]),
+                    "Newton steps": int(numbers["iterations_tangential"]),
+                    "own mesh": int(numbers["operator_products"]),
+                    "coarser meshes": int(numbers["coarse_products"]),
+                }
+            )
+    table(list(found[0]), [list(row.values()) for row in found])
+    return found
+
+
+class Stopwatch:
+    """Seconds spent in parts of the program, without what is spent in other parts called from there."""
+
+    def __init__(self) -> None:
+        self.seconds: Counter[str] = Counter()
+        self._stack: list[tuple[str, float]] = []
+
+    def wrap(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
+        """`function`, whose time counts as `part`."""
+
+        @functools.wraps(function)
+        def run(*args: Any, **kwargs: Any) -> Any:
+            now = Clock()
+            if self._stack:
+                outer, since = self._stack[-1]
+                self.seconds[outer] += now - since
+            self._stack.append((part, now))
+            try:
+                return function(*args, **kwargs)
+            finally:
+                now = Clock()
+                name, since = self._stack.pop()
+                self.seconds[name] += now - since
+                if self._stack:
+                    self._stack[-1] = (self._stack[-1][0], now)
+
+        return run
+
+
+@contextlib.contextmanager
+def patched(*replacements: tuple[Any, str, Any]) -> Iterator[None]:
+    """Attributes replaced inside the block."""
+    before = [(owner, name, getattr(owner, name)) for owner, name, _ in replacements]
+    try:
+        for owner, name, value in replacements:
+            setattr(owner, name, value)
+        yield
+    finally:
+        for owner, name, value in before:
+            setattr(owner, name, value)
+
+
+PARTS = ("coefficients", "their transforms", "pressure", "tractions", "proof", "rest")
+
+
+def breakdown(scene: Scene) -> dict[str, float]:
+    """Seconds of one whole solve by PARTS."""
+    watch = Stopwatch()
+    parts = [
+        (influence.Influence, "__init__", "coefficients"),
+        (influence.Influence, "quadrant", "coefficients"),
+        (influence.Influence, "once", "their transforms"),
+        (solve, "solve_normal", "pressure"),
+        (solve, "solve_rolling", "tractions"),
+        (solve, "solve_coupled", "tractions"),
+        (solve, "prove_normal", "proof"),
+        (solve, "prove_rolling", "proof"),
+        (solve, "slips", "proof"),
+    ]
+    forget()
+    with patched(*((owner, name, watch.wrap(getattr(owner, name), part)) for owner, name, part in parts)):
+        watch.wrap(solve.solve_scene, "rest")(scene)
+    return {part: watch.seconds[part] for part in PARTS}
+
+
+def fft_floor(scene: Scene, repeats: int) -> dict[str, float]:
+    """Seconds of the tractions (operators made before) and of their bare FFTs, replayed in the same order."""
+    solved = contact.solve_normal(scene)
+    contact.solve_rolling(solved, scene)
+    calls: list[Callable[[], None]] = []
+
+    def recorded(method: Callable[..., None]) -> Callable[..., None]:
+        def run(plan: Any) -> None:
+            calls.append(functools.partial(method, plan))
+            plans.add(plan)
+            method(plan)
+
+        return run
+
+    plans: set[Any] = set()
+    kind = convolution.Transform
+    with patched((kind, "forward", recorded(kind.forward)), (kind, "backward", recorded(kind.backward))):
+        rolling = contact.solve_rolling(solved, scene)
+    for plan in plans:
+        plan.real[:] = 0.0
+        plan.hat[:] = 0.0
+    whole_times, bare_times = [], []
+    for _ in range(repeats):
+        begun = Clock()
+        contact.solve_rolling(solved, scene)
+        whole_times.append(Clock() - begun)
+        for plan in plans:
+            plan.real[:] = 0.0
+        begun = Clock()
+        for call in calls:
+            call()
+        bare_times.append(Clock() - begun)
+    return {
+        "products": rolling.products + rolling.coarse_products,
+        "transforms": len(calls),
+        "tractions_milliseconds": 1e3 * min(whole_times),
+        "bare_milliseconds": 1e3 * min(bare_times),
+        "ratio": min(whole_times) / min(bare_times),
+    }
+
+
+def part_c(options: argparse.Namespace) -> Any:
+    """Where the time goes, and the FFT floor."""
+    print("## c. Where the time goes (ms)\n")
+    found: dict[str, list[Any]] = {"breakdown": [], "floor": []}
+    for name, make in SCENES.items():
+        for n in options.cells:
+            breakdown(make(n))
+            samples = [breakdown(make(n)) for _ in range(repeats_of(n, options.repeats))]
+            row = {part: 1e3 * statistics.median(s[part] for s in samples) for part in PARTS}
+            found["breakdown"].append({"scene": name, "cells": n, **row})
+    table(["scene", "cells", *PARTS], [list(row.values()) for row in found["breakdown"]])
+    print(
+        "Tractions (symbols made before) against their own FFTs alone, the same plans in the same order; least times:\n"
+    )
+    for name, make in SCENES.items():
+        for n in options.cells:
+            floor = fft_floor(make(n), repeats_of(n, options.repeats))
+            found["floor"].append({"scene": name, "cells": n, **floor})
+    titles = ["scene", "cells", "products", "transforms", "tractions, ms", "FFTs alone, ms", "ratio"]
+    table(titles, [list(row.values()) for row in found["floor"]])
+    return found
+
+
+def part_d(options: argparse.Namespace) -> Any:
+    """The paper's layered cases."""
+    study = load_study(ROOT / "configs" / "paper.yaml")
+    wanted = {"figure_7", "figure_8", "figure_9", "figure_10"}
+    cases = [c for c in expand(study).cases if c.grid in wanted]
+    print(f"## d. The paper's {len(cases)} layered cases, tolerances 1e-6\n")
+    groups: dict[Any, list[Scene]] = {}
+    for case in cases:
+        scene = replace(case.scene, tolerance=Tolerance(1e-6, 1e-6))
+        groups.setdefault(normal_problem(scene), []).append(scene)
+    for scenes in groups.values():
+        list(solve.solve_group(scenes))
+    forget()
+    begun = Clock()
+    results = [r for scenes in groups.values() for r in solve.solve_group(scenes)]
+    each = (Clock() - begun) / len(results)
+    found: dict[str, Any] = {"cases": len(results), "milliseconds_a_case": 1e3 * each}
+    rows = []
+    for words, names in (
+        ("products, own mesh", ("operator_products",)),
+        ("products, coarser meshes", ("coarse_products",)),
+        ("products, all meshes", ("operator_products", "coarse_products")),
+        ("Newton steps", ("iterations_tangential",)),
+        ("pressure steps", ("iterations_normal",)),
+    ):
+        values = [sum(int(r.scalars[name]) for name in names) for r in results]
+        rows.append([words, statistics.median(values), max(values)])
+        found[words] = {"median": statistics.median(values), "worst": max(values)}
+    table(["", "median", "worst"], rows)
+    bad = Counter(r.status.name for r in results if r.status != Status.SOLVED)
+    print(f"{1e3 * each:.2f} ms a case, pressures and coefficients included. Not solved: {dict(bad) or 0}.\n")
+    return found
+
+
+def part_e(options: argparse.Namespace) -> Any:
+    """Full coupling against one-way."""
+    print("## e. Full coupling against one-way (least times)\n")
+    found = []
+    for name in ("one layer", "two layers"):
+        for n in (c for c in options.cells if c <= 256):
+            # half the creepage: with all of it full coupling does not converge under two stiff layers on fine meshes
+            one_way = replace(SCENES[name](n), creepage=Creepage(0.001, 0.0005, 0.005))
+            full = replace(one_way, coupling="full")
+            samples: dict[str, list[float]] = {"one-way": [], "full": []}
+            products = {}
+            whole(one_way), whole(full)
+            for _ in range(repeats_of(n, options.repeats)):
+                for scene in (one_way, full):
+                    seconds, result = whole(scene)
+                    samples[scene.coupling].append(seconds)
+                    products[scene.coupling] = result.scalars["operator_products"] + result.scalars["coarse_products"]
+            one, both = (1e3 * min(samples[key]) for key in ("one-way", "full"))
+            found.append(
+                {
+                    "scene": name,
+                    "cells": n,
+                    "one-way, ms": one,
+                    "full, ms": both,
+                    "ratio": both / one,
+                    "products, one-way": int(products["one-way"]),
+                    "products, full": int(products["full"]),
+                }
+            )
+    table(list(found[0]), [list(row.values()) for row in found])
+    return found
+
+
+STUDY = """\
+study: throughput
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 100
+  mesh: {size: [2, 2], cells: [128, 128]}
+grids:
+  coated:
+    coating: {layer_count: 1}
+    axes:
+      thickness: [0.25 a, 0.5 a, 1 a]
+      modulus: [0.25 Es, 0.5 Es, 2 Es, 4 Es]
+      creepage:
+"""
+
+
+class Times(Silent):
+    """Wall times at which cases were done."""
+
+    def __init__(self) -> None:
+        self.times: list[float] = []
+
+    def advance(self, *, failed: bool) -> None:
+        """Note the time."""
+        self.times.append(time.perf_counter())
+
+
+def part_f(options: argparse.Namespace) -> Any:
+    """Throughput of a sweep."""
+    print("## f. Sweep\n")
+    lines = [f"        - {{label: c{k}, longitudinal: {0.0001 * (k + 1):.4f}, spin: 0.005}}" for k in range(24)]
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "throughput.yaml"
+        path.write_text(STUDY + "\n".join(lines) + "\n", encoding="utf-8")
+        study = load_study(path)
+        sweep.run(study, Path(folder) / "warm.nc", workers=1)
+        for workers in (1, 2):
+            best: dict[str, Any] = {}
+            for _ in range(3):
+                times = Times()
+                begun = time.perf_counter()
+                done = sweep.run(study, Path(folder) / "cube.nc", workers=workers, progress=times)
+                seconds = time.perf_counter() - begun
+                if done.failed:
+                    raise SystemExit(f"throughput: {done.failed} of {done.cases} cases failed")
+                if not best or seconds < best["seconds"]:
+                    steady = (len(times.times) - 1) / (times.times[-1] - times.times[0])
+                    best = {"seconds": seconds, "rate": done.cases / seconds, "steady": steady}
+            found.append({"workers": workers, "cases": study.size, **best})
+    one = found[0]
+    for row in found:
+        row["efficiency"] = row["rate"] / row["workers"] / one["rate"]
+        row["steady_efficiency"] = row["steady"] / row["workers"] / one["steady"]
+    print(
+        "128 x 128 cells, one layer, fields stored; the best of three runs, wall time. Steady: from the first case done"
+    )
+    print("to the last, without the start of the workers.\n")
+    titles = ["workers", "cases", "s", "cases/s", "cases/s, steady", "efficiency", "efficiency, steady"]
+    table(titles, [list(row.values()) for row in found])
+    return found
+
+
+def part_g(options: argparse.Namespace) -> Any:
+    """The paper's study."""
+    print("## g. The paper's study\n")
+    from rcstudy.cube import case_table, open_cube
+
+    walls, solves, phases = [], [], []
+    with tempfile.TemporaryDirectory() as folder:
+        cube = Path(folder) / "paper.nc"
+        command = [
+            sys.executable,
+            "-m",
+            "rcstudy",
+            "sweep",
+            str(ROOT / "configs" / "paper.yaml"),
+            "-o",
+            str(cube),
+            "-q",
+        ]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        for k in range(4):
+            begun = time.perf_counter()
+            subprocess.run(command, check=True, env=environment, stdout=subprocess.DEVNULL)
+            wall = time.perf_counter() - begun
+            if k == 0:
+                continue  # warms the disk and the compiled kernels
+            walls.append(wall)
+            with open_cube(cube) as tree:
+                solves.append(float(case_table(tree)["solve_seconds"].sum()))
+                phases.append(float(tree.attrs["wall_seconds"]))
+                count = len(case_table(tree))
+    found = {
+        "cases": count,
+        "solves_seconds": statistics.median(solves),
+        "solves_and_cube_seconds": statistics.median(phases),
+        "command_seconds": statistics.median(walls),
+        "least_command_seconds": min(walls),
+    }
+    titles = ["cases", "solves, s", "solves and cube, s", "whole command, s", "least of three, s"]
+    table(titles, [list(found.values())])
+    return found
+
+
+def main() -> None:
+    """Run the parts asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--parts", default=",".join(ALL_PARTS))
+    parser.add_argument("--repeats", type=int, default=9)
+    parser.add_argument("--cells", default="64,128,256,512")
+    parser.add_argument("--large", action="store_true", help="1024 cells too")
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    options.cells = [int(n) for n in options.cells.split(",")] + ([1024] if options.large else [])
+    load = os.getloadavg()
+    found: dict[str, Any] = {
+        "cpu": str(provenance.collect("benchmark").get("machine_cpu", platform.machine())),
+        "cores": provenance.available_cores(),
+        "load_average_before": load,
+    }
+    print("# Benchmark\n")
+    print(f"{found['cpu']}, {found['cores']} cores, Python {platform.python_version()}, NumPy {np.__version__}.")
+    print(f"Load average before: {load[0]:.1f}, {load[1]:.1f}, {load[2]:.1f}; ", end="")
+    print("quiet." if load[0] < 0.5 * found["cores"] else "other programs were running: trust the ratios.")
+    print("Processor time of one thread, medians, unless stated otherwise.\n", flush=True)
+    parts = {name: globals()[f"part_{name}"] for name in ALL_PARTS}
+    for name in options.parts.split(","):
+        if name not in parts:
+            parser.error(f"no part {name}: {', '.join(parts)}")
+        found[name] = parts[name](options)
+    found["load_average_after"] = load = os.getloadavg()
+    print(f"Load average after: {load[0]:.1f}, {load[1]:.1f}, {load[2]:.1f}.")
+    if options.json:
+        options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

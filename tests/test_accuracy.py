@@ -1,0 +1,220 @@
+"""Errors against converged references: numbers checked apart from the code that reports them."""
+
+import csv
+from dataclasses import replace
+from importlib import import_module
+
+import numpy as np
+import pytest
+import xarray as xr
+from contacts import STEEL
+from studies import CONFIGS
+
+from rcstudy import accuracy
+from rcstudy.errors import UserError
+from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
+from rcstudy.report.precision import QUANTITIES, Row, Setting, settings, summary_text
+from rcstudy.result import Result, Status
+from rcstudy.solve import solve_scene
+from rcstudy.study import load_study
+
+STUDY = """\
+study: tiny
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  counterbody: {E: 1 Es, nu: 0.3}
+  radius: 50
+  load: 100
+  creepage: {longitudinal: 0.0006, lateral: 0.0002}
+  mesh: {size: [0.8, 0.8], cells: [12, 12]}
+grids:
+  meshes:
+    axes:
+      mesh.cells: [[12, 12], [18, 18]]
+      tolerance:
+        - {label: loose, normal: 1.0e-4, tangential: 1.0e-4}
+        - {label: tight, normal: 1.0e-9, tangential: 1.0e-9}
+  finest:
+    scene: {mesh: {cells: [24, 24]}, tolerance: {normal: 1.0e-9, tangential: 1.0e-9}}
+    axes: {method: [newton]}
+  paper_cg:
+    scene: {method: paper-cg}
+    axes:
+      mesh.cells: [[12, 12]]
+"""
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    """Folder of a report, and the study it is of."""
+    folder = tmp_path_factory.mktemp("accuracy")
+    path = folder / "tiny.yaml"
+    path.write_text(STUDY.replace("method: paper-cg}", "method: paper-cg, tolerance: {tangential: 1.0e-2}}"))
+    study = load_study(path)
+    accuracy.run(study, folder / "report", formats=("png",))
+    return study, folder / "report"
+
+
+@pytest.mark.heavy
+def test_errors_are_those_of_solutions_compared_by_hand(reported):
+    study, folder = reported
+    scenes = {case.scene.mesh.cells[0]: case.scene for case in accuracy.expand(study).cases if case.grid == "meshes"}
+    tight = Tolerance(1e-9, 1e-9)
+    fine = solve_scene(replace(scenes[12], mesh=Mesh((0.8, 0.8), (24, 24)), tolerance=tight))
+    own = solve_scene(replace(scenes[12], tolerance=Tolerance(1e-4, 1e-4)))
+    same = solve_scene(replace(scenes[12], tolerance=tight))
+
+    def stacked(result):
+        return np.stack([result.fields["traction_x"], result.fields["traction_y"]])
+
+    means = stacked(fine).reshape(2, 12, 2, 12, 2).mean(axis=(2, 4))
+    force = np.hypot(fine.scalars["force_x"], fine.scalars["force_y"])
+    fx, fy = (own.scalars[k] - fine.scalars[k] for k in ("force_x", "force_y"))
+    moment = abs(own.scalars["moment_z"] - fine.scalars["moment_z"]) / (100.0 * fine.scalars["contact_radius"])
+    slip = abs(own.scalars["slip_area"] - fine.scalars["slip_area"]) / fine.scalars["contact_area"]
+    with xr.open_datatree(folder / "accuracy.nc") as tree:
+        case = tree["meshes"].to_dataset().isel(cells=0, tolerance=0).load()
+        exact = tree["finest"].to_dataset().load()
+    wanted = {
+        "error_traction": np.linalg.norm(stacked(own) - means) / np.linalg.norm(means),
+        "error_force": np.hypot(fx, fy) / force,
+        "error_moment": moment,
+        "error_slip_area": slip,
+        "error_pressure_max": abs(own.scalars["pressure_max"] / fine.scalars["pressure_max"] - 1.0),
+        "solver_error_traction": np.linalg.norm(stacked(own) - stacked(same)) / np.linalg.norm(stacked(same)),
+    }
+    for name, value in wanted.items():
+        # the reference's own residual is all that two solves can differ by
+        assert float(case[name]) == pytest.approx(value, rel=1e-6, abs=1e-12), name
+    assert 0.001 < wanted["error_traction"] < 0.3
+    assert 0.0 < wanted["solver_error_traction"] < 1e-2
+    assert np.isnan(exact["error_traction"]).all()  # the reference has no error of its own
+    assert "pressure" not in case  # errors only: the fields stay in the other cube
+
+
+@pytest.mark.heavy
+def test_paper_cg_is_measured_against_newton(reported):
+    _, folder = reported
+    with xr.open_datatree(folder / "accuracy.nc") as tree:
+        own = tree["paper_cg"].to_dataset().load()
+    assert float(own["solver_error_traction"].squeeze()) > 0.02
+    assert float(own["solver_error_pressure"].squeeze()) < 1e-3
+    assert "## Method paper-cg" in (folder / "summary.md").read_text()
+
+
+@pytest.mark.heavy
+def test_report_has_every_case_and_a_cube_serves_again(reported, tmp_path):
+    study, folder = reported
+    with (folder / "errors.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == study.size
+    written = accuracy.run(study, tmp_path, cube=folder / "solutions.nc", formats=("png",))
+    assert tmp_path / "solutions.nc" not in written
+    assert {p.name for p in written} >= {"accuracy.nc", "errors.csv", "settings.md", "work_precision.png", "summary.md"}
+    for name in ("errors.csv", "summary.md"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+@pytest.mark.heavy
+def test_cube_of_another_study_is_refused(reported, tmp_path):
+    _, folder = reported
+    path = tmp_path / "other.yaml"
+    path.write_text(STUDY.replace("load: 100", "load: 90"))
+    with pytest.raises(UserError, match="the cube is not of this study as it is now"):
+        accuracy.run(load_study(path), tmp_path, cube=folder / "solutions.nc")
+
+
+@pytest.mark.parametrize(("fine", "coarse"), [(24, 12), (18, 12), (7, 5), (16, 16)])
+def test_means_over_cells_conserve_and_are_exact(fine, coarse):
+    rng = np.random.default_rng(3)
+    values = rng.standard_normal((2, fine, fine + 1))
+    means = accuracy.averaged(values, Mesh((0.8, 1.2), (fine, fine + 1)), Mesh((0.8, 1.2), (coarse, coarse)))
+    # by brute force: both divisions refined until they share cells
+    both = np.repeat(np.repeat(values, coarse, axis=1), coarse, axis=2)
+    brute = both.reshape(2, coarse, fine, coarse, fine + 1).mean(axis=(2, 4))
+    np.testing.assert_allclose(means, brute, rtol=1e-12, atol=1e-14)
+
+
+def test_means_over_a_larger_window_count_what_is_outside_as_nothing():
+    means = accuracy.averaged(np.ones((4, 4)), Mesh((1.0, 1.0), (4, 4)), Mesh((2.0, 2.0), (4, 4)))
+    np.testing.assert_allclose(means, np.pad(np.ones((2, 2)), 1))
+
+
+def test_problem_is_what_remains_without_the_way_of_solving():
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)))
+    other = replace(scene, mesh=Mesh((1.0, 1.0), (64, 64)), tolerance=Tolerance(1e-9, 1e-9), method="paper-cg")
+    assert accuracy.problem(scene) == accuracy.problem(other)
+    assert accuracy.problem(scene) != accuracy.problem(replace(scene, coupling="full"))
+    assert accuracy.problem(scene) != accuracy.problem(replace(scene, load=99.0))
+
+
+def test_times_are_those_of_whole_solves(monkeypatch):
+    calls = []
+    monkeypatch.setattr(
+        import_module("rcstudy.solve"), "solve_scene", lambda scene: calls.append(scene) or Result(Status.SOLVED)
+    )
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)))
+    results = list(accuracy.timed([scene, scene]))
+    assert len(calls) == 2 * accuracy._REPEATS  # nothing is solved in no time: as often as it may
+    assert all(0.0 <= r.scalars["solve_seconds"] < 0.1 for r in results)
+
+
+def row(cells, tolerance, error, *, problem=0, seconds=1.0, status="solved", coupling="one-way"):
+    errors = dict.fromkeys(QUANTITIES, error)
+    label, line = f"cells={cells}", "line"
+    return Row(
+        "g",
+        label,
+        line,
+        problem,
+        "newton",
+        coupling,
+        cells,
+        cells / 4,
+        tolerance,
+        status,
+        80.0,
+        5.0,
+        3.0,
+        seconds,
+        errors,
+    )
+
+
+def chosen(rows, target):
+    return next(s for s in settings(rows, ["force"]) if s.target == target)
+
+
+def test_the_cheapest_setting_that_keeps_every_problem_within_the_target_is_chosen():
+    rows = [row(16, 1e-5, 0.02), row(32, 1e-5, 0.008, seconds=4.0), row(64, 1e-5, 0.0009, seconds=9.0)]
+    assert (chosen(rows, 0.01).cells, chosen(rows, 0.01).seconds) == (32, 4.0)
+    assert chosen(rows, 0.001).cells == 64
+    # none keeps to 0.01 %: by the line through the three points on paper, slope log(0.0009/0.02)/log(64/16)
+    none = chosen(rows, 0.0001)
+    slope = np.log(0.0009 / 0.02) / np.log(4)
+    centre = np.log([0.02, 0.008, 0.0009]).mean()
+    assert none == Setting("force", 0.0001, needed=none.needed, order=none.order)
+    assert none.order == pytest.approx(-slope)
+    assert none.needed == pytest.approx(32 * np.exp((np.log(0.0001) - centre) / slope))
+    # another problem that needs the finer mesh
+    rows += [row(16, 1e-5, 0.1, problem=1), row(32, 1e-5, 0.02, problem=1), row(64, 1e-5, 0.005, problem=1)]
+    assert chosen(rows, 0.01).cells == 64
+
+
+def test_errors_small_by_chance_and_unsolved_cases_do_not_count():
+    rows = [row(16, 1e-5, 0.001), row(32, 1e-5, 0.02), row(64, 1e-5, 0.005)]
+    assert chosen(rows, 0.01).cells == 64
+    rows = [row(64, 1e-3, 0.001, status="proof failed"), row(64, 1e-5, 0.001, seconds=2.0)]
+    assert chosen(rows, 0.01).tolerance == 1e-5
+    assert "proof failed: 1" in summary_text(rows, settings(rows), [])
+
+
+def test_the_published_study_has_a_reference_for_every_problem():
+    cases = accuracy.expand(load_study(CONFIGS / "accuracy.yaml")).cases
+    problems = {accuracy.problem(c.scene) for c in cases}
+    referred = {accuracy.problem(c.scene) for c in cases if c.grid.endswith("_reference")}
+    assert problems == referred
+    newton = [c.scene for c in cases if c.scene.method == "newton" and not c.grid.endswith("_reference")]
+    assert {s.mesh.cells[0] for s in newton} == {16, 32, 64, 128, 256}
+    assert {s.tolerance.tangential for s in newton} == {1e-3, 1e-5, 1e-7, 1e-9}
+    assert {s.coupling for s in newton} == {"one-way", "full"}
