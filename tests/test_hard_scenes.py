@@ -215,3 +215,10 @@ def test_fitted_window(name, margin):
     for axis in (0, 1):
         filled = touched.any(axis=axis).sum() / cells
         assert filled == pytest.approx(1.0 / margin, abs=1.5 / cells + 0.03)
+
+
+@pytest.mark.parametrize("load", [338.0, 339.0])
+def test_few_cells_let_another_in(load):
+    """Seven cells across: the last change of the approach lets a cell overlap that the active set had left out."""
+    solved(Scene(STEEL, (50.0, 50.0), load, Mesh((3.0, 3.0), (16, 16)), creepage=Creepage(0.002)))
+    solved(Scene(STEEL, (50.0, 50.0), load, Mesh((3.0, 3.0), (16, 16)), counterbody=STEEL, creepage=Creepage(0.002)))

@@ -166,7 +166,9 @@ def _conjugate_gradients(
         products += 1
         zr, z_norm = pressure.normal_direction(plan.real[0], mask, r, r_old, d, zr, plan.real[0])
         residual = z_norm / arrays.norm2(p)
-        if residual <= scene.tolerance.normal and entered == 0:
+        # on few cells the approach may still have moved enough to let another cell in
+        overlap = scene.tolerance.normal * abs(approach)
+        if residual <= scene.tolerance.normal and entered == 0 and not (g[~mask] < approach - overlap).any():
             converged = True
             break
         plan.forward()
