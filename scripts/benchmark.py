@@ -532,7 +532,7 @@ def main() -> None:
     print("# Benchmark\n")
     print(f"{found['cpu']}, {found['cores']} cores, Python {platform.python_version()}, NumPy {np.__version__}.")
     print(f"Load average before: {load[0]:.1f}, {load[1]:.1f}, {load[2]:.1f}; ", end="")
-    print("quiet." if load[0] < 0.5 * found["cores"] else "other programs were running: trust the ratios.")
+    print("quiet." if load[0] < 0.25 * found["cores"] else "other programs were running: trust the ratios.")
     print("Processor time of one thread, medians, unless stated otherwise.\n", flush=True)
     parts = {name: globals()[f"part_{name}"] for name in ALL_PARTS}
     for name in options.parts.split(","):
