@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import pyfftw
 
+from rcstudy.mechanics.fftw import pyfftw
 from rcstudy.mechanics.kernels import arrays
 
 

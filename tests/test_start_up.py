@@ -1,0 +1,38 @@
+"""A command starts quickly: what a sweep does not use is not loaded."""
+
+import subprocess
+import sys
+
+
+def run_python(code):
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    return done.stdout.split()
+
+
+def test_the_solver_loads_no_data_frames_and_no_arrays_of_others():
+    loaded = run_python("import sys, rcstudy.solve; print(*sorted(sys.modules))")
+    assert "rcstudy.solve" in loaded
+    assert {"dask", "xarray", "pandas", "matplotlib"}.isdisjoint(loaded)
+
+
+def test_pyfftw_keeps_its_interfaces_for_those_who_ask():
+    code = """
+import sys
+import rcstudy.mechanics.fftw
+assert "pyfftw.interfaces" not in sys.modules
+import pyfftw
+print(pyfftw.interfaces.numpy_fft.rfft([1.0, 2.0])[0].real, type(sys.modules["pyfftw.interfaces"].cache).__name__)
+import pyfftw.interfaces.scipy_fft
+print(pyfftw.interfaces is sys.modules["pyfftw.interfaces"])
+"""
+    assert run_python(code) == ["3.0", "module", "True"]
+
+
+def test_pyfftw_that_is_loaded_already_stays_as_it_is():
+    code = """
+import pyfftw.interfaces
+before = pyfftw.interfaces
+import rcstudy.mechanics.fftw
+print(pyfftw.interfaces is before, rcstudy.mechanics.fftw.pyfftw is pyfftw)
+"""
+    assert run_python(code) == ["True", "True"]
