@@ -32,6 +32,8 @@ ORDER = [
     "rcstudy.cube_writer",
     "rcstudy.cube",
     "rcstudy.pool",
+    "rcstudy.remote",
+    "rcstudy.cluster",
     "rcstudy.sweep",
     "rcstudy.structure",
     "rcstudy.tolerances",

@@ -1,0 +1,364 @@
+"""Solves batches of cases on a running Dask cluster: workers anywhere, each solving one case at a time.
+
+The client deals the work out itself. Dask would try a task again on one worker after another, four in all, before it
+says that they died of it; and what it holds must stay bounded. So a worker has two parcels, one being solved and one
+to go on with, each tied to it; when it is gone, the client knows which of them it was at. The cases of that parcel are
+tried once more, each alone: the one that ends its worker again gets status ERROR, the others are solved.
+
+Everything between the machines is Dask's protocol, which trusts all who take part: whoever can reach the scheduler can
+run code on the workers and here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import queue
+import sys
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rcstudy.errors import UserError
+from rcstudy.pool import ATTEMPTS
+from rcstudy.remote import differences, examine, notes_on, solve_parcel
+from rcstudy.result import Result, Status
+
+if TYPE_CHECKING:
+    from rcstudy.cases import Case
+    from rcstudy.mechanics.scene import Scene
+
+_CONNECT_SECONDS = 15.0
+_FETCH_SECONDS = 30.0  # for the results of a finished parcel; a worker may die before they are fetched
+_LOOK_SECONDS = 0.5  # between looks at which workers there are
+_PARCELS_HELD = 2  # by a worker: the one it solves, and one to go on with
+_SHARES = 4  # parcels a worker there should at least be, so that all end at about the same time
+_LARGEST_PARCEL = 64  # cases
+_PARCEL_CELLS = 64 * 64 * 64  # of all cases of a parcel: some 0.3 s of work, or one case
+_SMALLEST_SPLIT = 8  # cases; the pressure of a batch that is split is solved again
+
+
+@dataclass(frozen=True)
+class Scheduler:
+    """Where a running Dask scheduler is: its `address`, such as tcp://node17:8786, or the `file` it wrote."""
+
+    address: str = ""
+    file: Path | None = None
+
+    def find(self) -> str:
+        """Its address. Raises UserError if the file is missing or holds none."""
+        if self.file is None:
+            return self.address
+        try:
+            address = json.loads(self.file.read_text(encoding="utf-8"))["address"]
+        except OSError as error:
+            raise UserError(f"{self.file}: cannot be read: {error.strerror or error}") from error
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise UserError(f"{self.file}: not a scheduler file: it names no address") from error
+        if not isinstance(address, str):
+            raise UserError(f"{self.file}: not a scheduler file: its address is not text")
+        return address
+
+
+def solve_on_cluster(
+    batches: Iterable[Sequence[Case]],
+    scheduler: Scheduler,
+    solve: Callable[[Sequence[Scene]], Iterator[Any]],
+    *,
+    tell: Callable[[str], None] = lambda text: print(text, file=sys.stderr),
+) -> Iterator[tuple[Case, Any]]:
+    """Solve `batches` (cases sharing a normal problem) on the cluster of `scheduler`; yield results as they come.
+
+    A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers. `solve` must
+    be importable by name on the workers. Workers may come and go; where there is none, this waits for one. `tell` is
+    told what a person should know. Closing the iterator takes back all that was sent out.
+
+    Raises UserError when Dask is not installed, the scheduler cannot be reached or is lost, or its workers run other
+    code than this process.
+    """
+    with _connected(scheduler) as client:
+        yield from _Deal(client, solve, batches, tell).run()
+
+
+@contextlib.contextmanager
+def _connected(scheduler: Scheduler) -> Iterator[Any]:
+    """A client of the scheduler; whatever it still wants is released at the end."""
+    try:
+        import distributed
+    except ImportError as error:
+        raise UserError(
+            f"a Dask cluster needs the extra `cluster`: pip install 'rcstudy[cluster]' ({error})"
+        ) from error
+    address = scheduler.find()
+    with _dask_silenced():
+        try:
+            client = distributed.Client(address or " ", timeout=_CONNECT_SECONDS, set_as_default=False, name="rcstudy")
+        except (OSError, ValueError, TypeError, ImportError, RuntimeError) as error:
+            reason = str(error).strip() or type(error).__name__
+            raise UserError(f"{address or '(no address)'}: no Dask scheduler can be reached there: {reason}") from error
+        try:
+            yield client
+        finally:
+            client.close(timeout=2)
+
+
+@contextlib.contextmanager
+def _dask_silenced() -> Iterator[None]:
+    """Keep Dask from printing what is dealt with here: workers that are gone, versions that differ."""
+    logger = logging.getLogger("distributed")
+    children = [logging.getLogger(f"distributed.{name}") for name in ("client", "comm", "core", "batched", "utils")]
+    before = [(one, one.level) for one in (logger, *children)]
+    for one, _ in before:
+        one.setLevel(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", module="distributed")
+            yield
+    finally:
+        for one, level in before:
+            one.setLevel(level)
+
+
+@dataclass(eq=False)
+class _Parcel:
+    """Batches sent to one worker together; `suspect`: a case that was in a parcel whose worker died, now alone."""
+
+    batches: list[list[Case]]
+    deaths: int = 0
+    worker: str = ""
+    future: Any = None
+
+    @property
+    def cases(self) -> list[Case]:
+        return [case for batch in self.batches for case in batch]
+
+    @property
+    def suspect(self) -> bool:
+        return self.deaths > 0
+
+
+@dataclass
+class _Deal:
+    """The work and who is at what. `given` are results that no worker sent: of cases that were given up."""
+
+    client: Any
+    solve: Callable[[Sequence[Scene]], Iterator[Any]]
+    batches: Iterable[Sequence[Case]]
+    tell: Callable[[str], None]
+    workers: dict[str, list[_Parcel]] = field(default_factory=dict)  # by address: what each holds, in order
+    refused: set[str] = field(default_factory=set)
+    suspects: deque[_Parcel] = field(default_factory=deque)
+    flying: dict[str, _Parcel] = field(default_factory=dict)  # by the key of the future
+    finished: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue)
+    given: list[tuple[Case, Result]] = field(default_factory=list)
+    told: set[str] = field(default_factory=set)
+    next_look: float = 0.0
+    had_workers: bool = False
+
+    def __post_init__(self) -> None:
+        self.waiting = deque(list(batch) for batch in self.batches)
+        self.left = sum(map(len, self.waiting))  # cases in `waiting`
+        self.ours = examine()
+
+    def run(self) -> Iterator[tuple[Case, Any]]:
+        """Deal out all the work; yield each case with its result."""
+        if not self.waiting:
+            return
+        while self.waiting or self.suspects or self.flying:
+            self._look_round()
+            self._hand_out()
+            for parcel in self._landed():
+                yield from self._opened(parcel)
+            yield from self.given
+            self.given.clear()
+
+    # workers
+
+    def _look_round(self) -> None:
+        """See which workers have gone and which are new."""
+        # before a suspect is given away, lest it be blamed for a death that had been before
+        if time.monotonic() < self.next_look and not self.suspects:
+            return
+        present = self._ask(self.client.nthreads)
+        for address in self.workers.keys() - present.keys():
+            self._bury(address)
+        self.refused &= present.keys()
+        new = present.keys() - self.workers.keys() - self.refused
+        if new:
+            self._welcome({address: present[address] for address in new})
+        if not self.workers:
+            self._tell_once(
+                "waiting for workers" if not self.had_workers else "all workers are gone: waiting for new ones"
+            )
+        else:
+            self.told -= {"waiting for workers", "all workers are gone: waiting for new ones"}
+        self.next_look = time.monotonic() + _LOOK_SECONDS
+
+    def _ask(self, question: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+        """The scheduler's answer. Raises UserError when it is gone."""
+        try:
+            if self.client.status == "running":
+                return question(*args, **kwargs)
+            reason = f"the connection is {self.client.status}"
+        except (OSError, AttributeError, RuntimeError) as error:  # a client that has just been closed has no attributes
+            reason = str(error) or type(error).__name__
+        raise UserError(f"{self._address()}: the scheduler is gone: {reason}; run again once there is one")
+
+    def _address(self) -> str:
+        return str(getattr(self.client.scheduler, "address", "Dask cluster"))
+
+    def _welcome(self, threads: dict[str, int]) -> None:
+        """Examine new workers: those that run other code end the sweep if it has not begun, else are left out."""
+        answers = self._ask(self.client.run, examine, workers=sorted(threads), on_error="return")
+        for address, answer in sorted(answers.items()):
+            if isinstance(answer, OSError):  # gone again
+                continue
+            problem = differences(self.ours, answer)
+            if problem and not self.had_workers:
+                raise UserError(f"worker {address}: {problem}")
+            if problem:
+                self.refused.add(address)
+                self._tell_once(f"left out: worker {address}: {problem}")
+                continue
+            self.workers[address] = []
+            for note in notes_on(self.ours, answer, threads[address]):
+                self._tell_once(f"note on worker {address}: {note}", note)
+        self.had_workers = self.had_workers or bool(self.workers)
+
+    def _tell_once(self, text: str, key: str = "") -> None:
+        if (key or text) not in self.told:
+            self.told.add(key or text)
+            self.tell(text)
+
+    def _bury(self, address: str) -> None:
+        """Take back what a worker held that is gone: the parcel it was at has seen a death, the next one has not."""
+        held = self.workers.pop(address)
+        at_work = True
+        for parcel in held:
+            self._call_back(parcel)
+            if parcel.future.status == "finished":  # its results went with the worker
+                self._put_back(parcel)
+            elif at_work:
+                at_work = False
+                self._died(parcel, f"worker {address} is gone")
+            else:
+                self._put_back(parcel)
+
+    def _died(self, parcel: _Parcel, how: str) -> None:
+        deaths = parcel.deaths + 1
+        if len(parcel.cases) > 1 or deaths < ATTEMPTS:
+            self.suspects.extend(_Parcel([[case]], deaths) for case in parcel.cases)
+            return
+        reason = f"the worker process died {deaths} times at this case: {how}"
+        self.given.append((parcel.cases[0], Result(Status.ERROR, reason)))
+
+    # work
+
+    def _hand_out(self) -> None:
+        """Give parcels to workers that have room, first to those that have nothing."""
+        held_at_most = 1 if self.suspects else _PARCELS_HELD
+        for level in range(held_at_most):
+            for address, held in self.workers.items():
+                if len(held) != level or any(parcel.suspect for parcel in held):
+                    continue
+                parcel = self.suspects.popleft() if self.suspects else self._next_parcel()
+                if parcel is None:
+                    return
+                self._send(parcel, address)
+
+    def _next_parcel(self) -> _Parcel | None:
+        """The next batches, or the beginning of one: less and less as the work comes to its end."""
+        if not self.waiting:
+            return None
+        cells = max(1, _PARCEL_CELLS // _cells(self.waiting[0][0]))
+        room = max(1, min(_LARGEST_PARCEL, cells, self.left // (_SHARES * len(self.workers))))
+        first = self.waiting.popleft()
+        split = min(max(room, _SMALLEST_SPLIT), cells)
+        if len(first) > split:
+            self.waiting.appendleft(first[split:])
+            first = first[:split]
+        parcel = _Parcel([first])
+        size = len(first)
+        while self.waiting and size + len(self.waiting[0]) <= room:
+            if _cells(self.waiting[0][0]) != _cells(first[0]):
+                break
+            size += len(self.waiting[0])
+            parcel.batches.append(self.waiting.popleft())
+        self.left -= size
+        return parcel
+
+    def _send(self, parcel: _Parcel, address: str) -> None:
+        scenes = [[case.scene for case in batch] for batch in parcel.batches]
+        parcel.worker = address
+        parcel.future = self._ask(
+            self.client.submit, solve_parcel, self.solve, scenes, workers=[address], pure=False, key=_key()
+        )
+        self.workers[address].append(parcel)
+        self.flying[parcel.future.key] = parcel
+        parcel.future.add_done_callback(lambda future: self.finished.put(future.key))
+
+    def _call_back(self, parcel: _Parcel) -> None:
+        self.flying.pop(parcel.future.key, None)
+        with contextlib.suppress(Exception):  # a scheduler that is gone is found out soon enough
+            parcel.future.cancel()
+
+    def _put_back(self, parcel: _Parcel) -> None:
+        if parcel.suspect:
+            self.suspects.append(parcel)
+            return
+        self.waiting.extendleft(reversed(parcel.batches))
+        self.left += len(parcel.cases)
+
+    def _landed(self) -> list[_Parcel]:
+        """Parcels that have ended, at once if there are any, else after a while at most."""
+        keys = []
+        with contextlib.suppress(queue.Empty):
+            keys.append(self.finished.get(timeout=_LOOK_SECONDS))
+            while len(keys) < _PARCELS_HELD * len(self.workers):
+                keys.append(self.finished.get_nowait())
+        landed = [self.flying.pop(key) for key in keys if key in self.flying]
+        for parcel in landed:
+            if parcel in self.workers.get(parcel.worker, ()):
+                self.workers[parcel.worker].remove(parcel)
+        self._hand_out()  # before results are taken to the disk: workers shall not wait for that
+        return landed
+
+    def _opened(self, parcel: _Parcel) -> Iterator[tuple[Case, Any]]:
+        """The results of a parcel that has ended, however that was."""
+        try:
+            results = parcel.future.result(timeout=_FETCH_SECONDS)
+        except Exception as error:
+            self._failed(parcel, error)
+            return
+        finally:
+            self._call_back(parcel)
+        yield from zip(parcel.cases, results, strict=True)
+
+    def _failed(self, parcel: _Parcel, error: Exception) -> None:
+        """Deal with a parcel that gave no results: lost on the way, the end of its workers, or an error in itself."""
+        self._ask(lambda: None)
+        how = f"{type(error).__name__}: {error}"
+        if type(error).__name__ == "KilledWorker":  # a worker came back at its old address, as often as Dask lets it
+            self._died(parcel, "its worker came back and died again")
+        elif isinstance(error, TimeoutError) or parcel.future.status in ("cancelled", "lost", "pending"):
+            self._put_back(parcel)  # solved, but the worker died before it could pass the results on
+        elif len(parcel.cases) > 1:
+            self.suspects.extend(_Parcel([[case]], ATTEMPTS - 1) for case in parcel.cases)
+        else:
+            self.given.append((parcel.cases[0], Result(Status.ERROR, how)))
+
+
+def _cells(case: Case) -> int:
+    nx, ny = case.scene.mesh.cells
+    return nx * ny
+
+
+def _key() -> str:
+    import uuid
+
+    return f"rcstudy-{uuid.uuid4().hex}"

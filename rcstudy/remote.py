@@ -1,0 +1,90 @@
+"""What a worker of a cluster runs: a few batches of cases after one another; and what it tells of itself before."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rcstudy.mechanics import SOLVER_VERSION
+from rcstudy.provenance import version
+
+if TYPE_CHECKING:
+    from rcstudy.mechanics.scene import Scene
+
+_LIBRARIES = ("numpy", "scipy", "numba", "pyfftw")  # those that numbers come from
+_THREADS = "OMP_NUM_THREADS"
+
+_one_at_a_time = threading.Lock()
+
+
+def solve_parcel(solve: Callable[[Sequence[Scene]], Iterator[Any]], batches: Sequence[Sequence[Scene]]) -> list[Any]:
+    """Solve `batches` on a worker, one case at a time whatever its number of threads: what `solve` yields, in order.
+
+    Ends early, with what is of no more use, when nobody wants the results any longer.
+    """
+    results: list[Any] = []
+    with _one_at_a_time:
+        for scenes in batches:
+            for result in solve(scenes):
+                results.append(result)
+                if not _wanted():
+                    return results
+    return results
+
+
+def _wanted() -> bool:
+    """Whether the task of this thread has not been cancelled."""
+    from distributed.worker import get_worker, thread_state
+
+    task = get_worker().state.tasks.get(thread_state.key)
+    return task is not None and task.state in ("executing", "long-running")
+
+
+def examine() -> dict[str, str]:
+    """What results depend on, of the process that calls this: solver, code, libraries, threads."""
+    return {
+        "solver": SOLVER_VERSION,
+        "rcstudy": version("rcstudy"),
+        "source": _source_digest(),
+        "python": platform.python_version(),
+        **{name: version(name) for name in _LIBRARIES},
+        _THREADS: os.environ.get(_THREADS, "not set"),
+    }
+
+
+def _source_digest() -> str:
+    """Hash (hex) of all Python code of the package."""
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+def differences(ours: Mapping[str, str], theirs: Mapping[str, str] | Exception) -> str:
+    """Why a process that was examined must not solve for this one; "" if it may."""
+    if isinstance(theirs, ImportError):
+        return f"it cannot import rcstudy: {theirs}; install the same version with the extra `cluster` there"
+    if isinstance(theirs, Exception):
+        return f"it cannot be examined: {type(theirs).__name__}: {theirs}"
+    if theirs["solver"] != ours["solver"]:
+        return f"its solver is version {theirs['solver']}, here it is {ours['solver']}: install the same rcstudy"
+    if theirs["source"] != ours["source"]:
+        return f"its rcstudy ({theirs['rcstudy']}) is other code than the one here ({ours['rcstudy']})"
+    return ""
+
+
+def notes_on(ours: Mapping[str, str], theirs: Mapping[str, str], threads: int) -> Iterator[str]:
+    """What is not as it should be with a worker of so many threads, but does no harm to speak of."""
+    for name in ("python", *_LIBRARIES):
+        if theirs[name] != ours[name]:
+            yield f"{name} {theirs[name]}, here {ours[name]}: last digits may differ"
+    if threads > 1:
+        yield f"{threads} threads, of which one is used: start workers with --nthreads 1 --nworkers {threads}"
+    if theirs[_THREADS] != "1":
+        yield f"{_THREADS} is {theirs[_THREADS]}: set it to 1, or numerical libraries may start threads of their own"
