@@ -85,6 +85,13 @@ def sweep(
         int | None,
         typer.Option(min=1, metavar="N", help="Processes; default: one a processor, one alone if that is quicker."),
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Send the work to a running Dask cluster: its scheduler's address."),
+    ] = None,
+    scheduler_file: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The same, by the file that the scheduler wrote.")
+    ] = None,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")] = False,
 ) -> int:
     """Solve all cases of a study and write them to a cube.
@@ -94,13 +101,15 @@ def sweep(
     """
     from rcstudy import progress
     from rcstudy import sweep as sweeping
+    from rcstudy.cluster import scheduler_at
     from rcstudy.study import load_study
 
     study = load_study(spec)
+    cluster = scheduler_at(scheduler, scheduler_file)
     target = output if output is not None else Path(f"{spec.stem}.nc")
     reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
     try:
-        done = sweeping.run(study, target, workers=workers, progress=reporter)
+        done = sweeping.run(study, target, workers=workers, scheduler=cluster, progress=reporter)
     except KeyboardInterrupt:
         there = f"{target} is as it was" if target.exists() else f"{target} was not written"
         print(f"interrupted: {there}", file=sys.stderr)

@@ -65,6 +65,13 @@ class Scheduler:
         return address
 
 
+def scheduler_at(address: str | None, file: Path | None) -> Scheduler | None:
+    """The scheduler of the options --scheduler and --scheduler-file; None without either, UserError with both."""
+    if address is not None and file is not None:
+        raise UserError("--scheduler and --scheduler-file: one of them, not both")
+    return None if address is None and file is None else Scheduler(address or "", file)
+
+
 def solve_on_cluster(
     batches: Iterable[Sequence[Case]],
     scheduler: Scheduler,

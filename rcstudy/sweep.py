@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy import pool, provenance
+from rcstudy import cluster, pool, provenance
 from rcstudy.errors import UserError
 from rcstudy.layout import case_label
 from rcstudy.mechanics.scene import Mesh, Scene
@@ -62,6 +62,7 @@ def run(
     output: Path | str,
     *,
     workers: int | None = None,
+    scheduler: cluster.Scheduler | None = None,
     progress: Progress | None = None,
     command: str | None = None,
     solve: pool.Solve | None = None,
@@ -69,9 +70,10 @@ def run(
     """Solve all cases of `study` and write the cube `output`, which is replaced only when all is done.
 
     `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
-    over to as many workers as there are processors if what is left is worth their start. `progress` is told of each
-    case; `command` goes to the provenance; `solve` takes the place of :func:`rcstudy.solve.solve_group`. A case that
-    fails gets its status and reason, and the batch goes on.
+    over to as many workers as there are processors if what is left is worth their start; with `scheduler` the workers
+    of a Dask cluster solve all instead. `progress` is told of each case; `command` goes to the provenance; `solve`
+    takes the place of :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch
+    goes on.
 
     Raises UserError when the cube cannot be written, KeyboardInterrupt when interrupted; the cube that was there
     before then stays as it was.
@@ -82,12 +84,14 @@ def run(
     started = time.monotonic()
     if workers is not None and workers < 1:
         raise UserError(f"workers: {workers}: a number of at least 1")
+    if workers is not None and scheduler is not None:
+        raise UserError("either workers of this machine or a scheduler, whose workers are started by themselves")
     expansion = expand(study)
     summary = Summary(Path(output))
     reporter = progress or Silent()
     with (
         interrupts_remembered() as check_interrupts,
-        contextlib.closing(_results(expansion, workers, solve or solve_batch)) as results,
+        contextlib.closing(_results(expansion, workers, scheduler, solve or solve_batch)) as results,
     ):
         told = _told(results, expansion, summary, reporter, check_interrupts)
         write_cube(output, study, expansion, told, provenance.collect(command))
@@ -120,8 +124,11 @@ def _told(
 
 
 def _results(
-    expansion: Expansion, workers: int | None, solve: pool.Solve
+    expansion: Expansion, workers: int | None, scheduler: cluster.Scheduler | None, solve: pool.Solve
 ) -> Generator[tuple[Case, Result], None, None]:
+    if scheduler is not None:
+        yield from cluster.solve_on_cluster(make_batches(expansion.cases, 1), scheduler, solve)
+        return
     wanted = workers or provenance.available_cores()
     batches = make_batches(expansion.cases, wanted)
     warm_up: Sequence[Scene] = ()
