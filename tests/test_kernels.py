@@ -467,10 +467,15 @@ def test_gather_slip(shape: tuple[int, int]) -> None:
 
 @pytest.mark.parametrize("m", [1, 7, 30])
 def test_classify(m: int) -> None:
-    """Some cells stick, some slip, one is just at the bound; what belongs to slip cells stays as it was in others."""
+    """Some cells stick, some slip, one is just at the bound, some have slip that would turn them round: these stick.
+
+    What belongs to slip cells stays as it was in others.
+    """
     rng = np.random.default_rng(m)
     q, s, bound, rho = rng.normal(size=(m, 2)), rng.normal(size=(m, 2)), rng.uniform(1.0, 3.0, size=m), 0.6
     q[0], s[0], bound[0] = (3.0, 4.0), (0.0, 0.0), 5.0
+    for k in range(1, m, 3):
+        s[k] = rng.uniform(2.0, 9.0) * q[k]
     slip = rng.random(m) < 0.5
     normal, diagonal = np.full((m, 2), 7.0), np.full(m, 7.0)
     before = slip.copy()
@@ -479,13 +484,19 @@ def test_classify(m: int) -> None:
     for k in range(m):
         t = q[k] - rho * s[k]
         size = np.linalg.norm(t)
-        assert slip[k] == (size > bound[k])
+        reversed_by = -float(t @ q[k]) / (size * bound[k])
+        assert slip[k] == (size > bound[k] and reversed_by < 0.1)
         projected = t * min(1.0, bound[k] / size)
         expected_square += float(((q[k] - projected) ** 2).sum())
         np.testing.assert_allclose(normal[k], t / size if slip[k] else [7.0, 7.0], rtol=1e-13)
         excess = (size / bound[k] - 1.0) / rho
         assert diagonal[k] == (pytest.approx(excess, rel=1e-10) if slip[k] else 7.0)
     assert not slip[0]
+    if m == 30:
+        rest = q - rho * s
+        turned = (np.hypot(*rest.T) > bound) & ~slip
+        assert turned.any()
+        assert slip.any()
     assert changed == (slip != before).sum()
     assert square == pytest.approx(expected_square, rel=1e-12)
 
