@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import itertools
 import time
-import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,37 +13,50 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from rcstudy.layout import MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Item, Layout, lay_out
+from rcstudy.deflate import compress
+from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Item, Layout, lay_out, regions
 from rcstudy.publish import replacing
-from rcstudy.result import VARIABLES, Result, Status
+from rcstudy.record import Keep, Packer, Record, Region, parse
+from rcstudy.result import Result, Status
 from rcstudy.steady import SteadyFile, interrupts_held
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion
+    from rcstudy.mechanics.scene import Mesh
     from rcstudy.study import Study
 
-_COMPRESSION = 1  # of deflate: on these fields higher levels take longer and gain little
+_COMPRESSION = 1  # of deflate, as the file says; streams come from rcstudy.deflate
 
 
 def write_cube(
     path: Path | str,
     study: Study,
     expansion: Expansion,
-    results: Iterable[tuple[Case, Result]],
+    results: Iterable[tuple[Case, Result | Record]],
     provenance: Mapping[str, str | int | float],
+    *,
+    started: float | None = None,
+    cropped: Mapping[str, Mapping[Mesh, Region]] | None = None,
 ) -> None:
     """Write all results of a study to a netCDF-4 file at `path`, replacing what is there only when all is written.
 
     `results` may be lazy and come in any order; each case of `expansion` exactly once. The file is created before
     the first result is asked for, so an unwritable place is found out early. Fields go to the disk as they come;
     scalars (some hundred bytes a case) are kept until the end. `provenance` becomes root attributes, together
-    with the study's text and hash and the wall time from here to the end.
+    with the study's text and hash and the wall time since `started` (time.monotonic(); by default now). `cropped`:
+    the cells that fields are cut to, of each mesh of a grid.
 
     Raises UserError when the file cannot be written, ValueError when a case has no result, two, or one whose
     names or shapes are not those of its grid.
     """
-    started = time.monotonic()
-    layouts, root = lay_out(expansion, fields=study.outputs.fields, precision=study.outputs.precision)
+    started = time.monotonic() if started is None else started
+    outputs = study.outputs
+    layouts, root = lay_out(expansion, fields=outputs.fields, precision=outputs.precision, cropped=cropped)
+    of_grid: dict[str, list[Case]] = {layout.name: [] for layout in layouts}
+    for case in expansion.cases:
+        of_grid[case.grid].append(case)
+    stored = {name: regions(cases, (cropped or {}).get(name)) for name, cases in of_grid.items()}
+    packer = Packer(Keep(outputs.fields, outputs.precision))
     attrs: dict[str, Any] = {
         "title": study.name,
         "study": study.name,
@@ -58,13 +71,16 @@ def write_cube(
             numbers = itertools.count()
             table = _Group(file, root, numbers) if root is not None else None
             grids = {
-                layout.name: _Group(file if root is None else file.create_group(layout.name), layout, numbers)
+                layout.name: _Group(
+                    file if root is None else file.create_group(layout.name), layout, numbers, stored[layout.name]
+                )
                 for layout in layouts
             }
         storage.check()
         for case, result in results:
+            record = _record(packer, case, result) if isinstance(result, Result) else result
             with interrupts_held():
-                grids[case.grid].add(case, result)
+                grids[case.grid].add(case, record)
             storage.check()
         with interrupts_held():
             for group in grids.values():
@@ -73,6 +89,13 @@ def write_cube(
                 table.fill_from(list(grids.values()))
             attrs["wall_seconds"] = round(time.monotonic() - started, 3)
             file.attrs.update(attrs)
+
+
+def _record(packer: Packer, case: Case, result: Result) -> Record:
+    try:
+        return parse(packer.pack(result, case.scene.mesh.cells).body)
+    except ValueError as error:
+        raise ValueError(f"{case.grid}, case {case.index}: {error}") from error
 
 
 @contextlib.contextmanager
@@ -93,11 +116,16 @@ class _Group:
 
     Dimensions are HDF5 dimension scales as netCDF-4 has them (NetCDF-4 format, appendix C of the netCDF user's
     guide). Made with h5py, not h5netcdf, which takes ten times as long: seconds for a study of ten grids.
-    `numbers` counts the file's dimensions.
+    `numbers` counts the file's dimensions; `stored`: the cells to store of each mesh.
     """
 
-    def __init__(self, group: h5py.Group, layout: Layout, numbers: Iterator[int]) -> None:
+    def __init__(
+        self, group: h5py.Group, layout: Layout, numbers: Iterator[int], stored: Mapping[Mesh, Region] | None = None
+    ) -> None:
         self.layout = layout
+        self._stored = stored or {}
+        self._group = group
+        self._missing: dict[str, bytes] = {}
         self._variables: dict[str, h5py.Dataset] = {}
         self._fields = {item.name: item for item in layout.items if item.field}
         self._scalars: dict[str, np.ndarray] = {}
@@ -147,37 +175,37 @@ class _Group:
         scale.attrs["_Netcdf4Dimid"] = np.int32(number)
         return scale
 
-    def add(self, case: Case, result: Result) -> None:
-        """Take one case's result; its fields go to the disk now."""
+    def add(self, case: Case, record: Record) -> None:
+        """Take one case's record; its fields go to the disk now."""
         where = f"{case.grid}, case {case.index}"
         if self._written[case.index]:
             raise ValueError(f"{where}: has two results")
-        unknown = (result.scalars.keys() | result.fields.keys()) - VARIABLES.keys()
-        if unknown:
-            raise ValueError(f"{where}: unknown variables {sorted(unknown)}")
+        if record.cells != case.scene.mesh.cells:
+            raise ValueError(f"{where}: its result has {record.cells} cells, the mesh {case.scene.mesh.cells}")
         for name, item in self._fields.items():
-            slab = self._slab(item, case, result.fields.get(name), where)
-            # a case's field is a chunk: compressed here and handed over whole, in half the time h5py takes for it
-            chunk = zlib.compress(slab.data, _COMPRESSION)
+            # a case's field is a chunk: handed over as it was compressed, in half the time h5py takes for it
+            chunk = self._chunk(item, self._stored[case.scene.mesh], record)
             self._variables[name].id.write_direct_chunk((*case.index, 0, 0), chunk)
-        for name, value in result.scalars.items():
-            if name in self._scalars and np.isfinite(value):
+        for name, value in record.scalars.items():
+            if name in self._scalars:
                 self._scalars[name][case.index] = value
-        self._scalars["status"][case.index] = Status(result.status).value
-        self._scalars["status_reason"][case.index] = result.reason
+        self._scalars["status"][case.index] = Status(record.status).value
+        self._scalars["status_reason"][case.index] = record.reason
         self._written[case.index] = True
 
-    def _slab(self, item: Item, case: Case, values: np.ndarray | None, where: str) -> np.ndarray:
-        """One case's field at the group's size: missing values where the case has none, or has fewer cells."""
+    def _chunk(self, item: Item, stored: Region, record: Record) -> bytes:
+        """The bytes of one case's field at the group's size: missing values where the case has none, or fewer cells."""
         shape = (self.layout.dims["x"], self.layout.dims["y"])
-        if values is not None and values.shape != case.scene.mesh.cells:
-            raise ValueError(f"{where}: {item.name} has shape {values.shape}, the mesh {case.scene.mesh.cells}")
-        if values is not None and values.shape == shape:
-            return np.ascontiguousarray(values, dtype=item.dtype)
+        packed = record.fields.get(item.name)
+        if packed is None:
+            if item.name not in self._missing:
+                self._missing[item.name] = compress(_empty(item.dtype, shape))
+            return self._missing[item.name]
+        if (record.region, record.shape, packed.dtype) == (stored, shape, item.dtype):
+            return packed.stream
         slab = _empty(item.dtype, shape)
-        if values is not None:
-            slab[: values.shape[0], : values.shape[1]] = values
-        return slab
+        slab[: stored[1] - stored[0], : stored[3] - stored[2]] = record.cut(item.name, stored)
+        return compress(slab)
 
     def finish(self) -> None:
         """Write the scalars; ValueError when a case has no result."""
@@ -186,6 +214,9 @@ class _Group:
             raise ValueError(f"grid {self.layout.name}: {missing} of {self._written.size} cases have no result")
         for name, values in self._scalars.items():
             self._variables[name][...] = values
+        keys = self.layout[CASE_KEY].values
+        assert keys is not None
+        self._group.attrs[CHECKSUM] = checksum({CASE_KEY: keys, **self._scalars})
 
     def fill_from(self, groups: list[_Group]) -> None:
         """Write this table's scalars from those of the grids, one after another."""
@@ -196,6 +227,19 @@ class _Group:
                 for group in groups
             ]
             self._variables[name][...] = np.concatenate(parts)
+
+
+def checksum(numbers: Mapping[str, np.ndarray]) -> str:
+    """SHA-256 (hex) of the values of all cases of a grid by name, text and numbers, in the order of the names."""
+    digest = hashlib.sha256()
+    for name in sorted(numbers):
+        values = numbers[name].reshape(-1)
+        if values.dtype == object:
+            data = "\0".join(map(str, values)).encode()
+        else:
+            data = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).tobytes()
+        digest.update(f"{name} {len(data)} ".encode() + data)
+    return digest.hexdigest()
 
 
 def _empty(dtype: str, shape: tuple[int, ...]) -> np.ndarray:

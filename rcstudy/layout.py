@@ -7,7 +7,7 @@ HDF5: :mod:`rcstudy.cube_writer` writes what is laid out here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +15,12 @@ import numpy as np
 
 from rcstudy.errors import UserError
 from rcstudy.mechanics.exact import Hertz, hertz
-from rcstudy.mechanics.scene import Layer, Scene
+from rcstudy.mechanics.scene import Layer, Mesh, Scene
 from rcstudy.result import VARIABLES, Variable
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion, Grid
+    from rcstudy.record import Region
 
 SCHEMA_ATTRIBUTE = "rcstudy_schema"
 """Root attribute that marks a file as an rcstudy cube and holds the version of this layout."""
@@ -35,6 +36,8 @@ LAYER = "layer"
 LABEL = "label"
 GRID = "grid"
 CASE_KEY = "case_key"
+CHECKSUM = "numbers_sha256"
+"""Attribute of a grid: SHA-256 of keys, statuses, reasons and numbers of its cases, for those who take cases over."""
 
 
 @dataclass(frozen=True)
@@ -185,23 +188,42 @@ def _layer_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Sequ
         yield Item(name, (*case_dims, LAYER), "f8", {"long_name": long_name, "units": units}, values)
 
 
-def _mesh_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Sequence[Case]) -> Iterator[Item]:
-    """Coordinates x and y; where the mesh varies among the cases, the centres of each case's cells instead."""
+def _mesh_items(
+    case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Sequence[Case], stored: Mapping[Mesh, Region]
+) -> Iterator[Item]:
+    """Coordinates x and y of the cells `stored` of each mesh; where the mesh varies, each case's centres instead."""
     first = cases[0].scene.mesh
     varies = any(case.scene.mesh != first for case in cases)
     for k, dim in enumerate(("x", "y")):
         words = ("longitudinal", "lateral")[k]
         attrs = {"long_name": f"{words} position of the cell's centre", "units": "mm"}
         if not varies:
-            centres = cell_centres(first.size[k], first.cells[k])
-            yield Item(dim, (dim,), "f8", attrs, centres, coordinate=True)
+            yield Item(dim, (dim,), "f8", attrs, _centres(first, stored[first], k), coordinate=True)
             continue
-        most = max(case.scene.mesh.cells[k] for case in cases)
-        values = np.full((*shape, most), np.nan)
+        values = np.full((*shape, _most(stored, k)), np.nan)
         for case in cases:
-            cells = case.scene.mesh.cells[k]
-            values[case.index][:cells] = cell_centres(case.scene.mesh.size[k], cells)
+            centres = _centres(case.scene.mesh, stored[case.scene.mesh], k)
+            values[case.index][: centres.size] = centres
         yield Item(f"{dim}_centre", (*case_dims, dim), "f8", attrs, values, coordinate=True)
+
+
+def _centres(mesh: Mesh, region: Region, k: int) -> np.ndarray:
+    """Centres along x (k = 0) or y of the cells of `mesh` in `region`."""
+    return cell_centres(mesh.size[k], mesh.cells[k])[region[2 * k] : region[2 * k + 1]]
+
+
+def _most(stored: Mapping[Mesh, Region], k: int) -> int:
+    """The largest number of cells along x (k = 0) or y that is stored of any mesh."""
+    return max(region[2 * k + 1] - region[2 * k] for region in stored.values())
+
+
+def regions(cases: Sequence[Case], cropped: Mapping[Mesh, Region] | None = None) -> dict[Mesh, Region]:
+    """The cells stored of each mesh among `cases`: all of them, or those that `cropped` names (if it names any)."""
+    stored = {}
+    for mesh in {case.scene.mesh for case in cases}:
+        i0, i1, j0, j1 = (cropped or {}).get(mesh, (0, 0, 0, 0))
+        stored[mesh] = (i0, i1, j0, j1) if i0 < i1 and j0 < j1 else (0, mesh.cells[0], 0, mesh.cells[1])
+    return stored
 
 
 def result_items(
@@ -218,8 +240,15 @@ def result_items(
             yield Item(name, (*case_dims, "x", "y"), dtype, variable_attrs(variable), field=True)
 
 
-def grid_layout(grid: Grid, cases: Sequence[Case], *, fields: bool, precision: str) -> Layout:
-    """Layout of one grid. `cases` are the grid's cases, in any order.
+def grid_layout(
+    grid: Grid,
+    cases: Sequence[Case],
+    *,
+    fields: bool,
+    precision: str,
+    cropped: Mapping[Mesh, Region] | None = None,
+) -> Layout:
+    """Layout of one grid. `cases` are the grid's cases, in any order; fields are cut to `cropped`.
 
     Raises UserError where a name of the grid's axes is also the name of a variable.
     """
@@ -228,7 +257,8 @@ def grid_layout(grid: Grid, cases: Sequence[Case], *, fields: bool, precision: s
     tangential = any(case.scene.creepage is not None for case in cases)
     items = list(_coordinate_items(grid))
     if fields:
-        items += _mesh_items(case_dims, shape, cases)
+        stored = regions(cases, cropped)
+        items += _mesh_items(case_dims, shape, cases, stored)
     labels = np.empty(shape, dtype=object)
     for case in cases:
         labels[case.index] = case_label(grid, case.index)
@@ -246,8 +276,7 @@ def grid_layout(grid: Grid, cases: Sequence[Case], *, fields: bool, precision: s
     if any(LAYER in item.dims for item in items):
         dims[LAYER] = max(len(case.scene.layers) for case in cases)
     if fields:
-        dims["x"] = max(case.scene.mesh.cells[0] for case in cases)
-        dims["y"] = max(case.scene.mesh.cells[1] for case in cases)
+        dims |= {"x": _most(stored, 0), "y": _most(stored, 1)}
     attrs = {"grid": grid.name, "grid_description": grid.description or "", "axes": " ".join(case_dims)}
     return Layout(grid.name, case_dims, dims, tuple(items), attrs)
 
@@ -282,15 +311,22 @@ def _flat(layout: Layout, name: str) -> np.ndarray:
     return np.broadcast_to(item.values.reshape(along), shape).reshape(-1)
 
 
-def lay_out(expansion: Expansion, *, fields: bool, precision: str) -> tuple[list[Layout], Layout | None]:
+def lay_out(
+    expansion: Expansion, *, fields: bool, precision: str, cropped: Mapping[str, Mapping[Mesh, Region]] | None = None
+) -> tuple[list[Layout], Layout | None]:
     """Layouts of all grids, and that of the root table when there are several grids (else None).
+
+    `cropped`: the cells to store of each mesh of a grid; by default all.
 
     Raises UserError where a grid's name is also the name of a variable, or an axis's is.
     """
     of_grid: dict[str, list[Case]] = {grid.name: [] for grid in expansion.grids}
     for case in expansion.cases:
         of_grid[case.grid].append(case)
-    layouts = [grid_layout(g, of_grid[g.name], fields=fields, precision=precision) for g in expansion.grids]
+    layouts = [
+        grid_layout(g, of_grid[g.name], fields=fields, precision=precision, cropped=(cropped or {}).get(g.name))
+        for g in expansion.grids
+    ]
     if len(layouts) == 1:
         return layouts, None
     root = table_layout(layouts)

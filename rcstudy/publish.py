@@ -11,7 +11,7 @@ import os
 import re
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from rcstudy.errors import UserError
@@ -33,17 +33,17 @@ def replacing(path: Path | str) -> Iterator[Path]:
     target = Path(os.path.realpath(path))  # a link keeps pointing to what it pointed to
     if target.is_dir():
         raise UserError(f"{path}: is a folder, not a file")
-    temporary = target.with_name(f"{target.name}{_MARK}{_host()}-{os.getpid()}-{threading.get_ident():x}")
+    temporary = _temporary(target)
     with _lock:
         _active.add(temporary)
     try:
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
-            remove_leftovers(target)
+            remove_leftovers(target.parent, target.name)
             yield temporary
-            _sync(temporary)
+            sync(temporary)
             temporary.replace(target)
-            _sync(target.parent)
+            sync(target.parent)
         except OSError as error:
             raise UserError(f"{path}: cannot be written: {error.strerror or error}") from error
         finally:
@@ -54,13 +54,44 @@ def replacing(path: Path | str) -> Iterator[Path]:
             _active.discard(temporary)
 
 
-def remove_leftovers(target: Path) -> list[Path]:
-    """Remove temporary files beside `target` whose writers no longer run on this machine; return what was removed."""
-    pattern = re.compile(re.escape(target.name + _MARK) + r"(?P<host>.+)-(?P<pid>\d+)-[0-9a-f]+")
+def write_whole(path: Path, parts: Iterable[bytes]) -> None:
+    """Write a new file `path` of these bytes, atomically and durably; its folder must be there.
+
+    Raises OSError when that fails; nothing of the file is left then.
+    """
+    temporary = _temporary(path)
+    with _lock:
+        _active.add(temporary)
+    try:
+        with temporary.open("wb") as file:
+            file.writelines(parts)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        sync(path.parent)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise
+    finally:
+        with _lock:
+            _active.discard(temporary)
+
+
+def _temporary(target: Path) -> Path:
+    return target.with_name(f"{target.name}{_MARK}{host()}-{os.getpid()}-{threading.get_ident():x}")
+
+
+def remove_leftovers(folder: Path, name: str = "") -> list[Path]:
+    """Remove temporary files of `name` (of all files if empty) in `folder` whose writers no longer run on this machine.
+
+    Returns what was removed.
+    """
+    pattern = re.compile((re.escape(name) or ".+") + re.escape(_MARK) + r"(?P<host>.+)-(?P<pid>\d+)-[0-9a-f]+")
     removed = []
-    for candidate in target.parent.iterdir():
+    for candidate in folder.iterdir():
         match = pattern.fullmatch(candidate.name)
-        if match is None or match["host"] != _host():
+        if match is None or match["host"] != host():
             continue
         with _lock:
             ours = candidate in _active
@@ -71,7 +102,8 @@ def remove_leftovers(target: Path) -> list[Path]:
     return removed
 
 
-def _host() -> str:
+def host() -> str:
+    """Name of this machine, fit for the name of a file."""
     return re.sub(r"[^\w.]", "_", socket.gethostname()) or "localhost"
 
 
@@ -90,7 +122,7 @@ def _runs(pid: int) -> bool:
     return True
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
     """Force a file's content, or a folder's entries, to the disk."""
     if os.name != "posix" and path.is_dir():
         return

@@ -363,15 +363,15 @@ def start_writer(path: Path, moment: str = "") -> int:
                     die()
                 yield pair
 
-        sync = publish._sync
+        sync = publish.sync
         for name, place, attribute, action in (
             ("layout", cube_writer._Group, "_create", die),
             ("scalars", cube_writer._Group, "finish", die),
             ("table", cube_writer._Group, "fill_from", die),
             ("close", h5py.File, "close", die),
-            ("sync", publish, "_sync", die),
+            ("sync", publish, "sync", die),
             ("rename", Path, "replace", die),
-            ("renamed", publish, "_sync", lambda p: die() if p.is_dir() else sync(p)),
+            ("renamed", publish, "sync", lambda p: die() if p.is_dir() else sync(p)),
         ):
             if name == moment:
                 setattr(place, attribute, action)

@@ -10,6 +10,7 @@ import ast
 import builtins
 import dis
 import math
+import zlib
 from pathlib import Path
 from types import CodeType
 
@@ -19,7 +20,8 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import rcstudy
-from rcstudy.mechanics.kernels import arrays, coefficients, pressure, tractions
+from rcstudy import deflate as deflating
+from rcstudy.mechanics.kernels import arrays, coefficients, deflate, pressure, tractions
 from rcstudy.mechanics.scene import Layer, Material
 
 STEEL = Material(210000.0, 0.3)
@@ -689,6 +691,28 @@ def test_gmres_update(k: int) -> None:
     assert np.isfinite(x).all()
     rest = np.linalg.solve(np.triu(h[: k - 1, : k - 1]), g[: k - 1])
     np.testing.assert_allclose(x, z[: k - 1].T @ rest, rtol=1e-12, atol=1e-12)
+
+
+# --- deflate ---
+
+
+def deflated(data: np.ndarray) -> bytes:
+    """What the kernel makes of bytes, as a raw stream."""
+    out = np.full(data.size * 9 // 8 + 16, 255, dtype=np.uint8)
+    words = data[: data.size // 8 * 8].view(np.int64)
+    return out[: deflate.deflate_runs(data, words, *deflating._codes(), out)].tobytes()
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 7, 8, 9, 16, 31, 257, 258, 259, 260, 261, 262, 516, 517, 520, 1300])
+def test_deflate_runs(n: int) -> None:
+    """Against zlib, for noise, bits, a run inside, a run at the end, and nothing but zeros."""
+    rng = np.random.default_rng(n)
+    inside, at_end = np.zeros(n, dtype=np.uint8), np.full(n, 200, dtype=np.uint8)
+    inside[n // 3 : n // 2] = 7
+    at_end[: n // 2] = rng.integers(0, 256, n // 2)
+    for data in (rng.integers(0, 256, n), rng.integers(0, 2, n), inside, at_end, np.zeros(n)):
+        data = data.astype(np.uint8)
+        assert zlib.decompress(deflated(data), wbits=-15) == data.tobytes()
 
 
 # --- rules ---

@@ -1,0 +1,184 @@
+"""One sweep at a time on one output: a lock that the kernel frees when its owner dies, however it dies.
+
+The lock is `flock` on a file, exclusive for a whole sweep, shared among the shards of one, each of which holds its own
+file as well. The file also says who holds it, for people, and for two cases that `flock` alone does not settle: file
+systems without it, and those on which it does not reach other machines. No clock is asked for anything: a process is
+known by its machine, the machine's start (boot id) and its own start counted from there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import json
+import os
+import socket
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from rcstudy.errors import UserError
+
+NAME = "lock"
+_UNSUPPORTED = (errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOLCK, errno.EINVAL)
+
+
+@dataclass(frozen=True)
+class Owner:
+    """A process: machine, the machine's boot id, number, and start in ticks since boot ("" and 0 where not known)."""
+
+    host: str
+    boot: str
+    pid: int
+    started: int
+
+    @staticmethod
+    def here() -> Owner:
+        """This process."""
+        return Owner(socket.gethostname(), _boot_id(), os.getpid(), _started(os.getpid()))
+
+    def runs_here(self) -> bool:
+        """Whether this very process runs on this machine now."""
+        return self.boot == _boot_id() and _started(self.pid) not in (0, -1) and _started(self.pid) == self.started
+
+    def __str__(self) -> str:
+        return f"process {self.pid} on {self.host}"
+
+
+@contextlib.contextmanager
+def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: bool = False) -> Iterator[None]:
+    """Hold the lock of `folder`, which is made if it is not there; with `shard` (i, n), that of one shard of it.
+
+    A folder that is empty at the end is removed. `take_over`: do not refuse a lock that another machine left behind.
+    Raises UserError when another process holds it, OSError when the folder cannot be made.
+    """
+    descriptors = []
+    try:
+        descriptors.append(_take(folder, NAME, shared=shard is not None, take_over=take_over))
+        if shard is not None:
+            descriptors.append(_take(folder, f"{NAME}-{shard[0]}-of-{shard[1]}", shared=False, take_over=take_over))
+        yield
+    finally:
+        # an empty record means that its owner left in good order; the last one out takes the file with it
+        names = [NAME] if shard is None else [NAME, f"{NAME}-{shard[0]}-of-{shard[1]}"]
+        for name, descriptor in reversed(list(zip(names, descriptors, strict=False))):
+            with contextlib.suppress(OSError):
+                if shard is None or name != NAME or _flocked(descriptor, fcntl.LOCK_EX):
+                    os.ftruncate(descriptor, 0)
+                    (folder / name).unlink(missing_ok=True)
+            os.close(descriptor)
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+
+
+def holders(folder: Path) -> list[str]:
+    """Who holds locks of `folder` now, as far as can be told without taking them."""
+    found = []
+    for path in sorted(folder.glob(f"{NAME}*")) if folder.is_dir() else []:
+        owner = _read(path)
+        if owner is None or (owner.boot == _boot_id() and not owner.runs_here()):
+            continue
+        part = path.name.removeprefix(NAME).strip("-").replace("-", " ")
+        found.append(f"{owner}" + (f" (shard {part})" if part else ""))
+    return found
+
+
+def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
+    """The descriptor of the locked file `name`."""
+    path = folder / name
+    while True:
+        folder.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            free = _flocked(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+            if free is False:
+                raise UserError(_refusal(folder, " and ".join(holders(folder)) or "another process"))
+            if not _same_file(descriptor, path):  # its last owner has just removed it
+                os.close(descriptor)
+                continue
+            owner = _read(path)
+            if owner is not None and not take_over and _may_live(owner, flocks=free is True):
+                raise UserError(
+                    _refusal(folder, str(owner))
+                    + f"\nif that process is dead for certain, add --unlock (or remove {path})"
+                )
+            if shared:
+                os.ftruncate(descriptor, 0)  # whatever a dead owner left
+            else:
+                _write(descriptor)
+            return descriptor
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.close(descriptor)
+            raise
+
+
+def _refusal(folder: Path, who: str) -> str:
+    return f"{folder}: {who} is at work on this output: wait for its end, or name another output"
+
+
+def _may_live(owner: Owner, *, flocks: bool) -> bool:
+    """Whether the owner of a record may still be at work, seen from here by one who could lock the file (`flocks`)."""
+    if owner.boot and owner.boot == _boot_id():
+        return not flocks and owner.runs_here()  # one kernel: what it says of locks is so
+    # of this machine before it was started anew: dead; of another one: its locks may not reach here
+    return owner.host != socket.gethostname()
+
+
+def _flocked(descriptor: int, kind: int) -> bool | None:
+    """Whether the file could be locked; None where that is not supported."""
+    try:
+        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in _UNSUPPORTED:
+            return None
+        if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
+            return False
+        raise
+    return True
+
+
+def _same_file(descriptor: int, path: Path) -> bool:
+    try:
+        there = path.stat()
+    except FileNotFoundError:
+        return False
+    ours = os.fstat(descriptor)
+    return (ours.st_dev, ours.st_ino) == (there.st_dev, there.st_ino)
+
+
+def _write(descriptor: int) -> None:
+    text = json.dumps(asdict(Owner.here())).encode()
+    os.ftruncate(descriptor, 0)
+    os.pwrite(descriptor, text, 0)
+    os.fsync(descriptor)
+
+
+def _read(path: Path) -> Owner | None:
+    """Who wrote the record; None if it is empty or no record (its writer died before it was done)."""
+    try:
+        found = json.loads(path.read_bytes())
+        return Owner(str(found["host"]), str(found["boot"]), int(found["pid"]), int(found["started"]))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+
+
+def _boot_id() -> str:
+    """A name of this run of the machine's kernel."""
+    try:
+        return Path("/proc/sys/kernel/random/boot_id").read_text().strip()
+    except OSError:
+        return ""
+
+
+def _started(pid: int) -> int:
+    """When a process of this machine started, in ticks since boot; 0 where that is not known, -1 if it does not run."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text()
+    except FileNotFoundError:
+        return -1 if Path("/proc/self/stat").exists() else 0
+    except OSError:
+        return 0
+    fields = text.rpartition(")")[2].split()  # the name before it may hold anything
+    return -1 if fields[0] in ("Z", "X") else int(fields[19])

@@ -1,0 +1,115 @@
+"""Units: files of a sweep's results as they are solved, each complete or absent.
+
+A unit is a line that names the format, a JSON head, the cases one after another, and the SHA-256 of all before it. Of
+each case it holds the key (the hash of scene, solver version and schema) and its record. It is written under a
+temporary name in the same folder, closed, forced to the disk and renamed; after that it is never touched. A unit that
+does not match its checksum, or is none at all, is found out before anything in it is used.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rcstudy.mechanics import SOLVER_VERSION
+from rcstudy.publish import write_whole
+from rcstudy.record import SCALARS
+
+SUFFIX = ".unit"
+_MAGIC = b"rcstudy unit 1\n"
+_HEAD = struct.Struct("<I")
+_CASE = struct.Struct("<32sQ")  # key, length of the record
+_DIGEST = 32
+_NAME = re.compile(r"(\d{6,})-[0-9a-f]{12}" + re.escape(SUFFIX))
+
+
+class BadUnit(ValueError):
+    """A file that is not a whole unit of this solver; the message says why."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit on the disk, found to be whole: `entries` are key, offset and length of each record in it.
+
+    `names` are those of the scalars in its records.
+    """
+
+    path: Path
+    names: tuple[str, ...]
+    entries: tuple[tuple[str, int, int], ...]
+    size: int
+
+
+def write_unit(folder: Path, number: int, cases: Sequence[tuple[str, bytes]]) -> Unit:
+    """Write the records of `cases` (key, record) as unit `number`; raises OSError when that fails, leaving nothing."""
+    text = json.dumps({"solver": SOLVER_VERSION, "scalars": SCALARS}).encode()
+    parts = [_MAGIC, _HEAD.pack(len(text)), text]
+    at = sum(map(len, parts))
+    entries = []
+    for key, record in cases:
+        parts += [_CASE.pack(bytes.fromhex(key), len(record)), record]
+        entries.append((key, at + _CASE.size, len(record)))
+        at += _CASE.size + len(record)
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part)
+    parts.append(digest.digest())
+    path = folder / f"{number:06d}-{digest.hexdigest()[:12]}{SUFFIX}"
+    write_whole(path, parts)
+    return Unit(path, SCALARS, tuple(entries), at + _DIGEST)
+
+
+def read_unit(path: Path) -> tuple[Unit, bytes]:
+    """The unit at `path`, checked from its first byte to its last, and these bytes.
+
+    Raises BadUnit when it is damaged, of another solver or none at all, OSError when it cannot be read.
+    """
+    data = path.read_bytes()
+    if not data.startswith(_MAGIC):
+        raise BadUnit("not a unit of rcstudy, or of another version")
+    if len(data) < len(_MAGIC) + _HEAD.size + _DIGEST or hashlib.sha256(data[:-_DIGEST]).digest() != data[-_DIGEST:]:
+        raise BadUnit("damaged: its checksum does not match")
+    try:
+        (size,) = _HEAD.unpack_from(data, len(_MAGIC))
+        start = len(_MAGIC) + _HEAD.size
+        head = json.loads(data[start : start + size])
+        solver, names = str(head["solver"]), tuple(map(str, head["scalars"]))
+        entries = tuple(_entries(data, start + size))
+    except (ValueError, KeyError, TypeError, struct.error, RecursionError) as error:
+        raise BadUnit(f"not a proper unit: {error}") from error
+    if solver != SOLVER_VERSION:
+        raise BadUnit(f"of solver version {solver}, this is {SOLVER_VERSION}")
+    return Unit(path, names, entries, len(data)), data
+
+
+def _entries(data: bytes, at: int) -> Iterator[tuple[str, int, int]]:
+    end = len(data) - _DIGEST
+    while at < end:
+        key, length = _CASE.unpack_from(data, at)
+        at += _CASE.size
+        if length > end - at:
+            raise ValueError("a case is longer than the file")
+        yield key.hex(), at, length
+        at += length
+    if at != end:
+        raise ValueError("it does not end with a case")
+
+
+def unit_paths(folder: Path) -> list[Path]:
+    """Files of `folder` that are called units, in the order in which they were written."""
+    if not folder.is_dir():
+        return []
+    return sorted(
+        (path for path in folder.iterdir() if path.name.endswith(SUFFIX)), key=lambda p: (number_of(p), p.name)
+    )
+
+
+def number_of(path: Path) -> int:
+    """The number in a unit's name; -1 where there is none."""
+    match = _NAME.fullmatch(path.name)
+    return int(match[1]) if match else -1
