@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
 
 _CONNECT_SECONDS = 15.0
-_FETCH_SECONDS = 30.0  # for the results of a finished parcel; a worker may die before they are fetched
+_FETCH_SECONDS = 1.0  # before a look whether the worker that holds the results is still there
 _LOOK_SECONDS = 0.5  # between looks at which workers there are
 _PARCELS_HELD = 2  # by a worker: the one it solves, and one to go on with
 _SHARES = 4  # parcels a worker there should at least be, so that all end at about the same time
@@ -338,13 +338,26 @@ class _Deal:
     def _opened(self, parcel: _Parcel) -> Iterator[tuple[Case, Any]]:
         """The results of a parcel that has ended, however that was."""
         try:
-            results = parcel.future.result(timeout=_FETCH_SECONDS)
+            results = self._fetched(parcel)
         except Exception as error:
             self._failed(parcel, error)
             return
         finally:
             self._call_back(parcel)
         yield from zip(parcel.cases, results, strict=True)
+
+    def _fetched(self, parcel: _Parcel) -> list[Any]:
+        """What the worker sends back. Raises TimeoutError when it has died before it could, else the task's error."""
+        seconds = _FETCH_SECONDS
+        while True:
+            try:
+                fetched: list[Any] = parcel.future.result(timeout=seconds)
+            except TimeoutError:
+                if parcel.future.status == "error" or parcel.worker not in self._ask(self.client.nthreads):
+                    raise
+                seconds *= 2
+            else:
+                return fetched
 
     def _failed(self, parcel: _Parcel, error: Exception) -> None:
         """Deal with a parcel that gave no results: lost on the way, the end of its workers, or an error in itself."""

@@ -50,16 +50,16 @@ def examine() -> dict[str, str]:
     return {
         "solver": SOLVER_VERSION,
         "rcstudy": version("rcstudy"),
-        "source": _source_digest(),
+        "mechanics": _digest_of_mechanics(),
         "python": platform.python_version(),
         **{name: version(name) for name in _LIBRARIES},
         _THREADS: os.environ.get(_THREADS, "not set"),
     }
 
 
-def _source_digest() -> str:
-    """Hash (hex) of all Python code of the package."""
-    package = Path(__file__).parent
+def _digest_of_mechanics() -> str:
+    """Hash (hex) of the code that numbers come from: a checkout may have been edited since."""
+    package = Path(__file__).parent / "mechanics"
     digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
         digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
@@ -74,13 +74,15 @@ def differences(ours: Mapping[str, str], theirs: Mapping[str, str] | Exception) 
         return f"it cannot be examined: {type(theirs).__name__}: {theirs}"
     if theirs["solver"] != ours["solver"]:
         return f"its solver is version {theirs['solver']}, here it is {ours['solver']}: install the same rcstudy"
-    if theirs["source"] != ours["source"]:
-        return f"its rcstudy ({theirs['rcstudy']}) is other code than the one here ({ours['rcstudy']})"
+    if theirs["rcstudy"] != ours["rcstudy"]:
+        return f"its rcstudy is version {theirs['rcstudy']}, here it is {ours['rcstudy']}"
     return ""
 
 
 def notes_on(ours: Mapping[str, str], theirs: Mapping[str, str], threads: int) -> Iterator[str]:
-    """What is not as it should be with a worker of so many threads, but does no harm to speak of."""
+    """What a person should know of a worker with so many threads, which may solve all the same."""
+    if theirs["mechanics"] != ours["mechanics"]:
+        yield "the files of its rcstudy/mechanics are others than here, of the same version: numbers may differ"
     for name in ("python", *_LIBRARIES):
         if theirs[name] != ours[name]:
             yield f"{name} {theirs[name]}, here {ours[name]}: last digits may differ"

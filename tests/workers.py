@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -62,3 +64,21 @@ class Unloadable:
 
     def __reduce__(self) -> tuple[object, tuple[int]]:
         return os._exit, (5,)
+
+
+def slow(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Made-up results after 20 ms; the file SOLVED tells which process solved what."""
+    for scene in scenes:
+        time.sleep(0.02)
+        with Path(os.environ["SOLVED"]).open("a") as log:
+            log.write(f"{os.getpid()} {scene.load} {scene.creepage}\n")
+        yield synthetic.made_up_result(scene)
+
+
+def fails_to_travel(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """A result at DEADLY_LOAD that cannot be sent anywhere."""
+    for scene in scenes:
+        result = synthetic.made_up_result(scene)
+        if scene.load == DEADLY_LOAD and scene.creepage.lateral:
+            result.reason = threading.Lock()  # type: ignore[assignment]
+        yield result

@@ -1,0 +1,410 @@
+"""Sweeps on a Dask cluster: a real scheduler, real workers over TCP, some of them killed."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import distributed
+import pytest
+import workers
+import xarray as xr
+from test_sweep import Told
+
+from rcstudy import cli, cluster, remote, sweep
+from rcstudy.cases import Case, expand
+from rcstudy.cluster import Scheduler, solve_on_cluster
+from rcstudy.cube import case_table, open_cube
+from rcstudy.errors import UserError
+from rcstudy.result import Result, Status
+from rcstudy.study import Study, load_study
+
+TESTS = Path(__file__).parent
+STUDY = """
+study: far_away
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [1, 1], cells: [24, 20]}
+grids:
+  loads:
+    axes:
+      load: [10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120]
+      creepage:
+        - {label: a, longitudinal: 0.001}
+        - {label: b, lateral: 0.002}
+        - {label: c, spin: 0.01}
+        - {label: d, longitudinal: 0.002, spin: 0.01}
+  bare:
+    axes: {load: [20, 40]}
+"""
+CASES = 50
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Study:
+    """50 cases in 14 normal problems."""
+    path = tmp_path / "study.yaml"
+    path.write_text(STUDY)
+    return load_study(path)
+
+
+@dataclasses.dataclass
+class Running:
+    """A cluster of processes of this machine."""
+
+    file: Path
+    scheduler: subprocess.Popen[bytes]
+    workers: list[subprocess.Popen[bytes]]
+    solved: Path
+
+    @property
+    def at(self) -> Scheduler:
+        return Scheduler(file=self.file)
+
+
+@contextlib.contextmanager
+def running(folder: Path, *options: str, count: int = 2) -> Iterator[Running]:
+    """A scheduler and `count` workers, started with `options`, that talk over TCP; all ended at the end."""
+    file, log = folder / "scheduler.json", folder / "solved"
+    path = os.pathsep.join([str(TESTS), str(TESTS.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = {**os.environ, "PYTHONPATH": path, "SOLVED": str(log), "OMP_NUM_THREADS": "1"}
+
+    def start(kind: str, *more: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--no-dashboard", *more]
+        # a session of its own, so that a nanny's worker can be ended with it
+        with (folder / f"{kind}.log").open("a") as told:
+            return subprocess.Popen(command, env=environment, stdout=told, stderr=told, start_new_session=True)
+
+    each = ["--scheduler-file", str(file), "--nthreads", "1", "--local-directory", str(folder), *options]
+    started = [start("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))]
+    started += [start("worker", *each) for _ in range(count)]
+    try:
+        deadline = time.monotonic() + 60
+        while not (file.exists() and file.read_text().strip().endswith("}")):
+            assert time.monotonic() < deadline, (folder / "scheduler.log").read_text()
+            time.sleep(0.05)
+        yield Running(file, started[0], started[1:], log)
+    finally:
+        for process in started:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+def wait_for_workers(at: Scheduler, count: int) -> None:
+    """Wait until the scheduler has so many workers."""
+    with distributed.Client(at.find(), set_as_default=False) as client:
+        client.wait_for_workers(count, timeout=60)
+
+
+def tasks_of(at: Scheduler) -> int:
+    """Tasks that the scheduler knows of."""
+    with distributed.Client(at.find(), set_as_default=False) as client:
+        return int(client.run_on_scheduler(_count_tasks))
+
+
+def _count_tasks(dask_scheduler: distributed.Scheduler) -> int:
+    return len(dask_scheduler.tasks)
+
+
+def assert_same(one: Path, other: Path) -> None:
+    """Two cubes are the same to the last bit."""
+    with xr.open_datatree(one) as a, xr.open_datatree(other) as b:
+        assert set(a.children) == set(b.children)
+        for name in a.children:
+            xr.testing.assert_identical(a[name].to_dataset(inherit=False), b[name].to_dataset(inherit=False))
+
+
+class Killing(Told):
+    """Kills a process once so many cases are done."""
+
+    def __init__(self, process: subprocess.Popen[bytes], after: int) -> None:
+        super().__init__()
+        self.process, self.after = process, after
+
+    def advance(self, *, failed: bool) -> None:
+        super().advance(failed=failed)
+        if len(self.told) == self.after:
+            self.process.kill()
+
+
+def test_a_worker_killed_in_the_middle_costs_what_it_held_only(study: Study, tmp_path: Path) -> None:
+    sweep.run(study, tmp_path / "here.nc", workers=1, solve=workers.made_up)
+    with running(tmp_path, "--no-nanny") as there:
+        wait_for_workers(there.at, 2)
+        told = Killing(there.workers[0], after=12)
+        done = sweep.run(study, tmp_path / "there.nc", scheduler=there.at, progress=told, solve=workers.slow)
+        assert there.workers[0].wait() == -signal.SIGKILL
+        assert (done.cases, done.failures) == (CASES, [])
+        assert told.told == [CASES, *[False] * CASES, "end"]
+        assert_same(tmp_path / "here.nc", tmp_path / "there.nc")
+        solved = [line.split(" ", 1) for line in there.solved.read_text().splitlines()]
+        by = Counter(int(process) for process, _ in solved)
+        assert set(by) == {process.pid for process in there.workers}
+        assert by[there.workers[0].pid] >= 4
+        # what was solved twice is what the dead worker held: two parcels of one normal problem, four cases, each
+        twice = Counter(what for _, what in solved)
+        assert set(twice.values()) <= {1, 2}
+        assert list(twice.values()).count(2) <= 8
+        assert tasks_of(there.at) == 0
+
+
+def test_a_case_that_ends_its_worker_twice_is_given_up(study: Study, tmp_path: Path) -> None:
+    with running(tmp_path, "--nanny") as there:
+        done = sweep.run(study, tmp_path / "c.nc", scheduler=there.at, solve=workers.dies)
+        (failure,) = done.failures
+        assert (failure.label, failure.status) == ("load=60, creepage=b", Status.ERROR)
+        assert "worker process died 2 times at this case: worker tcp://" in failure.reason
+        with open_cube(tmp_path / "c.nc") as tree:
+            assert int((case_table(tree).status == Status.SOLVED).sum()) == CASES - 1
+        # and one whose result cannot be sent is an error, that of the others not
+        done = sweep.run(study, tmp_path / "c.nc", scheduler=there.at, solve=workers.fails_to_travel)
+        (failure,) = done.failures
+        assert (failure.label, failure.status) == ("load=60, creepage=b", Status.ERROR)
+        assert "pickle" in failure.reason
+
+
+def test_leaving_early_takes_back_what_was_sent(study: Study, tmp_path: Path) -> None:
+    batches = sweep.make_batches(expand(study).cases, 1)
+    with running(tmp_path, "--no-nanny") as there:
+        results = solve_on_cluster(batches, there.at, workers.slow)
+        for _ in range(3):
+            next(results)
+        begun = time.monotonic()
+        results.close()
+        assert time.monotonic() - begun < 2.0
+        assert tasks_of(there.at) == 0
+        time.sleep(0.3)
+        solved = there.solved.read_text()
+        time.sleep(0.2)
+        assert there.solved.read_text() == solved  # workers do not go on with it
+        assert solved.count("\n") < CASES
+
+        # at no time has the scheduler more than two parcels a worker, and as many whose results are being taken
+        counts = []
+        for _ in solve_on_cluster(batches, there.at, workers.made_up):
+            counts.append(tasks_of(there.at))
+        assert len(counts) == CASES
+        assert 1 <= max(counts) <= 8
+
+        # when the scheduler goes, so does the sweep, with a message
+        results = solve_on_cluster(batches, there.at, workers.slow)
+        next(results)
+        there.scheduler.kill()
+        with pytest.raises(UserError, match=r"tcp://127.0.0.1:\d+: the scheduler is gone: .*; run again"):
+            list(results)
+        with pytest.raises(UserError, match="no Dask scheduler can be reached there"):
+            list(solve_on_cluster(batches, there.at, workers.slow))
+
+
+@pytest.mark.heavy
+def test_the_command_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The solver, on the cluster and here: the same bits but for the seconds; Ctrl-C ends it with 130."""
+    path = tmp_path / "study.yaml"
+    path.write_text(STUDY.replace("[10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120]", "[20, 60]"))
+    command = [sys.executable, "-m", "rcstudy", "sweep", str(path), "-o"]
+    here, there = tmp_path / "here.nc", tmp_path / "there.nc"
+    monkeypatch.setenv("PYTHONPATH", str(TESTS.parent))
+    with running(tmp_path, "--no-nanny") as dask:
+        subprocess.run([*command, str(here), "--workers", "1"], check=True, capture_output=True)
+        far = [*command, str(there), "--scheduler", dask.at.find()]
+        done = subprocess.run(far, check=True, capture_output=True, text=True)
+        assert "10 of 10 cases solved" in done.stdout
+        assert "10/10 cases" in done.stderr
+        with xr.open_datatree(here) as a, xr.open_datatree(there) as b:
+            for name in ("loads", "bare"):
+                one, other = (tree[name].to_dataset(inherit=False).drop_vars("solve_seconds") for tree in (a, b))
+                xr.testing.assert_identical(one, other)
+        for process in dask.workers:
+            process.kill()
+        before = there.read_bytes()
+        process = subprocess.Popen(
+            [*command, str(there), "--fresh", "--scheduler-file", str(dask.file)] if "--fresh" in _help() else far,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert process.stderr is not None
+        told = ""
+        while "waiting for workers" not in told:
+            told += process.stderr.readline()
+            assert process.poll() is None, told
+        begun = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+        assert time.monotonic() - begun < 2.0
+        assert there.read_bytes() == before
+
+
+def _help() -> str:
+    done = subprocess.run([sys.executable, "-m", "rcstudy", "sweep", "--help"], capture_output=True, text=True)
+    return done.stdout
+
+
+# what needs no cluster
+
+
+def one_batch(study: Study) -> list[list[Case]]:
+    return [list(expand(study).cases[:1])]
+
+
+def refusal(study: Study, at: Scheduler) -> str:
+    with pytest.raises(UserError) as error:
+        list(solve_on_cluster(one_batch(study), at, workers.made_up))
+    return str(error.value)
+
+
+def test_schedulers_that_are_none(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "_CONNECT_SECONDS", 1.0)
+    for address in ("tcp://127.0.0.1:1", "127.0.0.1:1", "nonsense://x", "tcp://", "", "tcp://127.0.0.1:99999", "a\0b"):
+        assert "no Dask scheduler can be reached there" in refusal(study, Scheduler(address)), address
+    file = tmp_path / "scheduler.json"
+    assert refusal(study, Scheduler(file=file)) == f"{file}: cannot be read: No such file or directory"
+    for text in (b"", b"[]", b"{}", b"\xff", b'{"address": 1}', b"[" * 100_000):
+        file.write_bytes(text)
+        assert "not a scheduler file" in refusal(study, Scheduler(file=file)), text
+    assert threading.main_thread() is threading.current_thread()
+
+
+def test_without_dask(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert "pip install 'rcstudy[cluster]'" in refusal(study, Scheduler("tcp://127.0.0.1:1"))
+
+
+def test_options_that_exclude_each_other(study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for options in (
+        ["--scheduler", "tcp://x:1", "--scheduler-file", "f"],
+        ["--scheduler", "tcp://x:1", "--workers", "2"],
+    ):
+        with pytest.raises(SystemExit) as left:
+            cli.app(["sweep", str(study.path), "-o", str(tmp_path / "c.nc"), *options])
+        assert left.value.code == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == "--scheduler and --scheduler-file: one of them, not both"
+    assert said[1].startswith("either workers of this machine or a scheduler")
+
+
+class FakeClient:
+    """What `_Deal` asks a client for, answered without a cluster."""
+
+    status = "running"
+    scheduler = None
+
+    def __init__(self, answers: dict[str, object], threads: int = 1) -> None:
+        self.answers, self.threads = answers, threads
+
+    def nthreads(self) -> dict[str, int]:
+        return dict.fromkeys(self.answers, self.threads)
+
+    def run(self, function: object, workers: list[str], on_error: str) -> dict[str, object]:
+        return {address: self.answers[address] for address in workers}
+
+
+def test_workers_with_other_code_are_refused(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    ours = remote.examine()
+    for answer, said in (
+        ({**ours, "solver": "0"}, f"its solver is version 0, here it is {ours['solver']}"),
+        ({**ours, "rcstudy": "9.9"}, f"its rcstudy is version 9.9, here it is {ours['rcstudy']}"),
+        (ModuleNotFoundError("No module named 'rcstudy'"), "it cannot import rcstudy: No module named 'rcstudy'"),
+        (MemoryError("full"), "it cannot be examined: MemoryError: full"),
+    ):
+        client = FakeClient({"tcp://a:1": ours, "tcp://b:1": answer})
+        with pytest.raises(UserError, match="worker tcp://b:1: ") as error:
+            cluster._Deal(client, workers.made_up, one_batch(study), print)._look_round()
+        assert said in str(error.value)
+        # one that joins later is left out, and told of once
+        client = FakeClient({"tcp://a:1": ours})
+        told: list[str] = []
+        deal = cluster._Deal(client, workers.made_up, one_batch(study), told.append)
+        deal._look_round()
+        client.answers["tcp://b:1"] = answer
+        for _ in range(2):
+            deal.next_look = 0.0
+            deal._look_round()
+        assert list(deal.workers) == ["tcp://a:1"]
+        assert len(told) == 1
+        assert said in told[0]
+
+
+def test_workers_that_are_not_quite_right_are_told_of_once(study: Study) -> None:
+    ours = {**remote.examine(), "OMP_NUM_THREADS": "1"}
+    theirs = {**ours, "numpy": "1.0", "mechanics": "0", "OMP_NUM_THREADS": "not set"}
+    client = FakeClient({"tcp://a:1": theirs, "tcp://b:1": theirs}, threads=4)
+    told: list[str] = []
+    deal = cluster._Deal(client, workers.made_up, one_batch(study), told.append)
+    deal.ours = ours
+    deal._look_round()
+    assert len(deal.workers) == 2
+    assert told == [
+        "note on worker tcp://a:1: the files of its rcstudy/mechanics are others than here, of the same version:"
+        " numbers may differ",
+        f"note on worker tcp://a:1: numpy 1.0, here {ours['numpy']}: last digits may differ",
+        "note on worker tcp://a:1: 4 threads, of which one is used: start workers with --nthreads 1 --nworkers 4",
+        "note on worker tcp://a:1: OMP_NUM_THREADS is not set: set it to 1, or numerical libraries may start threads of"
+        " their own",
+    ]
+
+
+def test_parcels_get_smaller_and_lose_nothing(study: Study) -> None:
+    cases = expand(study).cases
+    for count, batches in ((2, sweep.make_batches(cases, 1)), (3, [list(cases)]), (1, [[case] for case in cases])):
+        deal = cluster._Deal(None, workers.made_up, batches, print)
+        deal.workers = {str(k): [] for k in range(count)}
+        parcels = []
+        while (parcel := deal._next_parcel()) is not None:
+            parcels.append(parcel)
+        assert deal.left == 0
+        assert [case for parcel in parcels for case in parcel.cases] == list(cases)
+        sizes = [len(parcel.cases) for parcel in parcels]
+        assert max(sizes) <= max(8, -(-CASES // (4 * count)))
+        assert sizes[0] >= sizes[-1]
+    # a mesh of 1024 x 1024 cells goes case by case
+    mesh = dataclasses.replace(cases[0].scene.mesh, cells=(1024, 1024))
+    large = [dataclasses.replace(case, scene=dataclasses.replace(case.scene, mesh=mesh)) for case in cases]
+    deal = cluster._Deal(None, workers.made_up, [large], print)
+    deal.workers = {"a": []}
+    parcel = deal._next_parcel()
+    assert parcel is not None
+    assert len(parcel.cases) == 1
+
+
+def test_results_of_a_dead_worker_that_had_finished_are_fetched_again_from_another(study: Study) -> None:
+    """Its parcel is put back without a death, and so is the one that waited behind another."""
+
+    class Future:
+        key = "k"
+
+        def __init__(self, status: str) -> None:
+            self.status = status
+
+        def cancel(self) -> None:
+            pass
+
+    batches = sweep.make_batches(expand(study).cases, 1)
+    deal = cluster._Deal(FakeClient({}), workers.made_up, batches, print)
+    deal.workers = {"tcp://a:1": []}
+    for status in ("finished", "pending", "pending"):
+        parcel = deal._next_parcel()
+        assert parcel is not None
+        parcel.future = Future(status)
+        deal.workers["tcp://a:1"].append(parcel)
+    one, two, three = deal.workers["tcp://a:1"]
+    left = deal.left
+    deal._bury("tcp://a:1")
+    assert deal.left == left + len(one.cases) + len(three.cases)
+    assert [parcel.cases for parcel in deal.suspects] == [[case] for case in two.cases]
+    assert {parcel.deaths for parcel in deal.suspects} == {1}
+    suspect = deal.suspects.popleft()
+    deal._died(suspect, "how")
+    ((case, result),) = deal.given
+    assert case == suspect.cases[0]
+    assert result == Result(Status.ERROR, "the worker process died 2 times at this case: how")
