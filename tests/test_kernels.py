@@ -245,6 +245,16 @@ def test_near_cells(near: tuple[int, int], spacing: tuple[float, float]) -> None
             assert out[f, i, j] == pytest.approx(expected, abs=1e-8 * scale if inside else 0.0, rel=0.0)
 
 
+@pytest.mark.parametrize("cell", [(1, 0), (0, 2), (3, 1)])
+def test_far_cell(cell: tuple[int, int]) -> None:
+    """1e-9 of the cell's area: the interpolation in the table."""
+    dx, dy = 0.5, 0.25
+    place = cell[0] * dx, cell[1] * dy
+    found = coefficients.far_cell(KERNEL, LOG_R0, LOG_STEP, *place, dx, dy, *GAUSS, np.empty(4))
+    expected = [naive.cell_integral(radial_green(f), *cell, (dx, dy)) for f in range(6)]
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * dx * dy)
+
+
 @pytest.mark.parametrize("skip", [(0, 1), (2, 1), (1, 3)])
 @pytest.mark.parametrize("spacing", [(0.25, 0.25), (0.5, 0.25)])
 def test_far_cells(spacing: tuple[float, float], skip: tuple[int, int]) -> None:

@@ -9,8 +9,8 @@ Its Green's functions are four radial functions, with D = alpha times the differ
     g(r) = 1/(4 pi) int (Dc - Dd) J2(alpha r) d alpha         u_x by qy:   - g sin(2 theta)
     p(r) = 1/(2 pi) int Db J1(alpha r) d alpha                u_x by p:    - p cos(theta)
 
-computed on logarithmic grids of r by the fast Hankel transform (Hamilton 2000, `scipy.fft.fht`), to which layers
-of a micrometre and wavelengths of a metre are alike. Cells near the origin are integrated in polar coordinates with the
+computed on logarithmic grids of r by fast Hankel transforms (`hankel.py`), to which layers of a micrometre and
+wavelengths of a metre are alike. Cells near the origin are integrated in polar coordinates with the
 radial integral done once and for all (so a layer may be far thinner than a cell), the others by Gauss points.
 """
 
@@ -24,9 +24,9 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.fft import fht
-from scipy.interpolate import make_interp_spline
 
+from rcstudy.mechanics.convolution import good_length
+from rcstudy.mechanics.hankel import hankel_transforms, running_integral
 from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
 from rcstudy.mechanics.scene import Layer, Material
@@ -60,28 +60,20 @@ def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) 
     """
     thin = min(layer.thickness for layer in layers)
     total = sum(layer.thickness for layer in layers)
-    low, high = math.log(_LOW / total), math.log(_HIGH / thin)
-    n = 2 * math.ceil((high - low) / _LOG_STEP / 2.0)
-    step = (high - low) / n
-    log_alpha = low + step * np.arange(n)
+    high = math.log(_HIGH / thin)
+    # lengths that transform fast are few, so that most layers share the transforms' kernels
+    n = good_length(math.ceil((high - math.log(_LOW / total)) / _LOG_STEP))
+    log_alpha = high + _LOG_STEP * np.arange(1 - n, 1)
     da, db, dc, dd = response_difference(substrate, layers, np.exp(log_alpha))
-    # the transform's grid of r: centred on the inverse of the centre of alpha's
-    log_r = -log_alpha[::-1]
-    r = np.exp(log_r)
-    transforms = [
-        fht(f, step, order, bias=_BIAS) / r
-        for f, order in ((da, 0), (0.5 * (dc + dd), 0), (0.5 * (dc - dd), 2), (db, 1))
-    ]
-    kernel = np.stack(transforms, axis=1) / (2.0 * math.pi)
+    functions = np.stack((da, 0.5 * (dc + dd), 0.5 * (dc - dd), db)) / (2.0 * math.pi)
     # a margin of 8 nodes serves the interpolation near r_max
-    stop = min(n, int(np.searchsorted(log_r, math.log(r_max))) + 8)
-    log_r, kernel = log_r[:stop], kernel[:stop]
+    count = min(n, max(8, math.ceil((math.log(r_max) + high) / _LOG_STEP) + 8))
+    log_r, transforms = hankel_transforms(functions, log_alpha, _LOG_STEP, (0, 0, 2, 1), _BIAS, count)
+    kernel = np.ascontiguousarray(transforms.T)
     area = kernel * np.exp(2.0 * log_r)[:, None]
-    antiderivative = make_interp_spline(log_r, area, k=7).antiderivative()
     # below the table s and d are constants, g ~ r^2, p ~ r: int_0^r0 f r dr
     below = area[0] / np.array([2.0, 2.0, 4.0, 3.0])
-    primitive = antiderivative(log_r) - antiderivative(log_r[0]) + below
-    return RadialTables(float(log_r[0]), step, np.ascontiguousarray(kernel), np.ascontiguousarray(primitive))
+    return RadialTables(float(log_r[0]), _LOG_STEP, kernel, running_integral(area, _LOG_STEP) + below)
 
 
 class Influence:
@@ -190,7 +182,7 @@ def layer_integrals(tables: RadialTables, spacing: tuple[float, float], have: tu
     grid = tables.log_r0, tables.step, dx, dy
     if have[0] < near[0] or have[1] < near[1]:
         have = near
-        coefficients.near_cells(tables.primitive, *grid, *near, *_gauss(20), out)
+        coefficients.near_cells(tables.primitive, *grid, *near, *_gauss(16), out)
     coefficients.far_cells(tables.kernel, *grid, *have, _DISTANT * side, _gauss(3), _gauss(2), out)
 
 

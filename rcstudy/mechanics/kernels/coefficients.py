@@ -175,6 +175,42 @@ def interpolate4(
 
 
 @jit
+def far_cell(
+    kernel: np.ndarray,
+    log_r0: float,
+    step: float,
+    x0: float,
+    y0: float,
+    dx: float,
+    dy: float,
+    nodes: np.ndarray,
+    weights: np.ndarray,
+    value: np.ndarray,
+) -> tuple[float, float, float, float, float, float]:
+    """Integrals of four radial kernels over the cell dx dy around (x0, y0), by Gauss-Legendre points on [-1/2, 1/2].
+
+    kernel [n, 4]: the functions s, d, g, p of log r (see `influence.py`); value [4]: room for them. Returns zz, xx, yy,
+    xy, xp, yp.
+    """
+    zz = xx = yy = xy = xp = yp = 0.0
+    for a in range(nodes.size):
+        x = x0 + nodes[a] * dx
+        for b in range(nodes.size):
+            y = y0 + nodes[b] * dy
+            w = weights[a] * weights[b] * dx * dy
+            r = math.sqrt(x * x + y * y)
+            interpolate4(kernel, log_r0, step, (0, 0, 2, 1), r, value)
+            c, s = x / r, y / r
+            zz += w * value[0]
+            xx += w * (value[1] - value[2] * (c * c - s * s))
+            yy += w * (value[1] + value[2] * (c * c - s * s))
+            xy -= w * value[2] * 2.0 * s * c
+            xp -= w * value[3] * c
+            yp -= w * value[3] * s
+    return zz, xx, yy, xy, xp, yp
+
+
+@jit
 def far_cells(
     kernel: np.ndarray,
     log_r0: float,
@@ -190,30 +226,26 @@ def far_cells(
 ) -> None:
     """Cell integrals of four radial kernels away from the origin, by Gauss-Legendre points.
 
-    kernel [n, 4]: the functions s, d, g, p of log r (see `influence.py`); out [6, nx, ny]: zz, xx, yy, xy, xp, yp;
-    cells with i < skip_x and j < skip_y are left alone. Nodes and weights on [-1/2, 1/2]: `close`, and `away` for
-    cells at least `distant` (mm) from the origin.
+    out [6, nx, ny]: zz, xx, yy, xy, xp, yp; cells with i < skip_x and j < skip_y are left alone. Nodes and weights on
+    [-1/2, 1/2]: `close`, and `away` for cells at least `distant` (mm) from the origin; else as `far_cell`.
+
+    Square cells (i, j) and (j, i) are mirror images. Those with j > i are always taken from the other one, so that no
+    number depends on what else was asked for.
     """
     nx, ny = out.shape[1], out.shape[2]
     value = np.empty(4)
-    for i in range(nx):
+    for i in range(nx - 1, -1, -1):  # backwards: the mirror image comes first
         for j in range(skip_y if i < skip_x else 0, ny):
-            zz = xx = yy = xy = xp = yp = 0.0
-            nodes, weights = away if math.hypot(i * dx, j * dy) >= distant else close
-            for a in range(nodes.size):
-                x = (i + nodes[a]) * dx
-                for b in range(nodes.size):
-                    y = (j + nodes[b]) * dy
-                    w = weights[a] * weights[b] * dx * dy
-                    r = math.sqrt(x * x + y * y)
-                    interpolate4(kernel, log_r0, step, (0, 0, 2, 1), r, value)
-                    c, s = x / r, y / r
-                    zz += w * value[0]
-                    xx += w * (value[1] - value[2] * (c * c - s * s))
-                    yy += w * (value[1] + value[2] * (c * c - s * s))
-                    xy -= w * value[2] * 2.0 * s * c
-                    xp -= w * value[3] * c
-                    yp -= w * value[3] * s
+            mirrored = dx == dy and j > i
+            if mirrored and j < nx and (j >= skip_x or i >= skip_y):
+                zz, yy, xx = out[0, j, i], out[1, j, i], out[2, j, i]
+                xy, yp, xp = out[3, j, i], out[4, j, i], out[5, j, i]
+            else:
+                x, y = (j * dx, i * dy) if mirrored else (i * dx, j * dy)
+                nodes, weights = away if math.hypot(x, y) >= distant else close
+                zz, xx, yy, xy, xp, yp = far_cell(kernel, log_r0, step, x, y, dx, dy, nodes, weights, value)
+                if mirrored:
+                    xx, yy, xp, yp = yy, xx, yp, xp
             out[0, i, j] = zz
             out[1, i, j] = xx
             out[2, i, j] = yy
