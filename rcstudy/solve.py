@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from rcstudy.estimate import error_estimates
-from rcstudy.mechanics.contact import NormalContact, solve_coupled, solve_normal, solve_rolling
+from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
+from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
@@ -27,7 +28,7 @@ def solve_scene(scene: Scene) -> Result:
 
 
 def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
-    """Solve scenes that share one normal problem, the pressure once (with `coupling: full`: its frictionless start).
+    """Solve scenes that share one normal problem, the pressure once (with `coupling: full` each has its own).
 
     Yields a :class:`Result` a scene, in order. Whatever goes wrong becomes a status with its reason; the seconds of
     the shared pressure are charged to the first scene.
@@ -38,9 +39,11 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
         try:
             if scene.discretisation != "kalker":
                 raise Refusal(f"discretisation {scene.discretisation} is not available: kalker is")
-            if contact is None:
-                contact = solve_normal(scene)
-            result = _normal_failure(contact) or _solve_with(contact, scene)
+            if scene.coupling == "full" and scene.creepage is not None:
+                result = _solve_coupled(scene)
+            else:
+                contact = contact or solve_normal(scene)
+                result = _normal_failure(contact) or _solve_under(contact, scene)
         except Refusal as refusal:
             result = Result(Status.REFUSED, str(refusal))
         except Exception as error:  # a batch must go on: any failure of one case becomes its status
@@ -74,17 +77,21 @@ def _normal_failure(contact: NormalContact) -> Result | None:
     return None
 
 
-def _solve_with(contact: NormalContact, scene: Scene) -> Result:
-    """Result of `scene` under (or, with full coupling, starting from) the pressure of `contact`."""
-    rolling: RollingSolution | None = None
-    if scene.creepage is not None:
-        if scene.coupling == "full":
-            contact, rolling = solve_coupled(scene, contact)
-            failure = _normal_failure(contact)
-            if failure is not None:
-                return failure
-        else:
-            rolling = solve_rolling(contact, scene)
+def _solve_coupled(scene: Scene) -> Result:
+    """Result of `scene` with pressure and tractions consistent with each other."""
+    if scene.method != "newton":
+        raise Refusal(f"method {scene.method} is one-way: coupling full takes method newton")
+    contact, rolling = solve_coupled(scene)
+    return _normal_failure(contact) or _result(contact, scene, rolling)
+
+
+def _solve_under(contact: NormalContact, scene: Scene) -> Result:
+    """Result of `scene` under the pressure of `contact`."""
+    return _result(contact, scene, solve_rolling(contact, scene) if scene.creepage is not None else None)
+
+
+def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | None) -> Result:
+    """What is found, with its proof and status."""
     proof = prove_normal(contact, scene, rolling)
     fields, scalars = _normal_numbers(contact, scene)
     status, reasons = Status.SOLVED, []

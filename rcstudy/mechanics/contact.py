@@ -1,7 +1,7 @@
-"""One contact: its pressure, then its tractions, or both together.
+"""One contact: its pressure, then its tractions. Both together: `coupled.py`.
 
 `NormalContact` is all that the creepages of one pressure share: bodies' coefficients, pressure, cells in contact, slip
-by pressure, slip operator. With `coupling: full` pressure and tractions are made consistent by repeated substitution.
+by pressure, slip operator.
 """
 
 from __future__ import annotations
@@ -25,10 +25,7 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.normal import NormalSolution, cell_centres, initial_gap, solve_pressure
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
-from rcstudy.mechanics.scene import Creepage, Scene, Tolerance
-
-_MAX_TURNS = 100  # of the coupling of pressure and tractions
-_TURN = 0.3  # how far a turn is solved, over the error of the last one
+from rcstudy.mechanics.scene import Creepage, Scene
 
 
 def influence_of(scene: Scene) -> Influence:
@@ -57,12 +54,6 @@ class NormalContact:
         self.solution = solution
         self.box = box or Box.around(solution.p > 0.0)
         self.coarser = coarser
-
-    def with_pressure(self, solution: NormalSolution) -> NormalContact:
-        """This contact under another pressure; the box is kept if the new cells in contact fit in."""
-        touched = Box.around(solution.p > 0.0)
-        box = self.box if self.box.holds(touched) else touched.grown(2, 2, self.scene.mesh.cells)
-        return NormalContact(self.scene, self.influence, solution, box, self.coarser)
 
     @cached_property
     def cells(self) -> np.ndarray:
@@ -198,86 +189,3 @@ def displacement_by_tractions(contact: NormalContact, rolling: RollingSolution, 
     for component, hat in enumerate(contact.influence.once(("lift", padded), make)):
         out -= convolve(hat, padded, contact.spread(rolling.q[:, component])[box.slices])
     return out
-
-
-def solve_coupled(scene: Scene, contact: NormalContact) -> tuple[NormalContact, RollingSolution]:
-    """Pressure and tractions consistent with each other, starting from the frictionless `contact`.
-
-    Substitution in turn (Panagiotopoulos 1975): the pressure with the gap changed by u_z(q), then the tractions under
-    that pressure. A turn shrinks the error to about a quarter, so each is solved no better than that: all turns
-    together cost little more than one full solution. It ends when the tractions no longer lift the surface, to the
-    tolerances.
-    """
-    if not contact.influence.moves_by_pressure:
-        return contact, solve_rolling(contact, scene)
-    target = max(scene.tolerance.normal, scene.tolerance.tangential)
-    gap = initial_gap(scene)
-    coarse: RollingSolution | None = None
-    if contact.coarser is not None:
-        # the coarser mesh's answer is some per cent off; without it the frictionless pressure is some ten per cent off
-        error = 0.1
-        coarser, coarse = solve_coupled(_like(scene, contact.coarser), contact.coarser)
-        guess = interpolated_pressure(coarser.solution.p, scene.mesh.cells)
-        start = replace(contact.solution, p=guess * (float(contact.solution.p.sum()) / float(guess.sum())))
-        contact = NormalContact(scene, contact.influence, start, coarser=coarser)
-        first = interpolated_tractions(coarser, coarse, contact, scene.friction)
-        rolling = RollingSolution(first, first, np.zeros(len(first), dtype=np.bool_), np.inf, 0, 0, False)
-    else:
-        error = 1.0
-        rolling = solve_rolling(contact, _loosened(scene, _TURN))
-    contact = NormalContact(
-        scene, contact.influence, contact.solution, contact.box.grown(2, 2, scene.mesh.cells), contact.coarser
-    )
-    lift = displacement_by_tractions(contact, rolling, contact.box)
-    relaxation, change = 1.0, np.zeros((0, 0))
-    for _ in range(_MAX_TURNS):
-        lifted = gap.copy()
-        lifted[contact.box.slices] += lift
-        eased = _loosened(scene, _TURN * error)
-        solution = solve_pressure(eased, contact.influence, lifted, contact.solution.p)
-        solution.iterations += contact.solution.iterations
-        solution.products += contact.solution.products
-        previous, guesses = rolling, _transfer(contact, rolling)
-        contact = contact.with_pressure(solution)
-        bound = scene.friction * contact.pressure
-        first = np.stack([contact.gather(stick) + bound * contact.gather(slip) for stick, slip in guesses], axis=1)
-        rolling = solve_rolling(contact, eased, first)
-        rolling.iterations += previous.iterations
-        rolling.products += previous.products
-        here = contact.box.slices
-        before, lift = lifted[here] - gap[here], displacement_by_tractions(contact, rolling, contact.box)
-        indentation = solution.approach - gap[here]
-        error = float(np.linalg.norm(lift - before) / np.linalg.norm(indentation[indentation > 0.0]))
-        if error <= target and eased == scene:
-            break
-        # Aitken's relaxation: under high friction plain substitution swings or creeps
-        last, change = change, lift - before
-        if last.shape == change.shape:
-            difference = change - last
-            relaxation *= -float(np.sum(last * difference)) / float(np.sum(difference * difference))
-            relaxation = min(max(relaxation, 0.2), 1.5)
-        lift = before + relaxation * change
-    else:
-        rolling.converged = False
-        rolling.residual = error
-    rolling.coarser = coarse
-    return contact, rolling
-
-
-def _loosened(scene: Scene, tolerance: float) -> Scene:
-    """`scene` with tolerances no tighter than `tolerance`."""
-    own = scene.tolerance
-    if tolerance <= min(own.normal, own.tangential):
-        return scene
-    return replace(scene, tolerance=Tolerance(max(own.normal, tolerance), max(own.tangential, tolerance)))
-
-
-def _transfer(contact: NormalContact, rolling: RollingSolution) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Tractions on the window, x and y, to start from under another bound: stick cells as they are, slip cells over
-    mu p.
-    """
-    bound = contact.scene.friction * contact.pressure
-    return [
-        (contact.spread(np.where(rolling.slip, 0.0, q)), contact.spread(np.where(rolling.slip, q / bound, 0.0)))
-        for q in rolling.q.T
-    ]

@@ -121,17 +121,26 @@ def solve_pressure(
         p = np.zeros((nx, ny))
         p[box.slices] = local
         touched = Box.around(p > 0.0)
-        inner = (
-            (touched.i0 > box.i0 or box.i0 == 0)
-            and (touched.i1 < box.i1 or box.i1 == nx)
-            and (touched.j0 > box.j0 or box.j0 == 0)
-            and (touched.j1 < box.j1 or box.j1 == ny)
-        )
-        if inner:
+        if clear_of_sides(touched, box, (nx, ny)):
             break
         box = touched.grown(touched.shape[0] // 2 + 2, touched.shape[1] // 2 + 2, (nx, ny))
-    edge = touched.i0 == 0 or touched.j0 == 0 or touched.i1 == nx or touched.j1 == ny
-    return NormalSolution(p, approach, residual, iterations, products, converged, edge)
+    return NormalSolution(p, approach, residual, iterations, products, converged, at_edge(touched, (nx, ny)))
+
+
+def clear_of_sides(touched: Box, box: Box, window: tuple[int, int]) -> bool:
+    """Whether the cells in contact, within `touched`, stay clear of the sides of `box` that are not the window's."""
+    nx, ny = window
+    return (
+        (touched.i0 > box.i0 or box.i0 == 0)
+        and (touched.i1 < box.i1 or box.i1 == nx)
+        and (touched.j0 > box.j0 or box.j0 == 0)
+        and (touched.j1 < box.j1 or box.j1 == ny)
+    )
+
+
+def at_edge(touched: Box, window: tuple[int, int]) -> bool:
+    """Whether the cells in contact, within `touched`, reach the edge of a window of `window` cells."""
+    return touched.i0 == 0 or touched.j0 == 0 or touched.i1 == window[0] or touched.j1 == window[1]
 
 
 def _conjugate_gradients(
@@ -188,9 +197,17 @@ def _symbols(influence: Influence, padded: tuple[int, int]) -> tuple[np.ndarray,
     quadrant = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
     operator = symbols([(quadrant[0], (1, 1))], padded)[0]
     operator_hat = np.ascontiguousarray(operator.real)
-    # coefficients wrapped on the torus have a positive symbol, unless a layer so stiff that it bends like a plate puts
-    # the kink of the seam above its own small response: there the response itself takes over
-    return operator, operator_hat, 1.0 / (_positive(operator_hat, influence, padded) * (padded[0] * padded[1]) ** 2)
+    return operator, operator_hat, inverse_symbol(operator_hat, influence, padded)
+
+
+def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
+    """Symbol [px, py//2+1] of pressures by gaps, the inverse of `operator_hat`, u_z by p on a torus `padded`.
+
+    Coefficients wrapped on the torus have a positive symbol, unless a layer so stiff that it bends like a plate puts
+    the kink of the seam above its own small response: there the response itself takes over.
+    """
+    result: np.ndarray = 1.0 / (_positive(operator_hat, influence, padded) * (padded[0] * padded[1]) ** 2)
+    return result
 
 
 def _positive(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:

@@ -215,13 +215,13 @@ def solve_tractions(
         if residual < 0.9 * best:
             best, since_best = residual, 0
         since_best += 1
-        full = system.step(q, _forcing(residual, previous, tolerance, loosest))
+        full = system.step(q, forcing_term(residual, previous, tolerance, loosest))
         iteration += 1
         previous = residual
         # full steps as long as they get anywhere; then shorter ones, which break a cycle of active sets
         length = 1.0
         while True:
-            trial = full if length == 1.0 else _within(q + length * (full - q), bound)
+            trial = full if length == 1.0 else within(q + length * (full - q), bound)
             s = system.slips(trial)
             residual = system.classify(trial, s)
             if since_best < _PATIENCE or residual < previous or length < _SHORTEST:
@@ -230,11 +230,11 @@ def solve_tractions(
         q = trial
     # the last step may have left a cell that changed its state off the bound, by no more than the residual
     off = system.slip & (np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12))
-    q = np.where(off[:, None], bound[:, None] * system.normal, _within(q, bound * (1.0 + 1e-15)))
+    q = np.where(off[:, None], bound[:, None] * system.normal, within(q, bound * (1.0 + 1e-15)))
     return RollingSolution(q, s, system.slip, residual, iteration, system.products, residual <= tolerance)
 
 
-def _within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
+def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
     """`q` [m, 2] scaled back to `bound` [m] where it exceeds it."""
     size = np.hypot(q[:, 0], q[:, 1])
     result: np.ndarray = q * np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]
@@ -246,7 +246,7 @@ def _relative(size: float, scale: float) -> float:
     return size / scale if scale > 0.0 else (np.inf if size > 0.0 else 0.0)
 
 
-def _forcing(residual: float, previous: float, tolerance: float, loosest: float) -> float:
+def forcing_term(residual: float, previous: float, tolerance: float, loosest: float) -> float:
     """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
 
     As far as the last Newton step got on with the nonlinear problem, no looser than `loosest`, never past the

@@ -1,0 +1,273 @@
+r"""Pressure and tractions consistent with each other (`coupling: full`): one semismooth Newton method for both.
+
+Unknown: pressures p and tractions q on the cells in contact, and the approach. Slip and gap are linear in both,
+
+    s = w + D p + B q,   g = h + A p + C q,
+
+with B as in `rolling.py`, A as in `normal.py`, D the slip by pressure and C the displacement u_z by tractions. Sought:
+p >= 0, g = approach where p > 0, g >= approach elsewhere, sum(p) dx dy = load, and Coulomb's law with the bound mu p.
+In a Newton step the cells in contact are those under pressure and those that overlap without it. There g = approach,
+the pressure's step keeps the load, and the law of friction is linearised as in `rolling.py`, except that its bound
+moves: q = mu p n + tau m in slip cells. Pressures that come out negative are cut. (Substitution in turn,
+Panagiotopoulos 1975, took up to seven times the products, and under two stiff layers on fine meshes it did not end.)
+
+GMRES solves for both at once. The gaps are replaced by the pressures that would close them on an unpadded torus, rid of
+their mean: these have the size of the error in p and need no other preconditioner. Slips have that of `rolling.py`. In
+the cascade each mesh starts from the coarser one's pressure and tractions, the coarsest from the frictionless pressure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rcstudy.mechanics.cascade import coarser_scene, interpolated_pressure
+from rcstudy.mechanics.contact import (
+    NormalContact,
+    influence_of,
+    interpolated_tractions,
+    solve_normal,
+    solve_rolling,
+)
+from rcstudy.mechanics.convolution import Box, difference_symbols, good_length, padded_shape, symbols, transform
+from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.kernels import arrays, coupled, tractions
+from rcstudy.mechanics.krylov import gmres
+from rcstudy.mechanics.normal import NormalSolution, at_edge, cell_centres, clear_of_sides, initial_gap, inverse_symbol
+from rcstudy.mechanics.rolling import NewtonSystem, RollingSolution, SlipOperator, forcing_term, rigid_slip, within
+from rcstudy.mechanics.scene import Scene, Tolerance
+
+_MAX_NEWTON = 60
+_LOOSEST = 0.2  # linear residual of a Newton step, over its first one
+_PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
+_SHORTEST = 0.05  # step length
+_MAX_STEPS = 100  # of one linear system
+_WEIGHT = 3.0  # of gaps against slips; 0.3 to 10 make less than a tenth of a difference to the products
+_LEAST = 1e-6  # least bound of a cell that has just come into contact, over the largest
+_START = 0.1  # tolerance of the frictionless pressure that the coarsest mesh starts from
+
+
+class CoupledOperator:
+    """Slips and gap by tractions and pressure on a box of cells, and the pressures that close a gap.
+
+    Immutable once made: belongs to one set of bodies, one mesh and one box.
+    """
+
+    @staticmethod
+    def of(influence: Influence, shape: tuple[int, int]) -> CoupledOperator:
+        """The operator for a box of `shape`, made once for these coefficients."""
+        return influence.once(("coupled", shape), lambda: CoupledOperator(influence, shape))
+
+    def __init__(self, influence: Influence, shape: tuple[int, int]) -> None:
+        self.shape = shape
+        self.slip = SlipOperator.of(influence, shape)
+        padded = padded_shape(shape)
+        torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
+        # the torus is the larger one where the box is a single cell wide
+        quadrant = influence.quadrant(max(padded[0], torus[0]) // 2 + 2, max(padded[1], torus[1]) // 2 + 1)
+        along = [(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))]
+        self.by_pressure = difference_symbols(along, padded, influence.spacing[0])
+        self.lift = -symbols(along, padded)  # by reciprocity
+        self.gap = symbols([(quadrant[0], (1, 1))], padded)[0]
+        self.plan = transform(padded, 3, shape[0])
+        self.torus_inverse = inverse_symbol(symbols([(quadrant[0], (1, 1))], torus)[0].real, influence, torus)
+        self.torus_plan = transform(torus, 1, torus[0])
+
+    def multiply(self) -> None:
+        """From stresses to responses, in place in the corner of `plan.real` [3, nx, py]."""
+        self.plan.forward()
+        coupled.multiply_3x3(self.plan.hat, self.slip.symbol, self.by_pressure, self.lift, self.gap)
+        self.plan.backward()
+
+    def responses(self, stress: np.ndarray) -> np.ndarray:
+        """Slips and gap [3, nx, ny] by `stress` [3, nx, ny]; valid until the next product."""
+        coupled.pad_stress(stress, self.plan.real)
+        self.multiply()
+        result: np.ndarray = self.plan.real[:, :, : self.shape[1]]
+        return result
+
+    def closing(self, gap: np.ndarray, cells: np.ndarray, factor: float, out: np.ndarray) -> None:
+        """`factor` times the pressures, of sum zero, that make `gap` [nx, >= ny] but for its mean, into `out` [m]."""
+        plan = self.torus_plan
+        plan.real[:] = 0.0
+        coupled.spread_uneven(gap, cells, factor, plan.real[0])
+        plan.forward()
+        arrays.scale_real(plan.hat[0], self.torus_inverse)
+        plan.backward()
+        coupled.gather_uneven(plan.real[0], cells, out)
+
+
+class CoupledSystem:
+    """The state of Newton's method on one box of cells, and the linear system of its next step.
+
+    `stress` [3, nx, ny] (MPa): qx, qy, p on the box. `residual_normal`, `residual_tangential`: see `solve_pressure` and
+    `solve_tractions`.
+    """
+
+    def __init__(self, scene: Scene, influence: Influence, box: Box) -> None:
+        if scene.creepage is None:
+            raise ValueError("a scene without creepage has no tractions")
+        self.scene = scene
+        self.operator = CoupledOperator.of(influence, box.shape)
+        dx, dy = scene.mesh.spacing
+        self.total = scene.load / (dx * dy)
+        x, y = (c[s] for c, s in zip(cell_centres(scene), box.slices, strict=True))
+        centres = np.repeat(x, y.size), np.tile(y, x.size)
+        w = rigid_slip(*centres, scene.creepage, scene.spin_point * dx)
+        # slips and gap of the undeformed bodies; slips without tractions, which set the scale of slips (`solve`)
+        self.rigid = np.concatenate([w.T.reshape(2, *box.shape), initial_gap(scene)[box.slices][None]])
+        self.scale = self.rigid[:2]
+        # gaps count as slips do: their pressures times the diagonal of B
+        self.unit = _WEIGHT * self.operator.slip.diagonal
+        self.products = 0
+        self._cells = np.empty((x.size * y.size, 2), dtype=np.int64)
+
+    def look(self, stress: np.ndarray) -> float:
+        """Take `stress` as the state: cells in contact, stick and slip, residuals.
+
+        Returns the larger of the two residuals, in units of their tolerances.
+        """
+        tolerance, operator = self.scene.tolerance, self.operator
+        self.products += 1
+        self.stress = stress
+        self.response = operator.responses(stress) + self.rigid
+        m, deep, self.approach = coupled.touching_cells(stress, self.response, tolerance.normal, self._cells)
+        self.settled = deep == 0  # no cell overlaps without pressure, to the tolerance
+        self.cells = self._cells[:m].copy()
+        self.p, self.q, self.s = np.empty(m), np.empty((m, 2)), np.empty((m, 2))
+        coupled.gather_contact(stress, self.response, self.cells, self.p, self.q, self.s)
+        closing = np.empty(m)
+        operator.closing(self.response[2], self.cells, 1.0, closing)
+        self.residual_normal = float(np.linalg.norm(closing) / np.linalg.norm(self.p))
+        bound = self.scene.friction * self.p
+        w = self.scale[:, self.cells[:, 0], self.cells[:, 1]].T
+        self.friction = NewtonSystem(operator.slip, self.cells, np.maximum(bound, _LEAST * bound.max()), w)
+        self.residual_tangential = self.friction.classify(self.q, self.s)
+        return max(self.residual_normal / tolerance.normal, self.residual_tangential / tolerance.tangential)
+
+    def apply(self, v: np.ndarray, out: np.ndarray) -> None:
+        """Product of the system's matrix with a vector of unknowns `v` [3 m], into `out`."""
+        self.products += 1
+        m, f, plan = len(self.cells), self.friction, self.operator.plan
+        coupled.scatter_unknowns(v, self.cells, f.slip, f.normal, self.scene.friction, plan.real)
+        self.operator.multiply()
+        tractions.gather_slip(plan.real[:2], v[m:], self.cells, f.slip, f.normal, f.curvature, out[m:])
+        self.operator.closing(plan.real[2], self.cells, self.unit, out[:m])
+
+    def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
+        """Approximate solution `out` [3 m] for the residuals `v` [3 m]."""
+        self.products += 1
+        m = len(self.cells)
+        np.divide(v[:m], self.unit, out=out[:m])
+        self.friction.precondition(v[m:], out[m:])
+
+    def step(self, forcing: float) -> np.ndarray:
+        """Stresses after the Newton step, the linear system solved to `forcing` of its first residual."""
+        self.products += 1
+        m, f = len(self.cells), self.friction
+        p, q, s = self.p.copy(), np.empty((m, 2)), np.empty((m, 2))
+        tractions.tangent_start(self.q, f.slip, f.normal, self.scene.friction * p, q)
+        stress = np.empty_like(self.stress)
+        coupled.scatter_contact(p, q, self.cells, stress)
+        response = self.operator.responses(stress) + self.rigid
+        coupled.gather_contact(stress, response, self.cells, p, q, s)
+        residual = np.empty(3 * m)
+        self.operator.closing(response[2], self.cells, -self.unit, residual[:m])
+        tractions.newton_residual(s, self.q, f.slip, f.normal, f.curvature, residual[m:])
+        change = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS)
+        coupled.move_contact(change, f.slip, f.normal, self.scene.friction, self.total, p, q)
+        coupled.scatter_contact(p, q, self.cells, stress)
+        return stress
+
+    def solve(self, stress: np.ndarray) -> int:
+        """Newton's method from `stress` to the scene's tolerances, as in `solve_tractions`. Returns the steps taken."""
+        without_tractions = stress * np.array([0.0, 0.0, 1.0])[:, None, None]
+        self.scale = (self.operator.responses(without_tractions) + self.rigid)[:2]
+        self.products += 1
+        residual = self.look(stress)
+        previous, best, loosest = np.inf, np.inf, _LOOSEST
+        iteration = since_best = 0
+        while not (residual <= 1.0 and self.settled) and iteration < _MAX_NEWTON:
+            if residual > 0.7 * previous:
+                loosest = max(0.2 * loosest, 1e-4)
+            if residual < 0.9 * best:
+                best, since_best = residual, 0
+            since_best += 1
+            start = self.stress
+            full = self.step(forcing_term(residual, previous, 1.0, loosest))
+            iteration += 1
+            previous = residual
+            length = 1.0
+            while True:
+                residual = self.look(full if length == 1.0 else start + length * (full - start))
+                if since_best < _PATIENCE or residual < previous or length < _SHORTEST:
+                    break
+                length *= 0.5
+        return iteration
+
+
+def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[NormalContact, RollingSolution]:
+    """Pressure and tractions of `scene`, consistent with each other, by way of coarser meshes.
+
+    Pressure and tractions are found by the same Newton steps; their products are counted with the tractions'.
+    """
+    influence = influence or influence_of(scene)
+    if not influence.moves_by_pressure:
+        contact = solve_normal(scene, influence)
+        return contact, solve_rolling(contact, scene)
+    contact, q, coarse = _start(scene, influence)
+    stress = np.stack([contact.spread(q[:, 0]), contact.spread(q[:, 1]), contact.solution.p])
+    box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)
+    iterations = products = 0
+    while True:
+        system = CoupledSystem(scene, influence, box)
+        iterations += system.solve(np.ascontiguousarray(stress[:, *box.slices]))
+        products += system.products
+        stress = np.zeros_like(stress)
+        stress[:, *box.slices] = system.stress
+        touched = Box.around(stress[2] > 0.0)
+        if clear_of_sides(touched, box, scene.mesh.cells):
+            break
+        box = touched.grown(touched.shape[0] // 8 + 2, touched.shape[1] // 8 + 2, scene.mesh.cells)
+    tolerance = scene.tolerance
+    solution = NormalSolution(
+        stress[2],
+        system.approach,
+        system.residual_normal,
+        contact.solution.iterations + iterations,
+        contact.solution.products,
+        system.settled and system.residual_normal <= tolerance.normal,
+        at_edge(touched, scene.mesh.cells),
+    )
+    rolling = _tractions(system)
+    rolling.iterations, rolling.products, rolling.coarser = iterations, products, coarse
+    return NormalContact(scene, influence, solution, box, contact.coarser), rolling
+
+
+def _start(scene: Scene, influence: Influence) -> tuple[NormalContact, np.ndarray, RollingSolution | None]:
+    """Pressure and tractions [m, 2] (MPa) to start from, and the coarser mesh's tractions."""
+    coarse_scene = coarser_scene(scene)
+    if coarse_scene is None:
+        own = scene.tolerance
+        loose = replace(scene, tolerance=Tolerance(max(_START, own.normal), own.tangential))
+        contact = solve_normal(loose, influence)
+        return contact, np.zeros((len(contact.cells), 2)), None
+    coarser, coarse = solve_coupled(coarse_scene, influence.coarser())
+    p = interpolated_pressure(coarser.solution.p, scene.mesh.cells)
+    dx, dy = scene.mesh.spacing
+    p *= scene.load / (float(p.sum()) * dx * dy)
+    guess = NormalSolution(p, coarser.solution.approach, np.inf, 0, 0, converged=False, edge=False)
+    contact = NormalContact(scene, influence, guess, coarser=coarser)
+    return contact, interpolated_tractions(coarser, coarse, contact, scene.friction), coarse
+
+
+def _tractions(system: CoupledSystem) -> RollingSolution:
+    """The tractions of the cells under pressure; slip cells, off the bound by no more than the residual, on it."""
+    kept = system.p > 0.0
+    q, s, slip, normal = system.q[kept], system.s[kept], system.friction.slip[kept], system.friction.normal[kept]
+    bound = system.scene.friction * system.p[kept]
+    off = slip & (np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12))
+    q = np.where(off[:, None], bound[:, None] * normal, within(q, bound * (1.0 + 1e-15)))
+    residual = system.residual_tangential
+    return RollingSolution(q, s, slip, residual, 0, 0, residual <= system.scene.tolerance.tangential)

@@ -1,0 +1,182 @@
+"""Newton steps for pressure and tractions together (`coupled.py`).
+
+Stresses and responses are three arrays on the box, [3, nx, ny]: (qx, qy, p) and (slip x, slip y, gap). Vectors of
+unknowns are [3 m]: the pressures of the m cells in contact, then the two numbers a cell of `tractions.py`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def multiply_3x3(hat: np.ndarray, slip: np.ndarray, by_pressure: np.ndarray, lift: np.ndarray, gap: np.ndarray) -> None:
+    """Multiply the triple hat [3, px, py//2+1], in place, by ((slip xx, xy, yy), by_pressure; lift, gap).
+
+    slip [3, ...]: symmetric block of slips by tractions; by_pressure [2, ...]: slips by pressure; lift [2, ...]: u_z by
+    tractions; gap [...]: u_z by pressure.
+    """
+    for i in range(hat.shape[1]):
+        for j in range(hat.shape[2]):
+            a = hat[0, i, j]
+            b = hat[1, i, j]
+            c = hat[2, i, j]
+            hat[0, i, j] = slip[0, i, j] * a + slip[1, i, j] * b + by_pressure[0, i, j] * c
+            hat[1, i, j] = slip[1, i, j] * a + slip[2, i, j] * b + by_pressure[1, i, j] * c
+            hat[2, i, j] = lift[0, i, j] * a + lift[1, i, j] * b + gap[i, j] * c
+
+
+@jit
+def pad_stress(stress: np.ndarray, out: np.ndarray) -> None:
+    """Copy stress [3, nx, ny] into out [3, nx, py], zeros beyond ny."""
+    for k in range(3):
+        for i in range(stress.shape[1]):
+            for j in range(stress.shape[2]):
+                out[k, i, j] = stress[k, i, j]
+            for j in range(stress.shape[2], out.shape[2]):
+                out[k, i, j] = 0.0
+
+
+@jit
+def touching_cells(
+    stress: np.ndarray, response: np.ndarray, overlap: float, cells: np.ndarray
+) -> tuple[int, int, float]:
+    """Cells in contact: those under pressure, and those where the surfaces overlap without it.
+
+    The approach is the mean gap under pressure; cells [nx ny, 2]: filled with i, j, by rows of constant i. Returns how
+    many there are, how many of them bear no pressure yet but overlap by more than `overlap` of the approach, and the
+    approach (mm).
+    """
+    nx, ny = stress.shape[1], stress.shape[2]
+    total = 0.0
+    count = 0
+    for i in range(nx):
+        for j in range(ny):
+            if stress[2, i, j] > 0.0:
+                total += response[2, i, j]
+                count += 1
+    approach = total / max(count, 1)
+    m = deep = 0
+    for i in range(nx):
+        for j in range(ny):
+            inside = stress[2, i, j] > 0.0
+            if inside or response[2, i, j] < approach:
+                cells[m, 0] = i
+                cells[m, 1] = j
+                m += 1
+                if not inside and response[2, i, j] < approach - overlap * abs(approach):
+                    deep += 1
+    return m, deep, approach
+
+
+@jit
+def gather_contact(
+    stress: np.ndarray, response: np.ndarray, cells: np.ndarray, p: np.ndarray, q: np.ndarray, s: np.ndarray
+) -> None:
+    """Pressures p [m], tractions q and slips s [m, 2] at the cells [m, 2]."""
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        p[m] = stress[2, i, j]
+        q[m, 0] = stress[0, i, j]
+        q[m, 1] = stress[1, i, j]
+        s[m, 0] = response[0, i, j]
+        s[m, 1] = response[1, i, j]
+
+
+@jit
+def scatter_contact(p: np.ndarray, q: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
+    """Pressures p [m] and tractions q [m, 2] into out [3, nx, ny], zeros elsewhere."""
+    out[:, :, :] = 0.0
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        out[0, i, j] = q[m, 0]
+        out[1, i, j] = q[m, 1]
+        out[2, i, j] = p[m]
+
+
+@jit
+def scatter_unknowns(
+    v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, friction: float, out: np.ndarray
+) -> None:
+    """Stresses of a vector of unknowns [3 m] into out [3, nx, py], zeros elsewhere; slip cells' bounds move with p.
+
+    slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
+    """
+    out[:, :, :] = 0.0
+    n = cells.shape[0]
+    for m in range(n):
+        i, j = cells[m, 0], cells[m, 1]
+        p, x, y = v[m], v[n + 2 * m], v[n + 2 * m + 1]
+        if slip[m]:
+            x, y = friction * p * normal[m, 0] - y * normal[m, 1], friction * p * normal[m, 1] + y * normal[m, 0]
+        out[0, i, j] = x
+        out[1, i, j] = y
+        out[2, i, j] = p
+
+
+@jit
+def spread_uneven(gap: np.ndarray, cells: np.ndarray, factor: float, out: np.ndarray) -> None:
+    """factor (gap - its mean over the cells [m, 2]) into out [nx, py], zeros elsewhere. gap, out: may be padded."""
+    total = 0.0
+    for m in range(cells.shape[0]):
+        total += gap[cells[m, 0], cells[m, 1]]
+    mean = total / cells.shape[0]
+    out[:, :] = 0.0
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        out[i, j] = factor * (gap[i, j] - mean)
+
+
+@jit
+def gather_uneven(field: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
+    """field less its mean over the cells [m, 2], there, into out [m]."""
+    total = 0.0
+    for m in range(cells.shape[0]):
+        total += field[cells[m, 0], cells[m, 1]]
+    mean = total / cells.shape[0]
+    for m in range(cells.shape[0]):
+        out[m] = field[cells[m, 0], cells[m, 1]] - mean
+
+
+@jit
+def move_contact(
+    change: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    friction: float,
+    total: float,
+    p: np.ndarray,
+    q: np.ndarray,
+) -> None:
+    """Pressures p [m] and tractions q [m, 2] (`tangent_start`), in place, after the unknowns' change [3 m].
+
+    Pressures are cut at zero and scaled to the sum `total`, slip cells put on their new bounds; no pressure, no
+    traction.
+    """
+    n = p.size
+    new_total = 0.0
+    for m in range(n):
+        new_total += max(p[m] + change[m], 0.0)
+    scale = total / new_total
+    for m in range(n):
+        old = friction * p[m]
+        p[m] = max(p[m] + change[m], 0.0) * scale
+        if p[m] == 0.0:
+            q[m, 0] = 0.0
+            q[m, 1] = 0.0
+        elif slip[m]:
+            bound = friction * p[m]
+            tau = change[n + 2 * m + 1]
+            x = q[m, 0] + (bound - old) * normal[m, 0] - tau * normal[m, 1]
+            y = q[m, 1] + (bound - old) * normal[m, 1] + tau * normal[m, 0]
+            size = math.sqrt(x * x + y * y)
+            shrink = bound / size if size > 0.0 else 1.0
+            q[m, 0] = x * shrink
+            q[m, 1] = y * shrink
+        else:
+            q[m, 0] += change[n + 2 * m]
+            q[m, 1] += change[n + 2 * m + 1]
