@@ -1,7 +1,7 @@
 """YAML text as a tree in which every value knows its line, column and dotted path; problems collected as they come.
 
 Loads data only: the tree is built from ruamel.yaml's parser events, so no tag ever constructs an object. Tags, further
-documents, duplicate keys, self-containing aliases, and aliases, nesting or files beyond a bound are refused.
+documents, duplicate keys, self-containing aliases, and aliases, values, nesting or files beyond a bound are refused.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from rcstudy.errors import UserError
 MAX_BYTES = 4_000_000
 MAX_DEPTH = 32
 MAX_ALIASED = 100_000  # values that aliases may add, in all
+MAX_VALUES = 250_000  # written in a file; reading so many takes half a minute
 MAX_REPORTED = 40
 
 _CORE = "tag:yaml.org,2002:"
@@ -277,6 +278,7 @@ class _Builder:
         self._anchors: dict[str, Node] = {}
         self._open_anchors: dict[str, int] = {}
         self._aliased = 0
+        self._values = 0
         self._documents = 0
         self.root: Node | None = None
 
@@ -285,6 +287,9 @@ class _Builder:
         kinds = self._events
         if isinstance(event, kinds.ScalarEvent | kinds.AliasEvent | kinds.CollectionStartEvent):
             line, column = event.start_mark.line + 1, event.start_mark.column + 1
+            self._values += 1
+            if self._values > MAX_VALUES:
+                self._fatal(line, column, "", "too long", f"at most {MAX_VALUES} keys and values in a file")
             if self._awaits_key():
                 self._take_key(event, line, column)
                 return
