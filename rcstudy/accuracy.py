@@ -152,12 +152,14 @@ def run(
     out.mkdir(parents=True, exist_ok=True)
     if not study.outputs.fields:
         raise UserError(f"{study.path}: outputs.fields: errors of pressure and tractions need the fields: true")
+    if study.outputs.crop != "none":
+        raise UserError(f"{study.path}: outputs.crop: errors of pressure and tractions need the whole window: none")
     paths: list[Path] = []
     if cube is None:
         cube = out / "solutions.nc"
         for _ in timed(sweep.warm_up_scenes(expand(study).cases)):
             pass
-        sweep.run(study, cube, workers=1, progress=progress, solve=timed)
+        sweep.run(study, cube, workers=1, progress=progress, solve=timed, fresh=True)
         paths.append(cube)
     with open_cube(cube) as tree:
         entries = measured(study, tree)

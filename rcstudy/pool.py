@@ -44,10 +44,14 @@ class _Worker:
 
 
 def solve_in_processes(
-    batches: Iterable[Sequence[Case]], workers: int, solve: Solve, warm_up: Sequence[Scene] = ()
-) -> Iterator[tuple[Case, Result]]:
+    batches: Iterable[Sequence[Case]],
+    workers: int,
+    solve: Callable[[Sequence[Scene]], Iterator[Any]],
+    warm_up: Sequence[Scene] = (),
+) -> Iterator[tuple[Case, Any]]:
     """Solve `batches` (cases sharing a normal problem) in `workers` processes; yield results as they come.
 
+    A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers.
     The first worker solves the scenes of `warm_up` before the others start, so that kernels are compiled once.
     Closing the iterator ends the workers. Raises UserError when worker processes do not start.
     """
@@ -61,14 +65,14 @@ def solve_in_processes(
 
 
 class _Pool:
-    def __init__(self, solve: Solve, waiting: deque[list[Case]]) -> None:
+    def __init__(self, solve: Callable[[Sequence[Scene]], Iterator[Any]], waiting: deque[list[Case]]) -> None:
         self.solve = solve
         self.waiting = waiting
         self.workers: list[_Worker] = []
         self.deaths: dict[tuple[str, tuple[int, ...]], int] = {}
         self.failed_starts = 0
 
-    def run(self, workers: int, warm_up: Sequence[Scene]) -> Iterator[tuple[Case, Result]]:
+    def run(self, workers: int, warm_up: Sequence[Scene]) -> Iterator[tuple[Case, Any]]:
         if self.waiting:
             self._start(warm_up)
         while self.waiting or any(worker.batch for worker in self.workers):
@@ -151,7 +155,7 @@ class _Pool:
         self.workers.clear()
 
 
-def _work(connection: Connection, solve: Solve, warm_up: list[Scene]) -> None:
+def _work(connection: Connection, solve: Callable[[Sequence[Scene]], Iterator[Any]], warm_up: list[Scene]) -> None:
     """A worker's life: ready, then a batch in, its results out, until told to end or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where they could not be held back from the start
     for scene in warm_up:

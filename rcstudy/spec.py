@@ -211,9 +211,10 @@ class CoatingSpec(Spec):
 
 
 class OutputsSpec(Spec):
-    """What the cube holds: fields or scalars only, and in which precision fields are stored."""
+    """What the cube holds: fields or scalars only, of which cells, and in which precision fields are stored."""
 
     fields: Annotated[bool, PlainValidator(Flag())] = True
+    crop: Annotated[str, PlainValidator(Choice("none", "contact"))] = "none"
     precision: Annotated[str, PlainValidator(Choice("float64", "float32"))] = "float64"
 
 

@@ -1,25 +1,34 @@
-"""Runs a study: cases in batches that share a normal problem, solved here or in worker processes, into a cube."""
+"""Runs a study: cases in batches that share a normal problem, solved here or in other processes, into a cube.
+
+Results go to the disk as they come (:mod:`rcstudy.store`); what is there already is not solved again. The cube is made
+from them at the end.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import time
+from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy import cluster, pool, provenance
+from rcstudy.assemble import assemble
 from rcstudy.errors import UserError
-from rcstudy.layout import case_label
+from rcstudy.layout import case_label, lay_out
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.progress import Progress, Silent
+from rcstudy.record import Keep, Packed, Packer, Packing
 from rcstudy.result import Result, Status
 from rcstudy.steady import interrupts_remembered
+from rcstudy.store import Store, opened
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion
-    from rcstudy.study import Study
+    from rcstudy.index import Index
+    from rcstudy.study import Outputs, Study
 
 _BATCHES_PER_WORKER = 4  # so that workers end at about the same time
 _SECONDS_TO_JUDGE = 1.0  # of solving, before the time of the whole is guessed
@@ -39,12 +48,16 @@ class Failure:
 
 @dataclass
 class Summary:
-    """What a sweep did: number of `cases`, which of them failed, `seconds` of wall time, the cube at `output`."""
+    """What a sweep did: number of `cases`, which of them failed, `seconds` of wall time, the cube at `output`.
+
+    `kept` of the cases had been solved before. A shard of a sweep counts its own cases alone.
+    """
 
     output: Path
     cases: int = 0
     seconds: float = 0.0
     failures: list[Failure] = field(default_factory=list)
+    kept: int = 0
 
     @property
     def failed(self) -> int:
@@ -57,6 +70,15 @@ class Summary:
         return self.cases - self.failed
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a sweep; `solved` of its `cases` are kept, and the same command goes on from there."""
+
+    def __init__(self, solved: int, cases: int) -> None:
+        super().__init__(f"{solved} of {cases} cases are kept")
+        self.solved = solved
+        self.cases = cases
+
+
 def run(
     study: Study,
     output: Path | str,
@@ -66,83 +88,174 @@ def run(
     progress: Progress | None = None,
     command: str | None = None,
     solve: pool.Solve | None = None,
+    fresh: bool = False,
+    shard: tuple[int, int] | None = None,
+    take_over: bool = False,
+    tell: Callable[[str], None] | None = None,
 ) -> Summary:
     """Solve all cases of `study` and write the cube `output`, which is replaced only when all is done.
 
+    Cases that an earlier run solved, for this study or as it was before it was edited, are taken over; failed ones are
+    solved again. `fresh`: none are. `shard` (i, n): solve the i-th of n parts only and leave the results for
+    :func:`rcstudy.merge.merge`; no cube is written. `take_over`: go on even if another machine left its lock.
+
     `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
     over to as many workers as there are processors if what is left is worth their start; with `scheduler` the workers
-    of a Dask cluster solve all instead. `progress` is told of each case; `command` goes to the provenance; `solve`
-    takes the place of :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch
-    goes on.
+    of a Dask cluster solve all instead. `progress` is told of each case, `tell` what a person should know; `command`
+    goes to the provenance; `solve` takes the place of :func:`rcstudy.solve.solve_group`. A case that fails gets its
+    status and reason, and the batch goes on.
 
-    Raises UserError when the cube cannot be written, KeyboardInterrupt when interrupted; the cube that was there
-    before then stays as it was.
+    Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
+    interrupted; the cube that was there before then stays as it was, and what is solved is kept beside it.
     """
     from rcstudy.cases import expand
-    from rcstudy.cube_writer import write_cube
 
     started = time.monotonic()
     if workers is not None and workers < 1:
         raise UserError(f"workers: {workers}: a number of at least 1")
     if workers is not None and scheduler is not None:
         raise UserError("either workers of this machine or a scheduler, whose workers are started by themselves")
+    if fresh and shard is not None:
+        raise UserError("a shard cannot start over: others have begun; remove the folder of units before all of them")
     expansion = expand(study)
-    summary = Summary(Path(output))
-    reporter = progress or Silent()
-    with (
-        interrupts_remembered() as check_interrupts,
-        contextlib.closing(_results(expansion, workers, scheduler, solve or solve_batch)) as results,
-    ):
-        told = _told(results, expansion, summary, reporter, check_interrupts)
-        write_cube(output, study, expansion, told, provenance.collect(command))
+    keep = keep_of(study.outputs)
+    lay_out(expansion, fields=keep.fields, precision=keep.precision)  # a name that clashes is found before all work
+    cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
+    summary = Summary(Path(output), len(cases))
+    say = tell or (lambda text: None)
+    with opened(
+        summary.output, expansion.cases, keep, tell=say, fresh=fresh, shard=shard, take_over=take_over
+    ) as store:
+        pending = unsolved(cases, store.index)
+        if pending or not _is_published(store, study, expansion, shard):
+            if damaged := store.index.check_cube():
+                say(f"{output}: {damaged} of its cases are damaged and solved again")
+                pending = unsolved(cases, store.index)
+            summary.kept = len(cases) - len(pending)
+            if summary.kept:
+                say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
+            with _interrupts(cases, store) as check_interrupts:
+                results = _results(pending, workers, scheduler, Packing(solve or solve_batch, keep))
+                with contextlib.closing(results):
+                    _keep_all(results, pending, store, progress or Silent(), check_interrupts)
+                if shard is None:
+                    attributes = provenance.collect(command)
+                    assemble(summary.output, study, expansion, store.index, attributes, started, check_interrupts)
+                    store.clear()
+        else:
+            summary.kept = len(cases)
+        summary.failures = failures(expansion, cases, store.index)
     summary.seconds = time.monotonic() - started
     return summary
 
 
-def _told(
-    results: Iterator[tuple[Case, Result]],
-    expansion: Expansion,
-    summary: Summary,
+def keep_of(outputs: Outputs) -> Keep:
+    """What a study wants kept of its results."""
+    return Keep(outputs.fields, outputs.precision, outputs.crop == "contact")
+
+
+def unsolved(cases: Sequence[Case], index: Index) -> list[Case]:
+    """Those of `cases` that have no solution yet, whether missing or failed."""
+    return [case for case in cases if index.status(case.key) != Status.SOLVED]
+
+
+def shard_of(cases: Sequence[Case], shard: tuple[int, int]) -> list[Case]:
+    """The cases of shard (i, n), 1 <= i <= n: every n-th batch that shares a normal problem."""
+    i, n = shard
+    if not 1 <= i <= n:
+        raise UserError(f"shard {i}/{n}: a number from 1 to {n}, and how many there are")
+    return [case for batch in make_batches(cases, max(n, 2))[i - 1 :: n] for case in batch]
+
+
+def failures(expansion: Expansion, cases: Sequence[Case], index: Index) -> list[Failure]:
+    """Those of `cases` that have a result but are not solved, in their order."""
+    grids = {grid.name: grid for grid in expansion.grids}
+    found = []
+    for case in cases:
+        status = index.status(case.key)
+        if status is not None and status != Status.SOLVED:
+            label = case_label(grids[case.grid], case.index)
+            found.append(Failure(case.grid, label, status, index.record(case.key).reason))
+    return found
+
+
+def _is_published(store: Store, study: Study, expansion: Expansion, shard: tuple[int, int] | None) -> bool:
+    """Whether the cube is that of this very study, with nothing of it in units."""
+    cube = store.index.cube
+    if shard is not None:
+        return True
+    if cube is None or cube.sha256 != study.sha256:
+        return False
+    return store.is_empty and all(store.index.in_cube(case.key) for case in expansion.cases)
+
+
+@contextlib.contextmanager
+def _interrupts(cases: Sequence[Case], store: Store) -> Iterator[Callable[[], None]]:
+    """Ctrl-C in the block becomes Interrupted, once what is solved is on the disk; errors say what is kept."""
+
+    def solved() -> int:
+        with contextlib.suppress(UserError):
+            store.flush()
+        return len(cases) - len(unsolved(cases, store.index))
+
+    try:
+        with interrupts_remembered() as check:
+            yield check
+    except KeyboardInterrupt:
+        raise Interrupted(solved(), len(cases)) from None
+    except UserError as error:
+        count = solved()
+        if not count:
+            raise
+        message = f"{error}\n{count} of {len(cases)} cases are kept; the same command goes on from there"
+        raise UserError(message) from error
+
+
+def _keep_all(
+    results: Iterator[tuple[Case, Result | Packed]],
+    pending: Sequence[Case],
+    store: Store,
     reporter: Progress,
     check_interrupts: Callable[[], None],
-) -> Iterator[tuple[Case, Result]]:
-    """Pass results on, keeping the summary and the progress up to date."""
-    grids = {grid.name: grid for grid in expansion.grids}
-    reporter.begin(len(expansion.cases))
+) -> None:
+    """Put all results into the store, keeping the progress up to date."""
+    packer = Packer(store.index.keep)
+    like = Counter(case.key for case in pending)
+    reporter.begin(len(pending))
     try:
         for case, result in results:
             check_interrupts()
-            summary.cases += 1
-            failed = result.status != Status.SOLVED
-            if failed:
-                label = case_label(grids[case.grid], case.index)
-                summary.failures.append(Failure(case.grid, label, Status(result.status), result.reason))
-            reporter.advance(failed=failed)
-            yield case, result
+            packed = packer.pack(result, case.scene.mesh.cells) if isinstance(result, Result) else result
+            store.add(case.key, packed)
+            for _ in range(like[case.key]):
+                reporter.advance(failed=packed.status != Status.SOLVED)
+        store.flush()
     finally:
         reporter.end()
 
 
 def _results(
-    expansion: Expansion, workers: int | None, scheduler: cluster.Scheduler | None, solve: pool.Solve
-) -> Generator[tuple[Case, Result], None, None]:
+    pending: Sequence[Case], workers: int | None, scheduler: cluster.Scheduler | None, solve: Packing
+) -> Generator[tuple[Case, Result | Packed], None, None]:
+    """Results of all cases as they come; of cases with one key a single one."""
+    cases = list({case.key: case for case in pending}.values())
     if scheduler is not None:
-        yield from cluster.solve_on_cluster(make_batches(expansion.cases, 1), scheduler, solve)
+        yield from cluster.solve_on_cluster(make_batches(cases, 1), scheduler, solve)
         return
     wanted = workers or provenance.available_cores()
-    batches = make_batches(expansion.cases, wanted)
+    batches = make_batches(cases, wanted)
     warm_up: Sequence[Scene] = ()
     if workers is None or wanted == 1:
         batches = yield from _solved_here(batches, solve, hand_over=wanted > 1)
     else:
-        warm_up = warm_up_scenes(expansion.cases)
+        warm_up = warm_up_scenes(cases)
     if batches:
         yield from pool.solve_in_processes(batches, min(wanted, len(batches)), solve, warm_up)
 
 
 def _solved_here(
-    batches: list[list[Case]], solve: pool.Solve, *, hand_over: bool
-) -> Generator[tuple[Case, Result], None, list[list[Case]]]:
+    batches: list[list[Case]], solve: Packing, *, hand_over: bool
+) -> Generator[tuple[Case, Packed], None, list[list[Case]]]:
     """Solve batches in this process; with `hand_over`, return those that are left once workers are worth starting.
 
     A worker takes seconds to start, more than many a whole study: it must have more than that to do.

@@ -195,7 +195,7 @@ def make_study(name: str = "made up", *, fields: bool = True, precision: str = "
         text=text,
         path=Path("made_up.yaml"),
         sha256=hashlib.sha256(text.encode()).hexdigest(),
-        outputs=SimpleNamespace(fields=fields, precision=precision),
+        outputs=SimpleNamespace(fields=fields, precision=precision, crop="none"),
     )
 
 

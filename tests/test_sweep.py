@@ -223,7 +223,7 @@ def test_an_interrupt_leaves_the_old_cube_and_no_workers(study: Study, tmp_path:
         sweep.run(study, tmp_path / "c.nc", workers=processes, progress=told, solve=workers.made_up)
     assert told.told[-1] == "end"
     assert (tmp_path / "c.nc").read_bytes() == b"old"
-    assert files(tmp_path) == ["c.nc"]
+    assert files(tmp_path) == ["c.nc", "c.nc.units"]
     assert multiprocessing.active_children() == []
 
 
@@ -244,7 +244,7 @@ def test_an_interrupt_that_is_lost_on_the_way_still_counts(study: Study, tmp_pat
         sweep.run(study, tmp_path / "c.nc", workers=1, progress=told, solve=loses_it)
     assert told.told == [CASES, False, False, False, "end"]
     assert (tmp_path / "c.nc").read_bytes() == b"old"
-    assert files(tmp_path) == ["c.nc"]
+    assert files(tmp_path) == ["c.nc", "c.nc.units"]
     assert signal.getsignal(signal.SIGINT) is before
 
 

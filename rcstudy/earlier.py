@@ -1,0 +1,152 @@
+"""The cases of a published cube as records: a sweep of an edited study takes over what is still wanted of them.
+
+A grid's keys, statuses and numbers stand under a checksum, its fields under those of their streams; what does not
+match is not taken over. Fields are copied as they were compressed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from rcstudy.cube_writer import checksum
+from rcstudy.deflate import compress
+from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE
+from rcstudy.mechanics import SOLVER_VERSION
+from rcstudy.mechanics.scene import Mesh, Scene
+from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
+from rcstudy.result import VARIABLES, Status
+
+_GZIP = 1  # HDF5's number of the deflate filter
+
+
+class EarlierCube:
+    """A cube opened for its cases. `sha256` is that of the study it was made from; close it after use.
+
+    Raises ValueError, with a reason, for a file whose cases cannot be taken over.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self._file = h5py.File(path, "r")
+        except OSError as error:
+            raise ValueError("it is no file of HDF5, or damaged") from error
+        try:
+            attrs = self._file.attrs
+            if attrs.get(SCHEMA_ATTRIBUTE) != SCHEMA or attrs.get("solver_version") != SOLVER_VERSION:
+                raise ValueError("it is no cube of this version and its solver")
+            self.sha256 = str(attrs.get("study_sha256", ""))
+            found = [self._file, *(node for node in self._file.values() if isinstance(node, h5py.Group))]
+            self.grids = [_EarlierGrid(group) for group in found if "axes" in group.attrs]
+        except Exception as error:  # whatever h5py and NumPy make of a damaged or hostile file
+            self._file.close()
+            raise ValueError(_first_line(error)) from error
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def places(self) -> Iterator[tuple[str, Status, int, int]]:
+        """Key and status of each case, the number of its grid and its number in it."""
+        for number, grid in enumerate(self.grids):
+            for flat, (key, status) in enumerate(zip(grid.keys, grid.statuses, strict=True)):
+                yield key, status, number, flat
+
+    def record(self, grid: int, flat: int, scene: Scene) -> Record:
+        """The record of a case, whose scene is `scene`. Raises DamagedRecord when there is something wrong with it."""
+        try:
+            return self.grids[grid].record(flat, scene)
+        except DamagedRecord:
+            raise
+        except Exception as error:  # as above
+            raise DamagedRecord(_first_line(error)) from error
+
+
+class _EarlierGrid:
+    def __init__(self, group: h5py.Group) -> None:
+        self.group = group
+        numbers = {name: group[name][...].reshape(-1) for name in ("status", *SCALARS) if name in group}
+        texts = {name: group[name].asstr()[...] for name in (CASE_KEY, "status_reason")}
+        self.shape = texts[CASE_KEY].shape
+        texts = {name: np.asarray(values, dtype=object).reshape(-1) for name, values in texts.items()}
+        if checksum({**texts, **numbers}) != group.attrs.get(CHECKSUM):
+            raise ValueError("the checksum of its numbers does not match")
+        self.keys: list[str] = list(texts[CASE_KEY])
+        self.reasons: list[str] = list(texts["status_reason"])
+        self.statuses = [Status(status) for status in numbers.pop("status").tolist()]
+        self.scalars = numbers
+        self.fields = {name: group[name] for name in FIELDS if name in group}
+        for dataset in self.fields.values():
+            _check_chunks(dataset, len(self.shape))
+
+    @property
+    def keep(self) -> Keep:
+        """What the grid holds of each case."""
+        if "pressure" not in self.fields:
+            return Keep(fields=False)
+        return Keep(precision="float64" if self.fields["pressure"].dtype == np.float64 else "float32")
+
+    def record(self, flat: int, scene: Scene) -> Record:
+        index = np.unravel_index(flat, self.shape)
+        status = self.statuses[flat]
+        scalars = {}
+        for name, values in self.scalars.items():
+            value = float(values[flat])
+            if not (math.isnan(value) or (values.dtype.kind == "i" and value == MISSING)):
+                scalars[name] = value
+        region = (
+            self._region(index, scene.mesh) if self.fields else (0, *scene.mesh.cells[:1], 0, *scene.mesh.cells[1:])
+        )
+        fields = {}
+        for name, dataset in self.fields.items():
+            if scene.creepage is None and VARIABLES[name].tangential:
+                continue
+            packed = _field(dataset, index, region)
+            if packed is not None:
+                fields[name] = packed
+        return Record(status, self.reasons[flat], scene.mesh.cells, region, scalars, fields)
+
+    def _region(self, index: tuple[Any, ...], mesh: Mesh) -> Region:
+        """The cells of the window that a case's fields hold, from the coordinates of their centres."""
+        found = []
+        for k, dim in enumerate("xy"):
+            centres = self.group[f"{dim}_centre"][index] if f"{dim}_centre" in self.group else self.group[dim][...]
+            count = int(np.isfinite(centres).sum())
+            first = round((float(centres[0]) + 0.5 * mesh.size[k]) * mesh.cells[k] / mesh.size[k] - 0.5)
+            found += [first, first + count]
+        i0, i1, j0, j1 = found
+        if not (0 <= i0 < i1 <= mesh.cells[0] and 0 <= j0 < j1 <= mesh.cells[1]):
+            raise DamagedRecord("its coordinates are not those of its mesh")
+        return i0, i1, j0, j1
+
+
+def _check_chunks(dataset: h5py.Dataset, case_dims: int) -> None:
+    """ValueError unless the dataset is chunked by case and compressed as cubes are."""
+    plist = dataset.id.get_create_plist()
+    filters = [plist.get_filter(k)[0] for k in range(plist.get_nfilters())]
+    if dataset.chunks != (1,) * case_dims + dataset.shape[case_dims:] or filters != [_GZIP]:
+        raise ValueError("its fields are not stored as this version stores them")
+
+
+def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region) -> PackedField | None:
+    """A case's field, checked to its last byte; None where nothing but missing values stands."""
+    _, stream = dataset.id.read_direct_chunk((*(int(i) for i in index), 0, 0))
+    shape = dataset.shape[-2:]
+    dtype = dataset.dtype.str[1:]
+    whole = Record(Status.SOLVED, "", shape, (0, shape[0], 0, shape[1]), {}, {"": PackedField(dtype, stream)}).values(
+        ""
+    )
+    held = (region[1] - region[0], region[3] - region[2])
+    inner = whole[: held[0], : held[1]]
+    if (np.isnan(inner) if dtype.startswith("f") else inner == MISSING).all():
+        return None
+    return PackedField(dtype, bytes(stream) if held == shape else compress(np.ascontiguousarray(inner)))
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).strip() or type(error).__name__).splitlines()[0]
