@@ -10,12 +10,15 @@ import functools
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, ParamSpec
+from typing import TYPE_CHECKING, Annotated, ParamSpec
 
 import typer
 
 from rcstudy.errors import UserError
 from rcstudy.threads import limit_threads
+
+if TYPE_CHECKING:
+    from rcstudy.sweep import Summary
 
 EXIT_DIFFERENT = 1
 EXIT_BAD_INPUT = 2
@@ -34,6 +37,13 @@ app = typer.Typer(
 
 _P = ParamSpec("_P")
 SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="Study file (YAML).")]
+CubeOption = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", metavar="CUBE", help="Cube of the study; default: the study file's name with .nc."),
+]
+Unlock = Annotated[
+    bool, typer.Option("--unlock", help="Go on even if another machine's lock is there: it is dead for certain.")
+]
 CubePath = Annotated[Path, typer.Argument(metavar="CUBE", help="Cube written by sweep (.nc).")]
 
 
@@ -77,10 +87,7 @@ def _options(
 @_guarded
 def sweep(
     spec: SpecPath,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="CUBE", help="Cube to write; default: the study file's name with .nc."),
-    ] = None,
+    output: CubeOption = None,
     workers: Annotated[
         int | None,
         typer.Option(min=1, metavar="N", help="Processes; default: one a processor, one alone if that is quicker."),
@@ -92,12 +99,24 @@ def sweep(
     scheduler_file: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The same, by the file that the scheduler wrote.")
     ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Start over: solve all cases, whatever is solved already.")
+    ] = False,
+    shard: Annotated[
+        str | None,
+        typer.Option(metavar="I/N", help="Solve the I-th of N parts only, for an array of jobs; then: rcstudy merge."),
+    ] = None,
+    unlock: Unlock = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")] = False,
 ) -> int:
     """Solve all cases of a study and write them to a cube.
 
-    An existing cube is replaced only when everything has been written. Exit code 3 when some cases were not solved:
-    the cube then says which and why.
+    The same command again goes on where it was broken off: results are kept as they are solved, in the folder
+    CUBE.units until the cube is written. Cases that are solved already are not solved again, also after the study has
+    been edited; failed ones are. An existing cube is replaced only when everything has been written.
+
+    Exit codes: 0 all cases are solved, 2 bad input, 3 some are not solved (rcstudy failures CUBE lists them), 130
+    interrupted.
     """
     from rcstudy import progress
     from rcstudy import sweep as sweeping
@@ -105,26 +124,116 @@ def sweep(
     from rcstudy.study import load_study
 
     study = load_study(spec)
-    cluster = scheduler_at(scheduler, scheduler_file)
-    target = output if output is not None else Path(f"{spec.stem}.nc")
+    target = _target(spec, output)
     reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
     try:
-        done = sweeping.run(study, target, workers=workers, scheduler=cluster, progress=reporter)
-    except KeyboardInterrupt:
+        done = sweeping.run(
+            study,
+            target,
+            workers=workers,
+            scheduler=scheduler_at(scheduler, scheduler_file),
+            progress=reporter,
+            fresh=fresh,
+            shard=None if shard is None else _shard(shard),
+            take_over=unlock,
+            tell=_say,
+        )
+    except sweeping.Interrupted as interrupt:
         there = f"{target} is as it was" if target.exists() else f"{target} was not written"
-        print(f"interrupted: {there}", file=sys.stderr)
+        _say(f"interrupted: {there}; {interrupt}: the same command goes on from there")
         return EXIT_INTERRUPTED
+    return _outcome(done, "" if shard is None else f"shard {shard}: ")
+
+
+def _target(spec: Path, output: Path | None) -> Path:
+    """The cube of a study: where it was said to be, or named after the study file."""
+    return output if output is not None else Path(f"{spec.stem}.nc")
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def _shard(text: str) -> tuple[int, int]:
+    i, slash, n = text.partition("/")
+    if not (slash and i.isdecimal() and n.isdecimal() and 1 <= int(i) <= int(n)):
+        raise UserError(f"--shard: {text}: I/N, such as 3/8, with I from 1 to N")
+    return int(i), int(n)
+
+
+def _outcome(done: Summary, part: str = "") -> int:
+    """Print what a sweep or a merge did; the exit code."""
+    from rcstudy.progress import duration
+
     for failure in done.failures[:_SHOWN_FAILURES]:
         word = failure.status.name.lower().replace("_", " ")
-        print(f"{failure.grid}: {failure.label}: {word}: {failure.reason}", file=sys.stderr)
+        _say(f"{failure.grid}: {failure.label}: {word}: {failure.reason}")
     if done.failed > _SHOWN_FAILURES:
-        print(f"... and {done.failed - _SHOWN_FAILURES} more that are not solved", file=sys.stderr)
-    each = progress.duration(done.seconds / max(done.cases, 1))
-    print(
-        f"{done.solved} of {done.cases} cases solved in {progress.duration(done.seconds)} ({each} a case); "
-        f"{target}: {target.stat().st_size / 1e6:.1f} MB"
-    )
+        _say(f"... and {done.failed - _SHOWN_FAILURES} more that are not solved")
+    solved = done.cases - done.kept
+    each = f" ({duration(done.seconds / solved)} a case)" if solved else ""
+    text = f"{part}{done.solved} of {done.cases} cases solved in {duration(done.seconds)}{each}"
+    text += f", {done.kept} of them before" if done.kept else ""
+    if part:
+        print(f"{text}; when all shards are: rcstudy merge")
+    else:
+        print(f"{text}; {done.output}: {done.output.stat().st_size / 1e6:.1f} MB")
+        if done.failed:
+            _say(f"rcstudy failures {done.output} lists what is not solved, each with a study of its own")
     return EXIT_FAILED_CASES if done.failed else 0
+
+
+@app.command()
+@_guarded
+def merge(
+    spec: SpecPath,
+    folders: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[FOLDER]...", help="Folders of units from elsewhere, besides CUBE.units."),
+    ] = None,
+    output: CubeOption = None,
+    unlock: Unlock = False,
+) -> int:
+    """Make the cube of a study from the units that its shards have left; nothing is solved.
+
+    Refused when cases are missing, when a folder holds units of another study or damaged ones, or when two results
+    of one case differ. Exit codes as for sweep.
+    """
+    from rcstudy.merge import merge as merging
+    from rcstudy.study import load_study
+
+    return _outcome(merging(load_study(spec), _target(spec, output), folders or [], tell=_say, take_over=unlock))
+
+
+@app.command()
+@_guarded
+def status(spec: SpecPath, output: CubeOption = None) -> None:
+    """Print how many cases of a study are solved, failed and missing; also while a sweep runs."""
+    from rcstudy.status import report
+    from rcstudy.study import load_study
+
+    print(report(load_study(spec), _target(spec, output)))
+
+
+@app.command()
+@_guarded
+def failures(
+    cube: CubePath,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Folder for the studies, a file each; default: print them."),
+    ] = None,
+) -> None:
+    """List the cases of a cube that are not solved, each with a study of that case alone, ready to run."""
+    from rcstudy import failures as failing
+
+    found = failing.failed_cases(cube)
+    if output is not None:
+        for path in failing.write_studies(found, output):
+            print(path)
+    else:
+        print(failing.listing(found), end="")
+    _say(f"{len(found)} cases are not solved" if found else "all cases are solved")
 
 
 @app.command()

@@ -112,6 +112,23 @@ class Record:
         i0, i1, j0, j1 = contact_box([self.values(name) for name in self.fields])
         return self.region[0] + i0, self.region[0] + i1, self.region[2] + j0, self.region[2] + j1
 
+    def contradicts(self, other: Record) -> str:
+        """The name of something in which two solved records of one case differ, timings apart; "" if nothing does.
+
+        Fields are compared in the precision of the coarser of both, as far as both have them.
+        """
+        if Status.SOLVED not in (self.status, other.status) or self.status != other.status:
+            return ""  # a failure does not say that a solution is wrong
+        for name in SCALARS:
+            if not VARIABLES[name].timing and self.scalars.get(name) != other.scalars.get(name):
+                return name
+        whole = (0, self.cells[0], 0, self.cells[1])
+        for name in self.fields.keys() & other.fields.keys():
+            dtype = min(self.fields[name].dtype, other.fields[name].dtype)
+            if not np.array_equal(self.cut(name, whole).astype(dtype), other.cut(name, whole).astype(dtype)):
+                return name
+        return ""
+
     def body(self) -> bytes:
         """The record as bytes."""
         head = {
@@ -189,6 +206,22 @@ def contact_box(fields: Iterable[np.ndarray]) -> Region:
     if i.size == 0:
         return 0, 0, 0, 0
     return int(i[0]), int(i[-1]) + 1, int(j[0]), int(j[-1]) + 1
+
+
+def glance(body: bytes) -> tuple[Status, tuple[int, int], Keep]:
+    """Status, number of cells and what was kept of a record, from its head alone.
+
+    Raises DamagedRecord if it has none.
+    """
+    try:
+        (size,) = _HEAD.unpack_from(body)
+        head = json.loads(body[_HEAD.size : _HEAD.size + size])
+        nx, ny = map(int, head["cells"])
+        types = {name: dtype for name, dtype, _ in head["fields"]}
+        keep = Keep("pressure" in types, "float64" if types.get("pressure") == "f8" else "float32")
+        return Status(head["status"]), (nx, ny), keep
+    except (ValueError, KeyError, TypeError, struct.error, RecursionError) as error:
+        raise DamagedRecord(f"{type(error).__name__}: {error}") from error
 
 
 def parse(body: bytes, names: Sequence[str] = SCALARS) -> Record:

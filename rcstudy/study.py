@@ -24,10 +24,14 @@ MAX_CASES = 2_000_000  # of one study
 
 @dataclass(frozen=True)
 class Outputs:
-    """What the cube holds: `fields` or scalars only; `precision` of stored fields, "float64" or "float32"."""
+    """What the cube holds: `fields` or scalars only; `precision` of stored fields, "float64" or "float32".
+
+    `crop`: fields of the whole window ("none"), or cut to the cells that any case of the grid touches ("contact").
+    """
 
     fields: bool = True
     precision: str = "float64"
+    crop: str = "none"
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,11 @@ def load_study(path: str | Path) -> Study:
 
     UserError lists everything found wrong, one line each: `file:line:column: key: value: what is allowed`.
     """
-    text = read_text(path)
+    return study_from_text(read_text(path), path)
+
+
+def study_from_text(text: str, path: str | Path) -> Study:
+    """Validate the `text` of a study file; `path` is what messages call it. UserError as for `load_study`."""
     problems = Problems(str(path))
     root = parse(text, problems)
     spec = validate(StudySpec, root, problems)
@@ -73,7 +81,7 @@ def load_study(path: str | Path) -> Study:
         text=text,
         path=Path(path),
         sha256=hashlib.sha256(text.encode()).hexdigest(),
-        outputs=Outputs(spec.outputs.fields, spec.outputs.precision),
+        outputs=Outputs(spec.outputs.fields, spec.outputs.precision, spec.outputs.crop),
         grids=tuple(grids),
     )
 

@@ -1,0 +1,102 @@
+"""The cases of a cube that are not solved, each as a study of its own, to find out what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rcstudy.cases import expand, scene_record
+from rcstudy.cube import grids, open_cube
+from rcstudy.errors import UserError
+from rcstudy.layout import LABEL
+from rcstudy.mechanics.scene import Scene
+from rcstudy.publish import replacing
+from rcstudy.result import Status
+from rcstudy.study import study_from_text
+
+
+@dataclass(frozen=True)
+class FailedCase:
+    """A case that was not solved: `name` fit for a file, place, end, and the text of a study of it alone."""
+
+    name: str
+    grid: str
+    label: str
+    status: Status
+    reason: str
+    study: str
+
+
+def failed_cases(path: Path) -> list[FailedCase]:
+    """All cases of the cube at `path` that are not solved, in the order of its grids.
+
+    Raises UserError when the cube cannot be read, or holds a study that this version does not understand.
+    """
+    with open_cube(path) as tree:
+        name = str(tree.attrs.get("study", "study"))
+        found: list[FailedCase] = []
+        scenes: dict[tuple[str, tuple[int, ...]], Scene] = {}
+        for grid, dataset in grids(tree).items():
+            for index in zip(*(dataset["status"].values != Status.SOLVED).nonzero(), strict=True):
+                place = tuple(int(i) for i in index)
+                if not scenes:
+                    scenes = _scenes(str(tree.attrs.get("study_text", "")), path)
+                if (grid, place) not in scenes:
+                    raise UserError(f"{path}: its study has no case {place} of grid {grid}")
+                label, status = str(dataset[LABEL].values[index]), Status(int(dataset["status"].values[index]))
+                reason = str(dataset["status_reason"].values[index])
+                own = f"{name}-{grid}-{'-'.join(str(i + 1) for i in place)}"[:100]
+                heading = f"{grid}: {label}: {_word(status)}: {reason}"
+                found.append(FailedCase(own, grid, label, status, reason, _study(own, heading, scenes[grid, place])))
+    return found
+
+
+def _scenes(text: str, path: Path) -> dict[tuple[str, tuple[int, ...]], Scene]:
+    """The scene of each case, from the study as it is written in the cube."""
+    try:
+        study = study_from_text(text, path)
+    except UserError as error:
+        raise UserError(f"{path}: its study is not understood by this version:\n{error}") from error
+    return {(case.grid, case.index): case.scene for case in expand(study).cases}
+
+
+def _study(name: str, heading: str, scene: Scene) -> str:
+    """A study file of one case; `heading` becomes a comment."""
+    lines = [f"# {line}" for line in textwrap.wrap(heading, 110)]
+    lines += [f"study: {name}", "scene:"]
+    lines += [f"  {key}: {_flow(value)}" for key, value in scene_record(scene).items()]
+    lines += ["grids:", "  failed:", "    cases:", "      - {label: failed}"]
+    return "\n".join(lines) + "\n"
+
+
+def _flow(value: Any) -> str:
+    """A plain value as YAML on one line; floats to their last bit."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    return str(value)
+
+
+def listing(found: Sequence[FailedCase]) -> str:
+    """The studies one after another, as documents of one YAML stream."""
+    return "---\n".join(case.study for case in found)
+
+
+def write_studies(found: Sequence[FailedCase], folder: Path) -> list[Path]:
+    """A file for each study in `folder`. Raises UserError when they cannot be written."""
+    paths = []
+    for case in found:
+        path = folder / f"{re.sub(r'[^A-Za-z0-9_.-]', '_', case.name)}.yaml"
+        with replacing(path) as temporary:
+            temporary.write_text(case.study, encoding="utf-8")
+        paths.append(path)
+    return paths
+
+
+def _word(status: Status) -> str:
+    return status.name.lower().replace("_", " ")

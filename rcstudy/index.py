@@ -1,0 +1,150 @@
+"""Where the results of a study's cases are: in units on the disk, or in the cube of an earlier sweep.
+
+Kept in memory is a place for each case, some hundred bytes; records are read when they are asked for.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import OrderedDict
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rcstudy.earlier import EarlierCube
+from rcstudy.record import DamagedRecord, Keep, Record, glance, parse
+from rcstudy.result import Status
+from rcstudy.units import BadUnit, Unit
+
+if TYPE_CHECKING:
+    from rcstudy.cases import Case
+    from rcstudy.mechanics.scene import Scene
+
+_OPEN_FILES = 32
+
+
+class Index:
+    """The places of the results of `cases`, as far as they hold what is to be kept of them; by key."""
+
+    def __init__(self, cases: Iterable[Case], keep: Keep) -> None:
+        self.keep = keep
+        self.cube: EarlierCube | None = None
+        self._scenes: dict[str, Scene] = {}
+        for case in cases:
+            self._scenes.setdefault(case.key, case.scene)
+        self._units: list[tuple[Path, tuple[str, ...]]] = []
+        # status, number of the unit (-1: the cube), and offset and length (in the cube: grid and case)
+        self._places: dict[str, tuple[Status, int, int, int]] = {}
+        self._open: OrderedDict[int, int] = OrderedDict()
+
+    def close(self) -> None:
+        """Close all files."""
+        for descriptor in self._open.values():
+            os.close(descriptor)
+        self._open.clear()
+        if self.cube is not None:
+            self.cube.close()
+            self.cube = None
+
+    def status(self, key: str) -> Status | None:
+        """How the case ended; None if it has no result yet."""
+        place = self._places.get(key)
+        return None if place is None else place[0]
+
+    def in_cube(self, key: str) -> bool:
+        """Whether the result of a case is that of the earlier cube."""
+        return key in self._places and self._places[key][1] < 0
+
+    def is_at(self, key: str, path: Path, offset: int) -> bool:
+        """Whether the result of a case is the one in the unit at `path` and `offset`."""
+        place = self._places.get(key)
+        return place is not None and place[1] >= 0 and self._units[place[1]][0] == path and place[2] == offset
+
+    def where(self, key: str) -> str:
+        """The file that holds the result of a case, which must have one."""
+        unit = self._places[key][1]
+        return "the cube" if unit < 0 else str(self._units[unit][0])
+
+    def take_cube(self, cube: EarlierCube) -> None:
+        """Note the cases of a cube, which is this index's from now on."""
+        self.cube = cube
+        serves = [grid.keep.covers(self.keep) for grid in cube.grids]
+        for key, status, grid, flat in cube.places():
+            if key in self._scenes and (serves[grid] or status != Status.SOLVED):
+                self._put(key, (status, -1, grid, flat))
+
+    def check_cube(self) -> int:
+        """Read all solved cases that are taken from the cube, and forget the damaged ones; how many those are."""
+        damaged = []
+        for key, (status, unit, _, _) in self._places.items():
+            if unit < 0 and status == Status.SOLVED:
+                try:
+                    self.record(key)
+                except DamagedRecord:
+                    damaged.append(key)
+        for key in damaged:
+            del self._places[key]
+        return len(damaged)
+
+    def take_unit(self, unit: Unit, data: bytes, *, thoroughly: bool = False) -> int:
+        """Note the cases of a unit, whose bytes are `data`; the number of cases in it that are not of this study.
+
+        `thoroughly`: look into all fields. Raises BadUnit, having noted nothing, when it holds something improper.
+        """
+        found, foreign = [], 0
+        for key, offset, length in unit.entries:
+            scene = self._scenes.get(key)
+            if scene is None:
+                foreign += 1
+                continue
+            body = data[offset : offset + length]
+            try:
+                status, cells, keep = glance(body)
+                if thoroughly:
+                    record = parse(body, unit.names)
+                    for name in record.fields:
+                        record.values(name)
+            except DamagedRecord as error:
+                raise BadUnit(f"case {key[:12]}: {error}") from error
+            if cells != scene.mesh.cells:
+                raise BadUnit(f"case {key[:12]} has {cells[0]} x {cells[1]} cells, its mesh another number")
+            if keep.covers(self.keep) or status != Status.SOLVED:
+                found.append((key, status, offset, length))
+        self._add(unit, found)
+        return foreign
+
+    def take_written(self, unit: Unit, statuses: Iterable[Status]) -> None:
+        """Note the cases of a unit that has just been written, with their statuses."""
+        self._add(unit, [(*e[:1], s, *e[1:]) for e, s in zip(unit.entries, statuses, strict=True)])
+
+    def _add(self, unit: Unit, found: Iterable[tuple[str, Status, int, int]]) -> None:
+        number = len(self._units)
+        self._units.append((unit.path, unit.names))
+        for key, status, offset, length in found:
+            self._put(key, (status, number, offset, length))
+
+    def _put(self, key: str, place: tuple[Status, int, int, int]) -> None:
+        """A failure never takes the place of a solution; else what comes later counts."""
+        before = self._places.get(key)
+        if before is None or before[0] != Status.SOLVED or place[0] == Status.SOLVED:
+            self._places[key] = place
+
+    def record(self, key: str) -> Record:
+        """The record of a case. Raises KeyError where there is none, DamagedRecord or OSError if it cannot be read."""
+        _, unit, first, second = self._places[key]
+        if unit < 0:
+            assert self.cube is not None
+            return self.cube.record(first, second, self._scenes[key])
+        body = os.pread(self._descriptor(unit), second, first)
+        return parse(body, self._units[unit][1])
+
+    def _descriptor(self, unit: int) -> int:
+        """The open file of a unit; the one that was not used for the longest time is closed for it."""
+        if unit in self._open:
+            self._open.move_to_end(unit)
+            return self._open[unit]
+        if len(self._open) >= _OPEN_FILES:
+            os.close(self._open.popitem(last=False)[1])
+        descriptor = os.open(self._units[unit][0], os.O_RDONLY | os.O_CLOEXEC)
+        self._open[unit] = descriptor
+        return descriptor

@@ -1,0 +1,82 @@
+"""How far a sweep is: solved, failed and missing cases, from what is on the disk, also while the sweep runs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from rcstudy.cases import Case, expand
+from rcstudy.index import Index
+from rcstudy.lock import holders
+from rcstudy.result import Status
+from rcstudy.store import starts_over, take_cube, units_folder
+from rcstudy.study import Study
+from rcstudy.sweep import keep_of
+from rcstudy.units import BadUnit, read_unit, unit_paths
+
+_TRIES = 5
+_WORDS = ("cases", "solved", "failed", "missing")
+
+
+def report(study: Study, output: Path) -> str:
+    """Lines of text: a table of the study's grids, where the results are, and who is at work. Changes nothing."""
+    cases = expand(study).cases
+    folder = units_folder(output)
+    notes: list[str] = []
+    index = Index(cases, keep_of(study.outputs))
+    try:
+        if not starts_over(folder):
+            take_cube(index, output, notes.append)
+        size, count = _take_units(index, folder, notes)
+        rows = _rows([grid.name for grid in study.grids], cases, index)
+        in_cube = sum(index.in_cube(case.key) for case in cases)
+    finally:
+        index.close()
+    lines = [f"study {study.name}, cube {output}" + ("" if output.exists() else " (not there yet)"), "", *_table(rows)]
+    if in_cube:
+        lines += ["", f"{in_cube} of them are in the cube"]
+    if count:
+        lines += ["", f"{size / 1e6:.1f} MB in {count} units in {folder}"]
+    lines += ["", *notes] if notes else []
+    at_work = holders(folder)
+    lines += ["", "at work: " + ", ".join(at_work) if at_work else "no sweep is at work"]
+    return "\n".join(lines)
+
+
+def _take_units(index: Index, folder: Path, notes: list[str]) -> tuple[int, int]:
+    """Note all units; bytes and number of those that are whole. A running sweep may put some together meanwhile."""
+    for _ in range(_TRIES):
+        size = count = 0
+        damaged = []
+        try:
+            for path in unit_paths(folder):
+                try:
+                    unit, data = read_unit(path)
+                    index.take_unit(unit, data)
+                except BadUnit as error:
+                    damaged.append(f"{path}: {error}; a sweep will set it aside")
+                    continue
+                size, count = size + unit.size, count + 1
+        except FileNotFoundError:
+            continue
+        break
+    notes += damaged
+    return size, count
+
+
+def _rows(names: list[str], cases: tuple[Case, ...], index: Index) -> list[tuple[str, int, int, int, int]]:
+    """Numbers of all, solved, failed and missing cases of each grid and, if there are several, of all."""
+    counts: dict[str, Counter[str]] = {name: Counter() for name in names}
+    for case in cases:
+        status = index.status(case.key)
+        word = "missing" if status is None else "solved" if status == Status.SOLVED else "failed"
+        counts[case.grid].update(("cases", word))
+    if len(names) > 1:
+        counts["total"] = sum(counts.values(), Counter())
+    return [(name, *(count[word] for word in _WORDS)) for name, count in counts.items()]  # type: ignore[misc]
+
+
+def _table(rows: list[tuple[str, int, int, int, int]]) -> list[str]:
+    width = max(len("grid"), *(len(row[0]) for row in rows))
+    lines = [f"{'grid':{width}}" + "".join(f"{word:>10}" for word in _WORDS)]
+    return lines + [f"{name:{width}}" + "".join(f"{number:10d}" for number in numbers) for name, *numbers in rows]

@@ -1,0 +1,222 @@
+"""The folder beside a cube in which results are kept as they are solved, until the cube is published from them.
+
+`paper.nc` has `paper.nc.units`. Units are written when a thousand cases or some megabytes have come together, and after
+five seconds whatever there is; small ones are put together now and then, so that slow studies do not end with a file a
+case. Once the cube stands, it is itself the place to take solved cases from, and the units are removed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rcstudy.earlier import EarlierCube
+from rcstudy.errors import UserError
+from rcstudy.index import Index
+from rcstudy.lock import locked
+from rcstudy.publish import remove_leftovers, sync
+from rcstudy.record import Keep, Packed
+from rcstudy.result import Status
+from rcstudy.units import BadUnit, Unit, number_of, read_unit, unit_paths, write_unit
+
+if TYPE_CHECKING:
+    from rcstudy.cases import Case
+
+UNIT_CASES = 1024
+UNIT_BYTES = 8 * 2**20
+UNIT_SECONDS = 5.0
+_PUT_TOGETHER = 8  # small units of one level into one of the next
+_SET_ASIDE = ".set-aside"
+_FRESH = "fresh"
+
+Tell = Callable[[str], None]
+
+
+def units_folder(output: Path) -> Path:
+    """The folder of the units of the cube `output`."""
+    real = Path(os.path.realpath(output))
+    return real.with_name(f"{real.name}.units")
+
+
+class Store:
+    """Takes results, writes them as units and knows where all are: see :func:`opened`."""
+
+    def __init__(self, folder: Path, index: Index) -> None:
+        self.folder = folder
+        self.index = index
+        self.kept = 0  # results written by this store
+        self._pending: list[tuple[str, Packed]] = []
+        self._bytes = 0
+        self._since = 0.0
+        self._number = max([0, *map(number_of, unit_paths(folder))])
+        self._small: list[tuple[int, Unit, tuple[Status, ...]]] = []  # level, unit, statuses of its cases
+        self._lock = threading.RLock()
+        self._error: OSError | None = None
+        self._closing = threading.Event()
+        self._timer = threading.Thread(target=self._watch, name="rcstudy units", daemon=True)
+        self._timer.start()
+
+    def add(self, key: str, result: Packed) -> None:
+        """Take a result; it reaches the disk within some seconds. Raises UserError when units cannot be written."""
+        with self._lock:
+            if not self._pending:
+                self._since = time.monotonic()
+            self._pending.append((key, result))
+            self._bytes += len(result.body)
+            full = len(self._pending) >= UNIT_CASES or self._bytes >= UNIT_BYTES
+        if full or self._error is not None:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write all results there are. Raises UserError when that fails, now or earlier."""
+        with self._lock:
+            try:
+                if self._error is not None:
+                    raise self._error
+                self._write()
+            except OSError as error:
+                self._error = error
+                raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}") from error
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there are no units."""
+        return not unit_paths(self.folder)
+
+    def clear(self) -> None:
+        """Remove all units, and the mark of a fresh start: the cube holds everything now."""
+        (self.folder / _FRESH).unlink(missing_ok=True)  # first: from now on the cube counts again
+        for path in unit_paths(self.folder):
+            path.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Write what there is, as far as that is possible, and stop."""
+        self._closing.set()
+        self._timer.join()
+        with contextlib.suppress(UserError):
+            self.flush()
+        self.index.close()
+
+    def _watch(self) -> None:
+        """Write, from a thread of its own, what has waited for UNIT_SECONDS."""
+        while not self._closing.wait(UNIT_SECONDS / 5.0):
+            with self._lock:
+                if self._pending and time.monotonic() - self._since >= UNIT_SECONDS:
+                    with contextlib.suppress(UserError):  # kept for the next one who adds or flushes
+                        self.flush()
+
+    def _write(self) -> None:
+        if not self._pending:
+            return
+        cases = [(key, result.body) for key, result in self._pending]
+        statuses = tuple(Status(result.status) for _, result in self._pending)
+        unit = self._written(cases, statuses)
+        self.kept += len(cases)
+        self._pending.clear()
+        self._bytes = 0
+        self._small.append((0, unit, statuses))
+        self._put_together()
+
+    def _written(self, cases: Sequence[tuple[str, bytes]], statuses: tuple[Status, ...]) -> Unit:
+        self._number += 1
+        unit = write_unit(self.folder, self._number, cases)
+        self.index.take_written(unit, statuses)
+        return unit
+
+    def _put_together(self) -> None:
+        """Make one unit of the last few of one level; those are removed once it is there."""
+        while len(self._small) >= _PUT_TOGETHER:
+            parts = self._small[-_PUT_TOGETHER:]
+            entries = [entry for _, unit, _ in parts for entry in unit.entries]
+            if len({level for level, _, _ in parts}) > 1:
+                return
+            if len(entries) > UNIT_CASES or sum(unit.size for _, unit, _ in parts) > UNIT_BYTES:
+                return
+            cases = []
+            for _, unit, _ in parts:
+                data = unit.path.read_bytes()
+                cases += [(key, data[offset : offset + length]) for key, offset, length in unit.entries]
+            statuses = tuple(status for _, _, some in parts for status in some)
+            whole = self._written(cases, statuses)
+            for _, unit, _ in parts:
+                unit.path.unlink(missing_ok=True)
+            self._small[-_PUT_TOGETHER:] = [(parts[0][0] + 1, whole, statuses)]
+
+
+@contextlib.contextmanager
+def opened(
+    output: Path,
+    cases: Sequence[Case],
+    keep: Keep,
+    *,
+    tell: Tell,
+    fresh: bool = False,
+    shard: tuple[int, int] | None = None,
+    take_over: bool = False,
+) -> Iterator[Store]:
+    """The store of the cube `output`, with all results of `cases` in its index that are there already.
+
+    No other sweep can open it meanwhile, but for other shards if this is one. What is damaged is set aside, and
+    `tell` told. `fresh`: nothing that is there counts. `take_over`: even if another machine's lock is there.
+
+    Raises UserError when the output cannot be written to, or another process is at work on it.
+    """
+    folder = units_folder(output)
+    if folder.parent.joinpath(folder.name.removesuffix(".units")).is_dir():
+        raise UserError(f"{output}: is a folder, not a file")
+    with contextlib.ExitStack() as stack:
+        index = Index(cases, keep)
+        try:
+            stack.enter_context(locked(folder, shard, take_over=take_over))
+            remove_leftovers(folder)
+            if fresh:
+                _start_over(folder)
+            stack.callback(index.close)
+            if not starts_over(folder):
+                take_cube(index, output, tell)
+            for path in unit_paths(folder):
+                _take_unit(index, path, tell)
+            store = Store(folder, index)
+        except OSError as error:
+            raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
+        stack.callback(store.close)
+        yield store
+
+
+def starts_over(folder: Path) -> bool:
+    """Whether a sweep that started over is not done yet: the cube that is there does not count."""
+    return (folder / _FRESH).exists()
+
+
+def take_cube(index: Index, output: Path, tell: Tell) -> None:
+    """Note the cases of an earlier cube at `output`, if there is one; `tell` when it is there and of no use."""
+    if not output.exists():
+        return
+    try:
+        index.take_cube(EarlierCube(output))
+    except ValueError as error:
+        tell(f"{output}: no cases are taken from it: {error}")
+
+
+def _take_unit(index: Index, path: Path, tell: Tell) -> None:
+    try:
+        index.take_unit(*read_unit(path))
+    except FileNotFoundError:
+        return  # another shard has put it together with others
+    except BadUnit as error:
+        aside = path.with_name(f"{path.name}{_SET_ASIDE}")
+        path.rename(aside)
+        tell(f"{path}: {error}; set aside as {aside.name}, its cases are solved again")
+
+
+def _start_over(folder: Path) -> None:
+    """Leave a mark that the cube does not count, then remove all units: in this order, should it end in between."""
+    (folder / _FRESH).touch()
+    sync(folder)
+    for path in unit_paths(folder):
+        path.unlink()
