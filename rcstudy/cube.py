@@ -14,7 +14,10 @@ import xarray as xr
 from rcstudy.cube_writer import write_cube
 from rcstudy.errors import UserError
 from rcstudy.layout import GRID, LABEL, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, cell_centres, result_items
-from rcstudy.result import Result, Status
+from rcstudy.result import VARIABLES, Result, Status
+from rcstudy.screen import foreign_content
+from rcstudy.spec import MAX_CELLS, grid_name_problem
+from rcstudy.yamltree import shorten
 
 if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
@@ -28,7 +31,8 @@ def open_cube(path: Path | str) -> xr.DataTree:
     The root holds the provenance as attributes and, in a study of several grids, a table of all cases; the grids
     are its children (:func:`grids` gives them in either layout).
 
-    Raises UserError when the file is missing, unreadable, not an rcstudy cube, or of a newer layout.
+    Raises UserError when the file is missing, unreadable, not an rcstudy cube, of a newer layout, or holds what no
+    cube holds (:mod:`rcstudy.screen`).
     """
     path = Path(path)
     if not path.exists():
@@ -36,7 +40,12 @@ def open_cube(path: Path | str) -> xr.DataTree:
     if not path.is_file():
         raise UserError(f"{path}: not a file")
     try:
+        foreign = foreign_content(path)
+        if foreign:
+            raise UserError(f"{path}: not an rcstudy cube: {foreign}")
         tree = xr.open_datatree(path, engine=_engine())
+    except UserError:
+        raise
     except Exception as error:  # whatever HDF5, h5netcdf or xarray make of a file that is not theirs
         raise UserError(f"{path}: not a readable rcstudy cube: {_first_line(error)}") from error
     try:
@@ -48,6 +57,9 @@ def open_cube(path: Path | str) -> xr.DataTree:
         found = grids(tree)
         if not found or any(LABEL not in grid for grid in found.values()):
             raise UserError(f"{path}: not a whole rcstudy cube: it has no grids, or grids without labels of cases")
+        for name, grid in found.items():
+            if problem := _problem_of_grid(name, grid):
+                raise UserError(f"{path}: not an rcstudy cube: grid {shorten(name)}: {problem}")
     except BaseException:
         tree.close()
         raise
@@ -61,6 +73,26 @@ def _engine() -> Literal["netcdf4", "h5netcdf"]:
 
 def _first_line(error: Exception) -> str:
     return (str(error).strip() or type(error).__name__).splitlines()[0]
+
+
+def _problem_of_grid(name: str, grid: xr.Dataset) -> str:
+    """What is not as in any cube about a grid's name, or its variables' dimensions and types; "" if nothing."""
+    if reason := grid_name_problem(name):
+        return reason  # it becomes part of the names of files
+    dims = case_dims(grid)
+    if not set(dims) <= set(grid.dims) or grid[LABEL].dims != dims:
+        return "its cases have no labels"
+    for key, variable in VARIABLES.items():
+        if key not in grid.variables:
+            continue
+        expected = (*dims, "x", "y") if variable.kind == "field" else dims
+        if grid[key].dims != expected:
+            return f"{key} has other dimensions than {', '.join(expected)}"
+        if grid[key].dtype.kind not in {"f": "f", "i": "i", "s": "OTU"}[variable.dtype[0]]:
+            return f"{key} is of type {grid[key].dtype}"
+    if any(grid.sizes.get(dim, 0) > MAX_CELLS for dim in "xy"):
+        return f"more than {MAX_CELLS} cells"
+    return ""
 
 
 def grids(tree: xr.DataTree) -> dict[str, xr.Dataset]:

@@ -38,6 +38,7 @@ ORDER = [
     "rcstudy.index",
     "rcstudy.assemble",
     "rcstudy.store",
+    "rcstudy.screen",
     "rcstudy.cube",
     "rcstudy.pool",
     "rcstudy.remote",

@@ -1,0 +1,78 @@
+"""Looks through an HDF5 file before anything in it is read: whether it is made of what cubes are made of, and no more.
+
+A cube from elsewhere may be made to read other files (links, data kept outside, virtual data), to fill the memory
+(little that declares itself to be much), or to be handed to code that expects something else. All of that is refused by
+what the file says of itself, without reading any data. Nothing in a cube is ever executed. That the HDF5 library itself
+survives any bytes whatsoever is beyond what can be seen to here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+from h5py import h5d, h5g, h5l, h5o, h5t, h5z
+
+MAX_RANK = 32
+MAX_CHUNK_BYTES = 4096 * 4096 * 8  # a case's field at the largest mesh
+_SMALL_BYTES = 16_000_000  # a variable that may be empty
+_LARGEST_RATIO = 1100  # of what deflate makes small (1032), and some more
+_CLASSES = (h5t.INTEGER, h5t.FLOAT, h5t.STRING)
+_FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
+
+
+def foreign_content(path: Path) -> str:
+    """What stands in the HDF5 file `path` that no cube has, in words; "" if there is nothing. OSError if unreadable."""
+    with h5py.File(path, "r") as file:
+        for problem in _problems_of_group(file.id, "", 0):
+            return problem
+    return ""
+
+
+def _problems_of_group(group: h5g.GroupID, name: str, depth: int) -> Iterator[str]:
+    names: list[bytes] = []
+    group.links.iterate(names.append)
+    for key in names:
+        shown = f"{name}/{key.decode('utf-8', 'replace')}"
+        kind = group.links.get_info(key).type
+        if kind != h5l.TYPE_HARD:
+            yield f"{shown} is a link to elsewhere"
+            continue
+        found = h5o.open(group, key)
+        if isinstance(found, h5d.DatasetID):
+            if problem := _problem_of_variable(found):
+                yield f"{shown} {problem}"
+        elif not isinstance(found, h5g.GroupID):
+            yield f"{shown} is neither a group nor a variable"
+        elif depth:
+            yield f"{shown} is a group within a group"
+        else:
+            yield from _problems_of_group(found, shown, depth + 1)
+
+
+def _problem_of_variable(variable: h5d.DatasetID) -> str:
+    """What no variable of a cube has; "" if nothing."""
+    kind = variable.get_type()
+    if kind.get_class() not in _CLASSES:
+        return "holds neither numbers nor text"
+    made = variable.get_create_plist()
+    layout = made.get_layout()
+    if layout == h5d.VIRTUAL or made.get_external_count():
+        return "keeps its data elsewhere"
+    if any(made.get_filter(k)[0] not in _FILTERS for k in range(made.get_nfilters())):
+        return "is compressed in an unknown way"
+    shape = variable.shape
+    if len(shape) > MAX_RANK:
+        return f"has {len(shape)} dimensions"
+    size = kind.get_size()
+    if layout == h5d.CHUNKED and math.prod(made.get_chunk()) * size > MAX_CHUNK_BYTES:
+        return "has chunks larger than any case's field"
+    # a case's field is read by itself, and there are as many cases as there are labels: what is declared for all of
+    # them may be large and empty. Anything else is read as a whole.
+    field = layout == h5d.CHUNKED and len(shape) >= 2 and made.get_chunk()[-2:] == shape[-2:]
+    declared = math.prod(shape) * size
+    if not field and declared > max(_SMALL_BYTES, _LARGEST_RATIO * variable.get_storage_size()):
+        return f"declares {declared / 1e9:.3g} GB and holds {variable.get_storage_size()} bytes"
+    return ""
