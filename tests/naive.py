@@ -417,6 +417,31 @@ def tractions_by_newton(b: np.ndarray, bound: np.ndarray, w: np.ndarray) -> tupl
     raise ArithmeticError("Newton's method does not settle")
 
 
+def coupled_by_turns(
+    bodies: Bodies, cells: np.ndarray, gap: np.ndarray, w: np.ndarray, friction: float, total: float
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Pressure [n] and tractions [n, 2] on all `cells` [n, 2] of a window that are consistent, and the approach.
+
+    In turn: the pressure with the gap [n] changed by the tractions, the tractions under that pressure (Panagiotopoulos
+    1975), until neither changes. u_z by q is u_x by p with the cells exchanged (Betti). w [n, 2]: rigid slip.
+    """
+    zz, _, _, _, xp, yp = bodies.matrices(cells, cells)
+    _, xx, yy, xy, slip_xp, slip_yp = bodies.slips(cells)
+    p, q = np.zeros(len(cells)), np.zeros((len(cells), 2))
+    for _ in range(300):
+        before = p, q
+        p, approach = pressure_by_active_set(zz, gap + xp.T @ q[:, 0] + yp.T @ q[:, 1], total)
+        inside = np.flatnonzero(p)
+        own = np.ix_(inside, inside)
+        by_pressure = np.stack([slip_xp @ p, slip_yp @ p], axis=1)
+        b = np.block([[xx[own], xy[own]], [xy[own], yy[own]]])
+        q = np.zeros((len(cells), 2))
+        q[inside] = tractions_by_newton(b, friction * p[inside], (w + by_pressure)[inside])[0]
+        if max(np.abs(p - before[0]).max(), np.abs(q - before[1]).max()) <= 1e-12 * p.max():
+            return p, q, approach
+    raise ArithmeticError("pressure and tractions do not settle")
+
+
 def least_squares_krylov(a: np.ndarray, preconditioner: np.ndarray, b: np.ndarray, steps: int) -> np.ndarray:
     """The x with the smallest residual in M span(b, A M b, ..., (A M)^(steps - 1) b): what GMRES computes."""
     basis = np.empty((len(b), 0))

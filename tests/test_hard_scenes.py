@@ -53,6 +53,18 @@ def test_elongated_cells(cells):
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("cells", [(12, 128), (8, 256)])
+def test_elongated_cells_under_a_soft_layer(cells):
+    """Slip that turns round within a Newton step: without `turned` in `classify` 2000 products, and no end."""
+    layers = (Layer(52500.0, 0.4, 0.0507),)
+    mesh = Mesh((0.726, 0.726), cells)
+    creepage = Creepage(0.002, 0.001, 0.01)
+    tolerance = Tolerance(1e-6, 1e-6)
+    result = solved(steel(mesh, counterbody=None, layers=layers, creepage=creepage, tolerance=tolerance))
+    assert result.scalars["operator_products"] <= 250
+
+
+@pytest.mark.heavy
 @pytest.mark.parametrize("cells", [24, 96])
 @pytest.mark.parametrize("tolerance", [Tolerance(), TIGHT])
 def test_thin_layer(cells, tolerance):

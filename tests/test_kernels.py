@@ -21,7 +21,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 import rcstudy
 from rcstudy import deflate as deflating
-from rcstudy.mechanics.kernels import arrays, coefficients, deflate, pressure, tractions
+from rcstudy.mechanics.kernels import arrays, coefficients, coupled, deflate, pressure, tractions
 from rcstudy.mechanics.scene import Layer, Material
 
 STEEL = Material(210000.0, 0.3)
@@ -723,6 +723,114 @@ def test_deflate_runs(n: int) -> None:
     for data in (rng.integers(0, 256, n), rng.integers(0, 2, n), inside, at_end, np.zeros(n)):
         data = data.astype(np.uint8)
         assert zlib.decompress(deflated(data), wbits=-15) == data.tobytes()
+
+
+# --- pressure and tractions together ---
+
+
+def test_multiply_3x3() -> None:
+    rng = np.random.default_rng(31)
+    hat = random_complex(rng, 3, 4, 3)
+    slip, along, lift, gap = (random_complex(rng, *shape) for shape in ((3, 4, 3), (2, 4, 3), (2, 4, 3), (4, 3)))
+    matrix = np.array([[slip[0], slip[1], along[0]], [slip[1], slip[2], along[1]], [lift[0], lift[1], gap]])
+    expected = np.einsum("abij,bij->aij", matrix, hat)
+    coupled.multiply_3x3(hat, slip, along, lift, gap)
+    np.testing.assert_allclose(hat, expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_pad_stress(shape: tuple[int, int]) -> None:
+    stress = np.random.default_rng(32).normal(size=(3, *shape))
+    out = np.full((3, shape[0], shape[1] + 3), np.nan)
+    coupled.pad_stress(stress, out)
+    np.testing.assert_array_equal(out, np.pad(stress, ((0, 0), (0, 0), (0, 3))))
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_touching_cells(shape: tuple[int, int]) -> None:
+    """Under pressure, or overlapping without it; the approach may be negative."""
+    rng = np.random.default_rng(33)
+    for sign in (1.0, -1.0):
+        stress, response = rng.normal(size=(3, *shape)), sign * rng.uniform(0.5, 1.5, size=(3, *shape))
+        stress[2] = random_pressure(rng, shape)
+        stress[2, 0, 0] = 1.0
+        inside = stress[2] > 0.0
+        mean = response[2][inside].mean()
+        cells = np.full((inside.size, 2), -1)
+        m, deep, approach = coupled.touching_cells(stress, response, 0.2, cells)
+        assert approach == pytest.approx(mean, rel=1e-13)
+        np.testing.assert_array_equal(cells[:m], np.argwhere(inside | (response[2] < mean)))
+        assert deep == (~inside & (response[2] < mean - 0.2 * abs(mean))).sum()
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_gather_and_scatter_contact(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(34)
+    c = Contact(shape)
+    stress, response = rng.normal(size=(3, *shape)), rng.normal(size=(3, *shape))
+    p, q, s = np.empty(c.m), np.empty((c.m, 2)), np.empty((c.m, 2))
+    coupled.gather_contact(stress, response, c.cells, p, q, s)
+    i, j = c.cells.T
+    np.testing.assert_array_equal(p, stress[2, i, j])
+    np.testing.assert_array_equal(q.T, stress[:2, i, j])
+    np.testing.assert_array_equal(s.T, response[:2, i, j])
+    out = np.full(stress.shape, np.nan)
+    coupled.scatter_contact(p, q, c.cells, out)
+    inside = np.zeros(shape, dtype=bool)
+    inside[i, j] = True
+    np.testing.assert_array_equal(out, np.where(inside, stress, 0.0))
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_scatter_unknowns(shape: tuple[int, int]) -> None:
+    """In slip cells the traction has mu p along the bound's direction, and the unknown across it."""
+    c = Contact(shape)
+    v = np.random.default_rng(35).normal(size=3 * c.m)
+    out = np.full((3, *c.field.shape[1:]), np.nan)
+    coupled.scatter_unknowns(v, c.cells, c.slip, c.normal, 0.4, out)
+    p, pairs = v[: c.m], v[c.m :].reshape(-1, 2)
+    expected = np.where(c.slip[:, None], 0.4 * p[:, None] * c.normal + pairs[:, 1:] * c.across, pairs)
+    np.testing.assert_allclose(c.at(out[:2]), expected, rtol=1e-13, atol=1e-14)
+    np.testing.assert_array_equal(out[2][c.cells[:, 0], c.cells[:, 1]], p)
+    assert not c.elsewhere(out).any()
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_uneven_parts(shape: tuple[int, int]) -> None:
+    """What is left without the mean over the cells, spread into a larger array and gathered."""
+    c = Contact(shape)
+    i, j = c.cells.T
+    values = c.field[0][i, j] - c.field[0][i, j].mean()
+    out = np.full((shape[0] + 2, shape[1] + 1), np.nan)
+    coupled.spread_uneven(c.field[0], c.cells, 1.7, out)
+    np.testing.assert_allclose(out[i, j], 1.7 * values, rtol=1e-12, atol=1e-14)
+    out[i, j] = 0.0
+    assert not out.any()
+    found = np.full(c.m, np.nan)
+    coupled.gather_uneven(c.field[0], c.cells, found)
+    np.testing.assert_allclose(found, values, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_move_contact(shape: tuple[int, int]) -> None:
+    """Pressures cut and scaled to the load; slip cells on their new bounds; no traction where no pressure is left."""
+    rng = np.random.default_rng(36)
+    c = Contact(shape)
+    mu, total = 0.4, 7.0
+    p = rng.uniform(0.0, 1.0, size=c.m)
+    q = np.where(c.slip[:, None], mu * p[:, None] * c.normal + rng.normal(size=(c.m, 1)) * c.across, 0.3)
+    change = rng.normal(size=3 * c.m)
+    change[0] = 1.0
+    pairs = change[c.m :].reshape(-1, 2)
+    raw = np.maximum(p + change[: c.m], 0.0)
+    new_p = raw * total / raw.sum()
+    moved = q + mu * (new_p - p)[:, None] * c.normal + pairs[:, 1:] * c.across
+    moved *= (mu * new_p / np.hypot(*moved.T))[:, None]
+    expected = np.where(c.slip[:, None], moved, q + pairs)
+    expected[new_p == 0.0] = 0.0
+    coupled.move_contact(change, c.slip, c.normal, mu, total, p, q)
+    np.testing.assert_allclose(p, new_p, rtol=1e-13)
+    np.testing.assert_allclose(q, expected, rtol=1e-11, atol=1e-13)
 
 
 # --- rules ---
