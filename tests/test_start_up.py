@@ -36,3 +36,41 @@ import rcstudy.mechanics.fftw
 print(pyfftw.interfaces is before, rcstudy.mechanics.fftw.pyfftw is pyfftw)
 """
     assert run_python(code) == ["True", "True"]
+
+
+def test_what_is_put_off_is_loaded_when_it_is_used():
+    code = """
+import sys
+from rcstudy.mechanics.later import put_off
+with put_off("wave"):
+    import wave
+    print("wave" in sys.modules, hasattr(wave, "__file__"))
+print("wave" in sys.modules)
+with put_off("chunk_of_nothing"):
+    import chunk_of_nothing
+try:
+    chunk_of_nothing.anything
+except ModuleNotFoundError as error:
+    print(error.name)
+with put_off("wave"):
+    import wave
+    print(wave.open is sys.modules["wave"].open, sys.modules["wave"].__file__ is not None)
+with put_off("wave"):
+    import wave
+    print(wave is sys.modules["wave"])
+"""
+    assert run_python(code) == ["True", "True", "True", "chunk_of_nothing", "True", "True", "True"]
+
+
+def test_numba_finds_blas_although_it_was_put_off():
+    code = """
+import sys
+import rcstudy.mechanics.jit
+import numba
+import numpy as np
+print("scipy.linalg" in sys.modules)
+square = numba.njit(lambda a: np.dot(a, a))
+print(square(np.full((2, 2), 2.0))[0, 0], "scipy.linalg" in sys.modules)
+"""
+    # with the JIT off numpy multiplies, and nothing is loaded
+    assert run_python(code)[:2] == ["False", "8.0"]

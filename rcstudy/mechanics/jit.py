@@ -10,7 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numba
+from rcstudy.mechanics.later import put_off
+
+# no kernel calls BLAS; numba looks for scipy's, which takes a tenth of a second to load, when it loads the first kernel
+with put_off("scipy.linalg.cython_blas"):
+    import numba
+    import numba.np.arraymath
 
 F = TypeVar("F", bound=Callable[..., Any])
 
