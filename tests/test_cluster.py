@@ -110,10 +110,10 @@ def wait_for_workers(at: Scheduler, count: int) -> None:
 def tasks_of(at: Scheduler) -> int:
     """Tasks that the scheduler knows of."""
     with distributed.Client(at.find(), set_as_default=False) as client:
-        return int(client.run_on_scheduler(_count_tasks))
+        return int(client.run_on_scheduler(count_tasks))
 
 
-def _count_tasks(dask_scheduler: distributed.Scheduler) -> int:
+def count_tasks(dask_scheduler: distributed.Scheduler) -> int:
     return len(dask_scheduler.tasks)
 
 
@@ -168,13 +168,13 @@ def test_a_case_that_ends_its_worker_twice_is_given_up(study: Study, tmp_path: P
         with open_cube(tmp_path / "c.nc") as tree:
             assert int((case_table(tree).status == Status.SOLVED).sum()) == CASES - 1
         # and one whose result cannot be sent is an error, that of the others not
-        done = sweep.run(study, tmp_path / "c.nc", scheduler=there.at, solve=workers.fails_to_travel)
+        done = sweep.run(study, tmp_path / "d.nc", scheduler=there.at, solve=workers.fails_to_travel)
         (failure,) = done.failures
         assert (failure.label, failure.status) == ("load=60, creepage=b", Status.ERROR)
-        assert "pickle" in failure.reason
+        assert failure.reason.startswith("TypeError: ")
 
 
-def test_leaving_early_takes_back_what_was_sent(study: Study, tmp_path: Path) -> None:
+def test_leaving_early_takes_back_what_was_sent(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     batches = sweep.make_batches(expand(study).cases, 1)
     with running(tmp_path, "--no-nanny") as there:
         results = solve_on_cluster(batches, there.at, workers.slow)
@@ -192,8 +192,9 @@ def test_leaving_early_takes_back_what_was_sent(study: Study, tmp_path: Path) ->
 
         # at no time has the scheduler more than two parcels a worker, and as many whose results are being taken
         counts = []
-        for _ in solve_on_cluster(batches, there.at, workers.made_up):
-            counts.append(tasks_of(there.at))
+        with distributed.Client(there.at.find(), set_as_default=False) as client:
+            for _ in solve_on_cluster(batches, there.at, workers.made_up):
+                counts.append(client.run_on_scheduler(count_tasks))
         assert len(counts) == CASES
         assert 1 <= max(counts) <= 8
 
@@ -203,6 +204,7 @@ def test_leaving_early_takes_back_what_was_sent(study: Study, tmp_path: Path) ->
         there.scheduler.kill()
         with pytest.raises(UserError, match=r"tcp://127.0.0.1:\d+: the scheduler is gone: .*; run again"):
             list(results)
+        monkeypatch.setattr(cluster, "_CONNECT_SECONDS", 1.0)
         with pytest.raises(UserError, match="no Dask scheduler can be reached there"):
             list(solve_on_cluster(batches, there.at, workers.slow))
 
@@ -224,7 +226,7 @@ def test_the_command_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         with xr.open_datatree(here) as a, xr.open_datatree(there) as b:
             for name in ("loads", "bare"):
                 one, other = (tree[name].to_dataset(inherit=False).drop_vars("solve_seconds") for tree in (a, b))
-                xr.testing.assert_identical(one, other)
+                xr.testing.assert_identical(one.drop_attrs(deep=False), other.drop_attrs(deep=False))
         for process in dask.workers:
             process.kill()
         before = there.read_bytes()
