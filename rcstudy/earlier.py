@@ -16,7 +16,7 @@ import numpy as np
 
 from rcstudy.cube_writer import checksum
 from rcstudy.deflate import compress
-from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE
+from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, cell_centres
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
@@ -116,12 +116,13 @@ class _EarlierGrid:
         found = []
         for k, dim in enumerate("xy"):
             centres = self.group[f"{dim}_centre"][index] if f"{dim}_centre" in self.group else self.group[dim][...]
-            count = int(np.isfinite(centres).sum())
-            first = round((float(centres[0]) + 0.5 * mesh.size[k]) * mesh.cells[k] / mesh.size[k] - 0.5)
-            found += [first, first + count]
+            centres = centres[~np.isnan(centres)]
+            window = cell_centres(mesh.size[k], mesh.cells[k])
+            first = int(np.searchsorted(window, centres[0]))
+            if not np.array_equal(window[first : first + centres.size], centres):
+                raise DamagedRecord("its coordinates are not those of its mesh")
+            found += [first, first + centres.size]
         i0, i1, j0, j1 = found
-        if not (0 <= i0 < i1 <= mesh.cells[0] and 0 <= j0 < j1 <= mesh.cells[1]):
-            raise DamagedRecord("its coordinates are not those of its mesh")
         return i0, i1, j0, j1
 
 

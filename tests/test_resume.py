@@ -1,0 +1,706 @@
+"""Sweeps that go on: what is solved is kept, what is missing, failed or changed is solved, and the cube is the same."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import cubes
+import numpy as np
+import pytest
+import synthetic
+import workers
+
+from rcstudy import index, lock, publish, store, sweep
+from rcstudy.cases import expand, scene_record
+from rcstudy.cube import case_table, grids, open_cube
+from rcstudy.errors import UserError
+from rcstudy.failures import failed_cases, listing, write_studies
+from rcstudy.mechanics import SOLVER_VERSION
+from rcstudy.mechanics.scene import Scene
+from rcstudy.merge import merge
+from rcstudy.result import Result, Status
+from rcstudy.status import report
+from rcstudy.store import units_folder
+from rcstudy.study import Study, load_study, study_from_text
+from rcstudy.units import read_unit, unit_paths, write_unit
+
+STUDY = """
+study: resumed
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [1, 1], cells: [24, 20]}
+  load: 100
+grids:
+  loads:
+    axes:
+      load: [20, 40, 60, 80]
+      creepage:
+        - {label: a, longitudinal: 0.001}
+        - {label: b, lateral: 0.002}
+        - {label: c, spin: 0.01}
+  bare:
+    axes: {radius: [30, 40]}
+"""
+CASES = 14
+
+
+class Solver:
+    """Made-up results; keeps the scenes it was given, fails those that `fails` says, is interrupted after `most`."""
+
+    def __init__(self, most: int = 10**9, fails: Sequence[float] = ()) -> None:
+        self.most = most
+        self.fails = fails
+        self.solved: list[Scene] = []
+
+    def __call__(self, scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            if len(self.solved) >= self.most:
+                raise KeyboardInterrupt
+            self.solved.append(scene)
+            failed = scene.load in self.fails
+            yield synthetic.made_up_result(scene, Status.NOT_CONVERGED if failed else Status.SOLVED)
+
+
+class Sweeps:
+    """Sweeps of one study in one folder, each with a solver and what it was told."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.output = folder / "c.nc"
+        self.units = units_folder(self.output)
+        self.told: list[str] = []
+        self.write(STUDY)
+
+    def write(self, text: str) -> None:
+        (self.folder / "study.yaml").write_text(text)
+
+    @property
+    def study(self) -> Study:
+        return load_study(self.folder / "study.yaml")
+
+    def run(self, most: int = 10**9, fails: Sequence[float] = (), **options: object) -> list[Scene]:
+        """The scenes that were solved; an interrupt comes after `most`."""
+        solver = Solver(most, fails)
+        self.told.clear()
+        try:
+            self.done = sweep.run(self.study, self.output, workers=1, solve=solver, tell=self.told.append, **options)
+        except sweep.Interrupted as interrupt:
+            self.interrupt = interrupt
+        return solver.solved
+
+    def uninterrupted(self) -> Path:
+        """The cube of the study as it is now, made in one go elsewhere."""
+        path = self.folder / "elsewhere" / "c.nc"
+        sweep.run(self.study, path, workers=1, solve=workers.made_up, fresh=True)
+        return path
+
+
+@pytest.fixture
+def sweeps(tmp_path: Path) -> Sweeps:
+    return Sweeps(tmp_path)
+
+
+# resuming
+
+
+@pytest.mark.parametrize("most", [1, 5, 13])
+def test_interrupted_and_resumed(sweeps: Sweeps, most: int) -> None:
+    assert len(sweeps.run(most)) == most
+    assert (sweeps.interrupt.solved, sweeps.interrupt.cases) == (most, CASES)
+    assert not sweeps.output.exists()
+    rest = sweeps.run()
+    assert len(rest) == CASES - most
+    assert (sweeps.done.cases, sweeps.done.solved, sweeps.done.kept) == (CASES, CASES, most)
+    assert f"{most} of {CASES} cases are solved already and kept" in sweeps.told
+    assert not sweeps.units.exists()
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_interrupted_again_and_again(sweeps: Sweeps) -> None:
+    solved = []
+    for _ in range(CASES):
+        solved += sweeps.run(1)
+    assert len(solved) == len({id(scene) for scene in solved}) == CASES
+    assert sweeps.run() == []
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_nothing_is_left_to_do(sweeps: Sweeps) -> None:
+    sweeps.run()
+    before = sweeps.output.read_bytes()
+    assert sweeps.run() == []
+    assert (sweeps.done.cases, sweeps.done.kept, sweeps.done.failures) == (CASES, CASES, [])
+    assert sweeps.output.read_bytes() == before
+    assert not sweeps.units.exists()
+
+
+def test_interrupted_before_the_first_case_leaves_nothing(sweeps: Sweeps) -> None:
+    sweeps.run(0)
+    assert sweeps.interrupt.solved == 0
+    assert not sweeps.units.exists()
+
+
+def test_failed_cases_are_solved_again(sweeps: Sweeps) -> None:
+    sweeps.run(fails=(40.0,))
+    assert [f.label for f in sweeps.done.failures] == [f"load=40, creepage={c}" for c in "abc"]
+    again = sweeps.run(fails=(40.0,))
+    assert [scene.load for scene in again] == [40.0] * 3
+    assert sweeps.done.failed == 3
+    again = sweeps.run(2)
+    assert (len(again), sweeps.interrupt.solved) == (2, CASES - 1)
+    with open_cube(sweeps.output) as tree:  # the old one, still
+        assert int((case_table(tree).status != Status.SOLVED).sum()) == 3
+    assert [scene.load for scene in sweeps.run()] == [40.0]
+    assert sweeps.done.failures == []
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+@pytest.mark.parametrize("most", [6, CASES])
+def test_an_edited_study_solves_what_has_changed(sweeps: Sweeps, most: int) -> None:
+    """Whether the others are in units or in the cube; whatever grid they stand in now."""
+    sweeps.run(most)
+    sweeps.write(STUDY.replace("[20, 40, 60, 80]", "[80, 20, 50]").replace("bare", "plain"))
+    found = sweeps.run()
+    kept = {6: {20.0}, CASES: {20.0, 80.0}}[most]
+    assert sorted({scene.load for scene in found if scene.creepage}) == sorted({20.0, 50.0, 80.0} - kept)
+    assert sum(scene.creepage is None for scene in found) == (2 if most == 6 else 0)
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_a_study_whose_words_alone_change(sweeps: Sweeps) -> None:
+    sweeps.run()
+    sweeps.write(STUDY.replace("study: resumed", "study: resumed\ndescription: another"))
+    assert sweeps.run() == []
+    with open_cube(sweeps.output) as tree:
+        assert tree.attrs["description"] == "another"
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+ALL, CROP, SINGLE, NONE = "{}", "{crop: contact}", "{precision: float32}", "{fields: false}"
+BOTH = "{crop: contact, precision: float32}"
+
+
+@pytest.mark.parametrize(
+    ("most", "before", "after"),
+    [
+        (7, ALL, CROP),
+        (CASES, CROP, ALL),
+        (CASES, ALL, BOTH),
+        (7, CROP, BOTH),
+        (CASES, BOTH, SINGLE),
+        (7, SINGLE, BOTH),
+        (7, ALL, NONE),
+        (CASES, CROP, NONE),
+        (CASES, SINGLE, ALL),
+        (7, BOTH, CROP),
+        (CASES, NONE, ALL),
+        (7, NONE, NONE),
+    ],
+)
+def test_outputs_that_hold_less_are_made_of_those_that_hold_more(
+    sweeps: Sweeps, before: str, after: str, most: int
+) -> None:
+    sweeps.write(f"{STUDY}outputs: {before}\n")
+    sweeps.run(most)
+    sweeps.write(f"{STUDY}outputs: {after}\n")
+    ranks = [0 if "fields" in text else 1 if "float32" in text else 2 for text in (before, after)]
+    assert len(sweeps.run()) == (CASES - most if ranks[0] >= ranks[1] else CASES)
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_cropped_fields_are_cut_to_all_contacts_of_the_grid(sweeps: Sweeps) -> None:
+    sweeps.run()
+    sweeps.write(f"{STUDY}outputs: {{crop: contact}}\n")
+    with open_cube(sweeps.output) as tree:
+        whole = {name: grid.load() for name, grid in grids(tree).items()}
+    sweeps.run(fresh=True)
+    with open_cube(sweeps.output) as tree:
+        for name, grid in grids(tree).items():
+            assert grid.sizes["x"] < whole[name].sizes["x"]
+            part = whole[name].sel(x=grid.x, y=grid.y)
+            np.testing.assert_array_equal(grid.pressure, part.pressure)
+            touched = (whole[name].pressure > 0).any([d for d in whole[name].pressure.dims if d not in "xy"])
+            assert grid.sizes["x"] == int(touched.any("y").sum())
+            assert grid.sizes["y"] == int(touched.any("x").sum())
+
+
+def test_cropped_fields_of_several_meshes(sweeps: Sweeps) -> None:
+    text = STUDY.replace("axes: {radius: [30, 40]}", "axes: {mesh.cells: [[24, 20], [30, 40]], load: [30, 60]}")
+    sweeps.write(f"{text}outputs: {{crop: contact}}\n")
+    sweeps.run(13)
+    sweeps.run()
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+    before = grid_of(sweeps.output, "bare")
+    assert before.x_centre.dims == ("cells", "load", "x")
+    assert int(before.pressure.isel(cells=0, load=0).notnull().sum()) < before.sizes["x"] * before.sizes["y"]
+    # taken out of the padded, cropped cube again
+    sweeps.write(text)
+    assert sweeps.run() == []
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def grid_of(path: Path, name: str):
+    with open_cube(path) as tree:
+        return grids(tree)[name].load()
+
+
+def test_cases_that_are_the_same_are_solved_once(sweeps: Sweeps) -> None:
+    sweeps.write(
+        STUDY.replace("axes: {radius: [30, 40]}", "axes: {radius: [30, 40]}\n  again:\n    axes: {radius: [40, 30]}")
+    )
+    found = sweeps.run()
+    assert len(found) == CASES
+    assert sweeps.done.cases == CASES + 2
+    with open_cube(sweeps.output) as tree:
+        both = grids(tree)
+        np.testing.assert_array_equal(both["bare"].pressure, both["again"].pressure[::-1])
+
+
+def test_starting_over(sweeps: Sweeps) -> None:
+    sweeps.run()
+    assert len(sweeps.run(fresh=True)) == CASES
+    sweeps.run(4, fresh=True)
+    assert sweeps.interrupt.solved == 4
+    # the old cube does not count until the new one is there
+    assert len(sweeps.run(3)) == 3
+    assert len(sweeps.run()) == CASES - 7
+    assert sweeps.run() == []
+    sweeps.run(4, fresh=True)
+    assert len(sweeps.run(fresh=True)) == CASES
+
+
+def test_another_solver_version_solves_all_again(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    import rcstudy.cases
+    import rcstudy.units
+
+    sweeps.run(5)
+    monkeypatch.setattr(rcstudy.cases, "SOLVER_VERSION", "next")
+    monkeypatch.setattr(rcstudy.units, "SOLVER_VERSION", "next")
+    assert len(sweeps.run()) == CASES
+    assert f"of solver version {SOLVER_VERSION}, this is next; set aside" in sweeps.told[0]
+
+
+def test_what_is_solved_reaches_the_disk_in_time(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also while one case takes long: by a thread of its own."""
+    monkeypatch.setattr(store, "UNIT_SECONDS", 0.1)
+    seen = []
+
+    def slow(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            if scene.load == 60.0 and not seen:
+                deadline = time.monotonic() + 20.0
+                while not unit_paths(sweeps.units) and time.monotonic() < deadline:
+                    time.sleep(0.01)
+                seen.append(sum(len(read_unit(path)[0].entries) for path in unit_paths(sweeps.units)))
+            yield synthetic.made_up_result(scene)
+
+    sweep.run(sweeps.study, sweeps.output, workers=1, solve=slow)
+    assert seen[0] > 0
+
+
+def test_small_units_are_put_together(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three of a kind into one: 14 cases, one by one, end as 9 + 3 + 1 + 1."""
+    monkeypatch.setattr(store, "_PUT_TOGETHER", 3)
+    cases = expand(sweeps.study).cases
+    keep = sweep.keep_of(sweeps.study.outputs)
+    packer = sweep.Packer(keep)
+
+    def sizes() -> list[int]:
+        return [len(read_unit(path)[0].entries) for path in unit_paths(sweeps.units)]
+
+    with store.opened(sweeps.output, cases, keep, tell=sweeps.told.append) as opened:
+        for k, case in enumerate(cases):
+            if k == 5:
+                assert sizes() == [3, 1, 1]
+            opened.add(case.key, packer.pack(synthetic.made_up_result(case.scene), case.scene.mesh.cells))
+            opened.flush()
+    assert sizes() == [9, 3, 1, 1]
+    assert sweeps.run() == []
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+# damage
+
+
+def one_unit(sweeps: Sweeps) -> Path:
+    sweeps.run(9)
+    (path,) = unit_paths(sweeps.units)
+    return path
+
+
+@pytest.mark.parametrize("damage", ["truncated", "emptied", "flipped", "foreign", "renamed cube", "longer"])
+def test_a_damaged_unit_is_set_aside(sweeps: Sweeps, damage: str) -> None:
+    path = one_unit(sweeps)
+    data = bytearray(path.read_bytes())
+    if damage == "truncated":
+        del data[len(data) // 2 :]
+    elif damage == "emptied":
+        data.clear()
+    elif damage == "flipped":
+        data[len(data) // 3] ^= 16
+    elif damage == "longer":
+        data += b"\0"
+    else:
+        data = bytearray(b"\x89HDF\r\n" if damage == "renamed cube" else os.urandom(300))
+    path.write_bytes(data)
+    assert "a sweep will set it aside" in report(sweeps.study, sweeps.output)
+    assert len(sweeps.run()) == CASES
+    assert str(path) in sweeps.told[0]
+    assert "set aside" in sweeps.told[0]
+    assert [entry.name for entry in sweeps.units.iterdir()] == [f"{path.name}.set-aside"]
+    assert path.with_name(f"{path.name}.set-aside").read_bytes() == bytes(data)
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+    assert sweeps.run() == []
+
+
+def test_every_flipped_bit_is_found(sweeps: Sweeps) -> None:
+    path = one_unit(sweeps)
+    data = path.read_bytes()
+    rng = np.random.default_rng(11)
+    for at in rng.integers(0, len(data), 200):
+        bad = bytearray(data)
+        bad[at] ^= 1 << int(rng.integers(0, 8))
+        path.write_bytes(bad)
+        with pytest.raises(index.BadUnit):
+            read_unit(path)
+
+
+def test_a_unit_that_is_whole_and_improper(sweeps: Sweeps) -> None:
+    """Someone else made it, with a right checksum: cells of another mesh, bytes that are no record."""
+    sweeps.run(3)
+    key = expand(sweeps.study).cases[5].key
+    other = synthetic.made_up_result(synthetic.SCENE)
+    wrong_mesh = sweep.Packer(sweep.keep_of(sweeps.study.outputs)).pack(other, synthetic.MESH.cells).body
+    for number, body in ((5, wrong_mesh), (6, b"\x05\0\0\0[[[[["), (7, b"")):
+        write_unit(sweeps.units, number, [(key, body)])
+    assert len(sweeps.run()) == CASES - 3
+    assert sum("set aside" in text for text in sweeps.told) == 3
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_a_damaged_cube_is_no_source(sweeps: Sweeps) -> None:
+    """A flipped bit anywhere in it: found where it matters, and never taken over."""
+    sweeps.run()
+    whole = sweeps.output.read_bytes()
+    sweeps.write(STUDY.replace("80]", "80, 90]"))
+    good = sweeps.uninterrupted()
+    rng = np.random.default_rng(3)
+    solved = []
+    for at in rng.integers(0, len(whole), 8):
+        bad = bytearray(whole)
+        bad[at] ^= 1 << int(rng.integers(0, 8))
+        sweeps.output.write_bytes(bad)
+        solved.append(len(sweeps.run()))
+        cubes.assert_same(sweeps.output, good)
+    assert min(solved) == 3
+    assert max(solved) > 3
+
+
+def test_an_earlier_cube_without_checksums(sweeps: Sweeps) -> None:
+    import h5py
+
+    sweeps.run()
+    with h5py.File(sweeps.output, "r+") as file:
+        del file["bare"].attrs["numbers_sha256"]
+    sweeps.write(STUDY + "# edited\n")
+    assert len(sweeps.run()) == CASES
+    assert sweeps.told == [f"{sweeps.output}: no cases are taken from it: the checksum of its numbers does not match"]
+
+
+# locks
+
+
+def test_the_second_sweep_is_refused(sweeps: Sweeps) -> None:
+    refused = []
+
+    def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
+        if not refused:
+            with pytest.raises(UserError) as error:
+                sweep.run(sweeps.study, sweeps.output, workers=1, solve=workers.made_up)
+            refused.append(str(error.value))
+            assert f"at work: process {os.getpid()} on {socket.gethostname()}" in report(sweeps.study, sweeps.output)
+            with pytest.raises(UserError, match="at work on this output"):
+                merge(sweeps.study, sweeps.output)
+        yield from workers.made_up(scenes)
+
+    done = sweep.run(sweeps.study, sweeps.output, workers=1, solve=solve)
+    assert done.solved == CASES
+    words = f"process {os.getpid()} on {socket.gethostname()} is at work on this output: wait for its end"
+    assert words in refused[0]
+    assert "no sweep is at work" in report(sweeps.study, sweeps.output)
+
+
+def leave_lock(folder: Path, **changes: object) -> None:
+    """A lock file as a process leaves it that dies; by default this one."""
+    folder.mkdir(exist_ok=True)
+    here = lock.Owner.here()
+    record = {"host": here.host, "boot": here.boot, "pid": here.pid, "started": here.started, **changes}
+    (folder / "lock").write_text(json.dumps(record))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"pid": 1, "started": 1}, {"pid": 2**22 + 1}, {"boot": "before the machine was started anew"}],
+)
+def test_a_dead_lock_is_recognised(sweeps: Sweeps, changes: dict[str, object]) -> None:
+    """The kernel has freed it: its owner is dead, whoever has its number now."""
+    leave_lock(sweeps.units, **changes)
+    assert len(sweeps.run()) == CASES
+    assert not sweeps.units.exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[1]", b'{"host": 1}', b"\xff" * 50])
+def test_a_lock_that_was_not_finished(sweeps: Sweeps, content: bytes) -> None:
+    sweeps.units.mkdir()
+    (sweeps.units / "lock").write_bytes(content)
+    assert len(sweeps.run()) == CASES
+
+
+def test_a_lock_of_another_machine_needs_a_word(sweeps: Sweeps) -> None:
+    leave_lock(sweeps.units, host="elsewhere", boot="another")
+    with pytest.raises(UserError, match=f"process {os.getpid()} on elsewhere is at work.*\n.*--unlock"):
+        sweeps.run()
+    assert len(sweeps.run(take_over=True)) == CASES
+    assert not sweeps.units.exists()
+
+
+def test_without_locks_of_the_file_system(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Number and start of the owner decide: of this process, of one with the same number that started later."""
+
+    def unsupported(descriptor: int, kind: int) -> None:
+        raise OSError(38, "Function not implemented")
+
+    monkeypatch.setattr(lock.fcntl, "flock", unsupported)
+    leave_lock(sweeps.units)
+    with pytest.raises(UserError, match="is at work on this output"):
+        sweeps.run()
+    leave_lock(sweeps.units, started=7)
+    assert len(sweeps.run()) == CASES
+
+
+def test_shards_work_side_by_side_and_keep_others_out(sweeps: Sweeps) -> None:
+    with lock.locked(sweeps.units, (1, 3)), lock.locked(sweeps.units, (2, 3)):
+        for shard in ((1, 3), None):
+            with pytest.raises(UserError, match=r"process \d+ on .* \(shard 1 of 3\)"):
+                sweeps.run(shard=shard)
+        assert len(sweeps.run(shard=(3, 3))) > 0
+    assert unit_paths(sweeps.units)
+    with lock.locked(sweeps.units), pytest.raises(UserError, match="at work"):
+        sweeps.run(shard=(3, 3))
+
+
+# shards
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 8])
+def test_shards_and_their_merge(sweeps: Sweeps, n: int) -> None:
+    solved = []
+    for i in range(1, n + 1):
+        solved.append(len(sweeps.run(shard=(i, n))))
+        assert sweeps.done.cases == solved[-1]
+        assert sweeps.run(shard=(i, n)) == []
+        assert not sweeps.output.exists()
+    assert sum(solved) == CASES
+    done = merge(sweeps.study, sweeps.output)
+    assert (done.cases, done.solved) == (CASES, CASES)
+    assert not sweeps.units.exists()
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_shards_in_folders_of_their_own(sweeps: Sweeps, tmp_path: Path) -> None:
+    for i in (1, 2):
+        sweep.run(sweeps.study, tmp_path / f"{i}.nc", workers=1, solve=workers.made_up, shard=(i, 2))
+    with pytest.raises(
+        UserError, match=r"c.nc: \d of 14 cases are missing; rcstudy sweep solves them:\n  loads: load="
+    ):
+        merge(sweeps.study, sweeps.output, [tmp_path / "1.nc.units"])
+    assert not sweeps.output.exists()
+    merge(sweeps.study, sweeps.output, [tmp_path / "1.nc", tmp_path / "2.nc.units"])
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+    assert unit_paths(tmp_path / "1.nc.units")  # others' units are not removed
+
+
+def test_a_merge_refuses_what_does_not_belong(sweeps: Sweeps, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="none: no units in it"):
+        merge(sweeps.study, sweeps.output, [tmp_path / "none"])
+    sweeps.run(8)
+    other = tmp_path / "other.yaml"
+    other.write_text(STUDY.replace("[20, 40,", "[20, 41,"))
+    path = tmp_path / "other.nc"
+    sweep.run(load_study(other), path, workers=1, solve=workers.made_up, shard=(1, 1))
+    with pytest.raises(UserError, match="3 of its 14 cases are not of this study"):
+        merge(sweeps.study, sweeps.output, [path])
+    (unit,) = unit_paths(units_folder(path))
+    unit.write_bytes(unit.read_bytes()[:-1])
+    with pytest.raises(UserError, match="damaged: its checksum does not match"):
+        merge(sweeps.study, sweeps.output, [path])
+
+
+def test_duplicates_must_agree(sweeps: Sweeps, tmp_path: Path) -> None:
+    def otherwise(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for result in workers.made_up(scenes):
+            result.scalars["solve_seconds"] *= 2
+            if changed:
+                result.fields["pressure"][12, 10] *= 1 + 1e-15
+            yield result
+
+    sweeps.run(8)
+    for changed in (False, True):
+        path = tmp_path / f"{changed}.nc"
+        sweep.run(sweeps.study, path, workers=1, solve=otherwise, shard=(1, 1))
+    with pytest.raises(UserError, match=r"has another result in .* \(pressure differs\): remove one of them"):
+        merge(sweeps.study, sweeps.output, [tmp_path / "True.nc"])
+    merge(sweeps.study, sweeps.output, [tmp_path / "False.nc"])
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_duplicates_in_one_folder_must_agree(sweeps: Sweeps) -> None:
+    sweeps.run()
+    for case in expand(sweeps.study).cases[:1]:
+        result = synthetic.made_up_result(case.scene)
+        result.scalars["approach"] *= 2
+        packed = sweep.Packer(sweep.keep_of(sweeps.study.outputs)).pack(result, case.scene.mesh.cells)
+        sweeps.units.mkdir()
+        write_unit(sweeps.units, 1, [(case.key, packed.body)])
+        good = synthetic.made_up_result(case.scene)
+        packed = sweep.Packer(sweep.keep_of(sweeps.study.outputs)).pack(good, case.scene.mesh.cells)
+        write_unit(sweeps.units, 2, [(case.key, packed.body)])
+    with pytest.raises(UserError, match=r"\(approach differs\)"):
+        merge(sweeps.study, sweeps.output)
+
+
+@pytest.mark.parametrize("shard", [(0, 2), (3, 2)])
+def test_shards_that_are_none(sweeps: Sweeps, shard: tuple[int, int]) -> None:
+    with pytest.raises(UserError, match="a number from 1 to 2"):
+        sweeps.run(shard=shard)
+    with pytest.raises(UserError, match="a shard cannot start over"):
+        sweeps.run(shard=(1, 2), fresh=True)
+
+
+# status and failures
+
+
+def test_status(sweeps: Sweeps) -> None:
+    text = report(sweeps.study, sweeps.output)
+    assert "c.nc (not there yet)" in text
+    assert "total        14         0         0        14" in text
+    sweeps.run(9, fails=(40.0,))
+    text = report(sweeps.study, sweeps.output)
+    assert "loads        12         6         3         3" in text
+    assert "in 1 units" in text
+    sweeps.run()
+    text = report(sweeps.study, sweeps.output)
+    assert "total        14        14         0         0" in text
+    assert "14 of them are in the cube" in text
+    sweeps.run(2, fresh=True)
+    assert "total        14         2         0        12" in report(sweeps.study, sweeps.output)
+
+
+def test_failures_are_listed_with_a_study_each(sweeps: Sweeps, tmp_path: Path) -> None:
+    sweeps.run()
+    assert failed_cases(sweeps.output) == []
+    sweeps.run(fails=(40.0, 80.0), fresh=True)
+    found = failed_cases(sweeps.output)
+    assert [case.label for case in found] == [f"load={p}, creepage={c}" for p in (40, 80) for c in "abc"]
+    assert {(case.grid, case.status) for case in found} == {("loads", Status.NOT_CONVERGED)}
+    assert "# loads: load=40, creepage=a: not converged: made up not to converge\n" in listing(found)
+    cases = {case.index: case for case in expand(sweeps.study).cases if case.grid == "loads"}
+    paths = write_studies(found, tmp_path / "studies")
+    assert len(paths) == 6
+    for path, index_ in zip(paths, [(i, j) for i in (1, 3) for j in range(3)], strict=True):
+        (alone,) = expand(load_study(path)).cases
+        assert scene_record(alone.scene) == scene_record(cases[index_].scene)
+        assert alone.key == cases[index_].key
+
+
+def test_failures_of_every_kind_of_scene_are_ready_to_run(tmp_path: Path) -> None:
+    text = """
+study: kinds
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: [50, 30]
+  load: 33.333333333333336
+  mesh: {size: [1, 1.1], cells: [24, 20]}
+grids:
+  kinds:
+    cases:
+      - {label: "odd: # name", counterbody: {E: 70000, nu: 0.33}, creepage: {spin: 1.0e-17}, coupling: full}
+      - {label: coated, coating: {layer_count: 2, thickness: 1e-5 a, modulus: 3 Es}, friction: 0.1, spin_point: 0.25}
+      - {label: strict, method: paper-cg, creepage: {lateral: 0.002}, tolerance: {normal: 1e-9, tangential: 1e-11}}
+"""
+    study = study_from_text(text, "kinds.yaml")
+    path = tmp_path / "c.nc"
+
+    def fails(scenes: Sequence[Scene]) -> Iterator[Result]:
+        yield from (Result(Status.ERROR, "first line\nsecond: {line} # " + "long " * 60) for _ in scenes)
+
+    sweep.run(study, path, workers=1, solve=fails)
+    found = failed_cases(path)
+    assert len(found) == 3
+    keys = {case.key for case in expand(study).cases}
+    assert {expand(study_from_text(case.study, case.name)).cases[0].key for case in found} == keys
+
+
+# the mechanics keep their word
+
+
+@pytest.mark.heavy
+def test_a_result_does_not_depend_on_its_neighbours() -> None:
+    """Solved alone, in any part of its group and in any order, after other groups: the same bits."""
+    from rcstudy.solve import solve_group
+
+    text = """
+study: neighbours
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [1, 1], cells: [24, 24]}
+  load: 60
+  COUPLING
+grids:
+  coated:
+    axes:
+      thickness: [0.3 a, 0.8 a]
+      modulus: [0.5 Es, 2 Es]
+      creepage:
+        - {label: a, longitudinal: 0.002}
+        - {label: b, lateral: 0.001, spin: 0.01}
+        - {label: c, spin: 0.02}
+        - {label: d, longitudinal: 0.0004, lateral: 0.0002}
+"""
+
+    def bits(result: Result) -> object:
+        scalars = {name: value for name, value in result.scalars.items() if name not in cubes.TIMINGS}
+        return result.status, scalars, {name: values.tobytes() for name, values in result.fields.items()}
+
+    for coupling in ("", "coupling: full"):
+        study = study_from_text(text.replace("COUPLING", coupling), "neighbours.yaml")
+        groups = [[case.scene for case in group] for group in expand(study).groups()]
+        together = [bits(result) for group in groups for result in solve_group(group)]
+        scenes = [scene for group in groups for scene in group]
+        alone = [bits(result) for scene in reversed(scenes) for result in solve_group([scene])][::-1]
+        assert alone == together
+        rng = np.random.default_rng(1)
+        by_scene = dict(zip(scenes, together, strict=True))
+        for group in groups:
+            part = [group[i] for i in rng.permutation(len(group))[: max(1, len(group) - 1)]]
+            assert [bits(result) for result in solve_group(part)] == [by_scene[scene] for scene in part]
+
+
+def test_leftovers_of_dead_writers_are_removed(sweeps: Sweeps) -> None:
+    sweeps.run(3)
+    host = publish.host()
+    dead = sweeps.units / f"000009-0123456789ab.unit.tmp-{host}-99999999-1f"
+    living = sweeps.units / f"000009-0123456789ab.unit.tmp-{host}-{os.getppid()}-1f"
+    dead.write_bytes(b"half")
+    living.write_bytes(b"half")
+    sweeps.run()
+    assert [entry.name for entry in sweeps.units.iterdir()] == [living.name]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
