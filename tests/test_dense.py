@@ -193,6 +193,20 @@ def test_gmres_minimises_over_the_krylov_space(steps: int) -> None:
     np.testing.assert_allclose(found, naive.least_squares_krylov(a, m, b, steps), rtol=1e-8, atol=1e-9)
 
 
+@pytest.mark.parametrize(("n", "steps"), [(40, 17), (40, 39), (90, 80)])
+def test_gmres_finds_room_for_many_steps(n: int, steps: int) -> None:
+    """More steps than it makes room for at first, once and twice over: the solution all the same."""
+    rng = np.random.default_rng(6)
+    a = np.diag(np.linspace(1.0, 1.2, n)) + 0.01 * rng.normal(size=(n, n))
+    m = np.diag(rng.choice([0.05, 1.0, 20.0], size=n))  # so bad that all of the steps are needed
+    b = rng.normal(size=n)
+    apply = Counted(a)
+    found = gmres(apply, b, Counted(m), 0.0, steps)
+    expected = naive.least_squares_krylov(a, m, b, steps)
+    assert apply.calls == steps
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("relative", [0.5, 1e-2, 1e-9])
 def test_gmres_stops_in_time(relative: float) -> None:
     """At the first residual that is small enough for the right-hand side, by the residuals themselves."""
