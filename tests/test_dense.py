@@ -586,6 +586,20 @@ def test_interpolated_pressure(window: tuple[int, int]) -> None:
     assert np.abs(guess**2 - squares(window, 1.0))[inside].max() <= limit
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_interpolated_pressure_looks_far_enough(seed: int) -> None:
+    """The cells around those in contact are all that can be under pressure: the same as on the whole window."""
+    rng = np.random.default_rng(seed)
+    window = tuple(int(n) for n in rng.integers(2, 24, 2))
+    coarse = (window[0] + 1) // 2, (window[1] + 1) // 2
+    p = rng.random(coarse) * (rng.random(coarse) < rng.choice([0.05, 0.5]))
+    p[rng.integers(coarse[0]), rng.integers(coarse[1])] = 1.0
+    cells = np.argwhere(np.ones(window, dtype=bool))
+    out, weight = naive.from_twice_the_size((p * p)[None], p > 0.0, cells, window)
+    expected = np.where(weight >= 0.5, np.sqrt(out[:, 0]), 0.0).reshape(window)
+    np.testing.assert_allclose(cascade.interpolated_pressure(p, window), expected, atol=1e-14)
+
+
 @pytest.mark.parametrize("cells", [(28, 26), (27, 25)])
 def test_coarser_scene(cells: tuple[int, int]) -> None:
     """Cells of twice the size about the same centre, so long as there are enough of them in the contact."""

@@ -6,10 +6,12 @@ the discretisation error is (`errors.py`). It never enters the finer solution, w
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
+from rcstudy.mechanics.convolution import Box
 from rcstudy.mechanics.kernels import tractions
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
@@ -56,7 +58,23 @@ def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
 
     p^2 is nearly linear at the edge of a contact, so it is interpolated; cells more outside than inside stay without.
     """
-    cells = np.argwhere(np.ones(window, dtype=np.bool_))
-    squares, weight = interpolate((p * p)[None], p > 0.0, cells, window)
-    guess: np.ndarray = np.where(weight >= 0.5, np.sqrt(squares[:, 0]), 0.0).reshape(window)
+    mask = p > 0.0
+    box = _reached(Box.around(mask), p.shape, window)
+    cells = np.argwhere(np.ones(box.shape, dtype=np.bool_)) + (box.i0, box.j0)
+    squares, weight = interpolate((p * p)[None], mask, cells, window)
+    guess = np.zeros(window)
+    guess[box.slices] = np.where(weight >= 0.5, np.sqrt(squares[:, 0]), 0.0).reshape(box.shape)
     return guess
+
+
+def _reached(box: Box, coarse: tuple[int, ...], fine: tuple[int, int]) -> Box:
+    """All cells of a window of `fine` cells that the cells in `box` of one of `coarse` cells reach, bilinearly.
+
+    Fine cells are of half the size; both windows have the same centre.
+    """
+
+    def along(low: int, high: int, axis: int) -> tuple[int, int]:
+        shift = 0.5 * (fine[axis] - 1) - (coarse[axis] - 1)
+        return max(0, math.floor(2 * (low - 1) + shift)), min(fine[axis], math.ceil(2 * high + shift) + 1)
+
+    return Box(*along(box.i0, box.i1, 0), *along(box.j0, box.j1, 1))
