@@ -60,7 +60,7 @@ def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
     """
     mask = p > 0.0
     box = _reached(Box.around(mask), p.shape, window)
-    cells = np.argwhere(np.ones(box.shape, dtype=np.bool_)) + (box.i0, box.j0)
+    cells = np.array([box.i0, box.j0]) + np.argwhere(np.ones(box.shape, dtype=np.bool_))
     squares, weight = interpolate((p * p)[None], mask, cells, window)
     guess = np.zeros(window)
     guess[box.slices] = np.where(weight >= 0.5, np.sqrt(squares[:, 0]), 0.0).reshape(box.shape)
