@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Mesh
     from rcstudy.study import Study
 
+_AT_ONCE = 16  # cases handed to HDF5 before it is asked how it goes
 _COMPRESSION = 1  # of deflate, as the file says; streams come from rcstudy.deflate
 
 
@@ -77,10 +78,12 @@ def write_cube(
                 for layout in layouts
             }
         storage.check()
-        for case, result in results:
-            record = _record(packer, case, result) if isinstance(result, Result) else result
+        records = ((case, _record(packer, case, r) if isinstance(r, Result) else r) for case, r in results)
+        while some := list(itertools.islice(records, _AT_ONCE)):
             with interrupts_held():
-                grids[case.grid].add(case, record)
+                for case, record in some:
+                    grids[case.grid].add(case, record)
+            del some, record
             storage.check()
         with interrupts_held():
             for group in grids.values():

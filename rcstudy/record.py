@@ -28,6 +28,9 @@ SCALARS = tuple(name for name, v in VARIABLES.items() if v.kind == "scalar" and 
 FIELDS = tuple(name for name, v in VARIABLES.items() if v.kind == "field")
 
 _HEAD = struct.Struct("<I")
+_NUMBERS = struct.Struct(f"<{len(SCALARS)}d")
+_JSON = json.JSONEncoder(separators=(",", ":"), check_circular=False)
+_SCALARS, _FIELDS = frozenset(SCALARS), frozenset(FIELDS)
 _KINDS = {"f8": 8, "f4": 4, "i1": 1}
 _MOST_CELLS = 2**28  # of a window, in a file that may be hostile
 
@@ -138,8 +141,8 @@ class Record:
             "region": self.region,
             "fields": [(name, packed.dtype, len(packed.stream)) for name, packed in self.fields.items()],
         }
-        text = json.dumps(head, separators=(",", ":")).encode()
-        numbers = struct.pack(f"<{len(SCALARS)}d", *(self.scalars.get(name, math.nan) for name in SCALARS))
+        text = _JSON.encode(head).encode()
+        numbers = _NUMBERS.pack(*[self.scalars.get(name, math.nan) for name in SCALARS])
         return b"".join((_HEAD.pack(len(text)), text, numbers, *(f.stream for f in self.fields.values())))
 
 
@@ -173,8 +176,8 @@ class Packer:
 
     def pack(self, result: Result, cells: tuple[int, int]) -> Packed:
         """`result` of a scene with so many `cells`. ValueError when its names or shapes are wrong."""
-        unknown = (result.scalars.keys() - set(SCALARS)) | (result.fields.keys() - set(FIELDS))
-        if unknown:
+        if not (result.scalars.keys() <= _SCALARS and result.fields.keys() <= _FIELDS):
+            unknown = (result.scalars.keys() - _SCALARS) | (result.fields.keys() - _FIELDS)
             raise ValueError(f"unknown variables {sorted(unknown)}")
         for name, values in result.fields.items():
             if values.shape != cells:
@@ -237,7 +240,7 @@ def parse(body: bytes, names: Sequence[str] = SCALARS) -> Record:
         at += 8 * len(names)
         fields = {}
         for name, dtype, length in head["fields"]:
-            if name not in FIELDS or dtype not in _KINDS or not 0 <= length <= len(body) - at:
+            if name not in _FIELDS or dtype not in _KINDS or not 0 <= length <= len(body) - at:
                 raise DamagedRecord("a field is not what it should be")
             fields[name] = PackedField(dtype, body[at : at + length])
             at += length
@@ -248,7 +251,7 @@ def parse(body: bytes, names: Sequence[str] = SCALARS) -> Record:
         if not (0 <= i0 <= i1 <= nx and 0 <= j0 <= j1 <= ny and nx * ny <= _MOST_CELLS):
             raise DamagedRecord("its cells are not those of a mesh")
         status, reason = Status(head["status"]), str(head["reason"])
-        scalars = {name: x for name, x in zip(names, numbers, strict=True) if not math.isnan(x)}
+        scalars = {name: x for name, x in zip(names, numbers, strict=True) if x == x}  # NaN: no value
         return Record(status, reason, (nx, ny), (i0, i1, j0, j1), scalars, fields)
     except DamagedRecord:
         raise

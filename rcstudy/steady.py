@@ -15,12 +15,15 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Self
 
+_TOGETHER = 2**20  # bytes
+
 
 class SteadyFile:
     """A new file at `path`, to be handed to h5py in place of a name.
 
-    After a first error (disk full, quota, lost mount) whatever is written goes to memory and is read back from there,
-    so that HDF5 finds its file as it left it; :meth:`check` raises that error. Ask often: memory is not bounded.
+    HDF5 writes little at a time, so writes that follow one another are put together. After a first error (disk full,
+    quota, lost mount) whatever is written goes to memory and is read back from there, so that HDF5 finds its file as
+    it left it; :meth:`check` raises that error. Ask often: memory is not bounded.
     """
 
     def __init__(self, path: Path) -> None:
@@ -29,15 +32,19 @@ class SteadyFile:
         self._size = 0
         self._error: OSError | None = None
         self._kept: list[tuple[int, bytes]] = []
+        self._waiting = bytearray()  # not written yet, at _waiting_at
+        self._waiting_at = 0
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._write_waiting()
         self._file.close()
 
     def check(self) -> None:
         """Raise the OSError of the first write that failed, if one has."""
+        self._write_waiting()
         if self._error is not None:
             raise self._error
 
@@ -58,6 +65,7 @@ class SteadyFile:
 
     def readinto(self, buffer: memoryview) -> int:
         """Fill `buffer` from the position; the number of bytes."""
+        self._write_waiting()
         start, size = self._position, max(0, min(len(buffer), self._size - self._position))
         done = 0
         while done < size:
@@ -76,23 +84,34 @@ class SteadyFile:
 
     def write(self, data: memoryview | bytes) -> int:
         """Write at the position; never fails."""
-        view = memoryview(data)
-        size, done = view.nbytes, 0
-        if self._error is None:
-            try:
-                while done < size:
-                    self._file.seek(self._position + done)
-                    done += self._file.write(view[done:])
-            except OSError as error:
-                self._error = error
-        if done < size:
-            self._kept.append((self._position + done, bytes(view[done:])))
+        if self._position != self._waiting_at + len(self._waiting) or len(self._waiting) >= _TOGETHER:
+            self._write_waiting()
+            self._waiting_at = self._position
+        self._waiting += data
+        size = memoryview(data).nbytes
         self._position += size
         self._size = max(self._size, self._position)
         return size
 
+    def _write_waiting(self) -> None:
+        """Hand over to the system what has come together; never fails."""
+        size, done = len(self._waiting), 0
+        if not size:
+            return
+        if self._error is None:
+            try:
+                while done < size:
+                    self._file.seek(self._waiting_at + done)
+                    done += self._file.write(self._waiting[done:] if done else self._waiting)
+            except OSError as error:
+                self._error = error
+        if done < size:
+            self._kept.append((self._waiting_at + done, bytes(self._waiting[done:])))
+        self._waiting = bytearray()
+
     def truncate(self, size: int) -> int:
         """Make the file `size` bytes long."""
+        self._write_waiting()
         if self._error is None:
             try:
                 self._file.truncate(size)
@@ -103,7 +122,8 @@ class SteadyFile:
         return size
 
     def flush(self) -> None:
-        """Nothing: nothing is buffered here."""
+        """Hand over to the system what has been written."""
+        self._write_waiting()
 
 
 @contextlib.contextmanager
