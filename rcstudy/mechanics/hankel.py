@@ -74,10 +74,10 @@ def _interval_weights() -> np.ndarray:
 def running_integral(values: np.ndarray, step: float) -> np.ndarray:
     """Integrals [n, m] from the first node to each of `values` [n, m], n >= 8 nodes: by polynomials of degree 7."""
     weights = _interval_weights()
-    windows = np.lib.stride_tricks.sliding_window_view(values, 8, axis=0)
-    pieces = np.concatenate(
-        # the polynomial through the 8 nodes around an interval; at the ends through the 8 nearest
-        (np.zeros((1, values.shape[1])), weights[:3] @ values[:8], windows @ weights[3], weights[4:] @ values[-8:])
-    )
-    result: np.ndarray = step * np.cumsum(pieces, axis=0)
+    inner = len(values) - 7
+    pieces = np.zeros(values.shape)  # of the interval that ends at each node
+    # the polynomial through the 8 nodes around an interval; at the ends through the 8 nearest
+    pieces[1:4], pieces[-3:] = weights[:3] @ values[:8], weights[4:] @ values[-8:]
+    pieces[4:-3] = sum(weight * values[k : k + inner] for k, weight in enumerate(weights[3]))
+    result: np.ndarray = np.cumsum(step * pieces, axis=0)
     return result
