@@ -86,9 +86,12 @@ def test_coefficients_do_not_depend_on_what_else_was_asked_for(spacing):
 
 @pytest.mark.parametrize("shape", [(40, 40), (3, 30), (30, 3)])
 def test_square_cells_are_like_cells_that_are_nearly_square(shape):
-    """Square cells are taken from their mirror images, others are not: 1e-11 of the largest of each component."""
+    """Square cells are taken from their mirror images, others are not: 1e-8 of the largest.
+
+    That is by how much the two ways of integration differ where they meet: five cells away, or six.
+    """
     bodies = Material(210000.0, 0.3), (Layer(4e5, 0.2, 0.1),), None
     square = Influence(*bodies, (0.03, 0.03), 5.0).quadrant(*shape)
     nearly = Influence(*bodies, (0.03, 0.03 * (1.0 + 1e-13)), 5.0).quadrant(*shape)
     error = np.abs(square - nearly).max(axis=(1, 2))
-    assert (error <= 1e-11 * np.abs(nearly).max(axis=(1, 2))).all()
+    assert (error <= 1e-8 * np.abs(nearly).max(axis=(1, 2))).all()
