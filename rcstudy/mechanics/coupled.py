@@ -40,7 +40,7 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 
 _MAX_NEWTON = 60
 _LOOSEST = 0.2  # linear residual of a Newton step, over its first one
-_PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
+_PATIENCE = 2  # Newton steps without a gain of a tenth before steps are shortened (plates need it)
 _SHORTEST = 0.05  # step length
 _MAX_STEPS = 100  # of one linear system
 _WEIGHT = 3.0  # of gaps against slips; 0.3 to 10 make less than a tenth of a difference to the products
