@@ -26,6 +26,8 @@ from rcstudy.study import Study
 CASE_SCHEMA = 1
 """Version of what a case's key covers; goes up when the meaning of a scene's record changes."""
 
+_CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False)
+
 # units and long_name of a setting, by the last name of its path
 _WORDS: dict[str, tuple[str, str]] = {
     "layer_count": ("1", "number of layers"),
@@ -144,8 +146,7 @@ def scene_record(scene: Scene) -> dict[str, Any]:
 
 
 def _digest(record: dict[str, Any]) -> str:
-    canonical = json.dumps(record, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(canonical.encode()).hexdigest()
+    return hashlib.sha256(_CANONICAL.encode(record).encode()).hexdigest()
 
 
 def case_key(scene: Scene) -> str:

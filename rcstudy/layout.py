@@ -157,15 +157,18 @@ def _pair(scene: Scene) -> tuple[Any, ...]:
 def _setting_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Sequence[Case]) -> Iterator[Item]:
     tangential = any(case.scene.creepage is not None for case in cases)
     uncoated: dict[Any, Hertz] = {}  # solved once for each uncoated pair: an ellipse costs a root search
+    known = []
     for case in cases:
-        if _pair(case.scene) not in uncoated:
-            uncoated[_pair(case.scene)] = hertz(case.scene)
+        pair = _pair(case.scene)
+        if pair not in uncoated:
+            uncoated[pair] = hertz(case.scene)
+        known.append(uncoated[pair])
     for name, setting in SETTINGS.items():
         if setting.tangential and not tangential:
             continue
         values = np.empty(shape)
-        for case in cases:
-            values[case.index] = setting.value(case.scene, uncoated[_pair(case.scene)])
+        for case, solution in zip(cases, known, strict=True):
+            values[case.index] = setting.value(case.scene, solution)
         yield Item(name, case_dims, "f8", {"long_name": setting.long_name, "units": setting.units}, values)
     keys = np.empty(shape, dtype=object)
     for case in cases:

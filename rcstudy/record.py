@@ -29,7 +29,6 @@ FIELDS = tuple(name for name, v in VARIABLES.items() if v.kind == "field")
 
 _HEAD = struct.Struct("<I")
 _NUMBERS = struct.Struct(f"<{len(SCALARS)}d")
-_JSON = json.JSONEncoder(separators=(",", ":"), check_circular=False)
 _SCALARS, _FIELDS = frozenset(SCALARS), frozenset(FIELDS)
 _KINDS = {"f8": 8, "f4": 4, "i1": 1}
 _MOST_CELLS = 2**28  # of a window, in a file that may be hostile
@@ -134,14 +133,13 @@ class Record:
 
     def body(self) -> bytes:
         """The record as bytes."""
-        head = {
-            "status": self.status.value,
-            "reason": self.reason,
-            "cells": self.cells,
-            "region": self.region,
-            "fields": [(name, packed.dtype, len(packed.stream)) for name, packed in self.fields.items()],
-        }
-        text = _JSON.encode(head).encode()
+        # written out by hand: a third of the time that an encoder takes
+        fields = ",".join(f'["{name}","{f.dtype}",{len(f.stream)}]' for name, f in self.fields.items())
+        reason = json.dumps(self.reason) if self.reason else '""'
+        text = (
+            f'{{"status":{self.status.value},"reason":{reason},"cells":{[*self.cells]},"region":{[*self.region]},'
+            f'"fields":[{fields}]}}'
+        ).encode()
         numbers = _NUMBERS.pack(*[self.scalars.get(name, math.nan) for name in SCALARS])
         return b"".join((_HEAD.pack(len(text)), text, numbers, *(f.stream for f in self.fields.values())))
 

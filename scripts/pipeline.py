@@ -1,9 +1,9 @@
 """What a sweep costs besides solving, how well two workers share it, and how much memory it takes.
 
-    python scripts/pipeline.py [--cases 1000] [--memory 10000]
+    python scripts/pipeline.py [--cases 500] [--memory 10000]
 
-Pipeline: seconds of processor time of a whole sweep (this process and its workers) over those of the solver alone, on
-the same layered cases of 64 x 64 cells with fields. Efficiency: wall time with one worker over twice that with two; it
+Pipeline: processor time of a sweep by one process that the solver does not take, on layered cases of 64 x 64 cells with
+fields. Efficiency: wall time with one worker over twice that with two; it
 needs a machine with nothing else to do. Memory: the largest sum of resident memory (as /proc tells it, what processes
 share counted once for each) of a sweep of that many cases with two workers.
 """
@@ -17,9 +17,15 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rcstudy.threads import limit_threads
+
+if TYPE_CHECKING:
+    from rcstudy.mechanics.scene import Scene
+    from rcstudy.result import Result
 
 STUDY = """\
 study: pipeline
@@ -58,30 +64,56 @@ def processor_seconds() -> float:
     return sum(usage.ru_utime + usage.ru_stime for usage in found)
 
 
-def solver_seconds(path: Path) -> float:
-    """Processor time of solving all cases of a study, results thrown away."""
-    from rcstudy.cases import expand
-    from rcstudy.study import load_study
-    from rcstudy.sweep import make_batches, solve_batch
+class Solver:
+    """The solver, with a clock for the processor time that it takes itself."""
 
-    batches = make_batches(expand(load_study(path)).cases, 1)
-    begun = processor_seconds()
-    for batch in batches:
-        for _ in solve_batch([case.scene for case in batch]):
-            pass
-    return processor_seconds() - begun
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def __call__(self, scenes: Sequence[Scene]) -> Iterator[Result]:
+        """Results of scenes that share a normal problem."""
+        from rcstudy.sweep import solve_batch
+
+        results = solve_batch(scenes)
+        while True:
+            begun = time.process_time()
+            result = next(results, None)
+            self.seconds += time.process_time() - begun
+            if result is None:
+                return
+            yield result
 
 
-def sweep_seconds(path: Path, workers: int) -> tuple[float, float]:
-    """Processor and wall time of a whole sweep, from the study file to the cube; starting processes left out."""
+def sweep_seconds(path: Path, workers: int, solve: Solver | None = None) -> tuple[float, float]:
+    """Processor and wall time of a whole sweep, from the study file to the cube."""
     from rcstudy import sweep
     from rcstudy.study import load_study
 
     begun, wall = processor_seconds(), time.perf_counter()
-    done = sweep.run(load_study(path), path.with_suffix(".nc"), workers=workers, fresh=True)
+    done = sweep.run(load_study(path), path.with_suffix(".nc"), workers=workers, solve=solve, fresh=True)
     if done.failed:
         raise SystemExit(f"{done.failed} of {done.cases} cases failed")
     return processor_seconds() - begun, time.perf_counter() - wall
+
+
+def measured(path: Path, cases: int) -> tuple[float, float, float, float]:
+    """Milliseconds a case: of the solver, of the whole sweep by one process, and wall time with one and two.
+
+    All by the difference of two sweeps, one three times as large, so that the start of processes and what a cube
+    costs once are left out; the least of three.
+    """
+    found = []
+    for count in (cases, 3 * cases):
+        path.write_text(study_text(count), encoding="utf-8")
+        runs = []
+        for _ in range(3):
+            solver = Solver()
+            cpu, wall = sweep_seconds(path, 1, solver)
+            runs.append((solver.seconds, cpu - solver.seconds, wall, sweep_seconds(path, 2)[1]))
+        found.append([min(values) for values in zip(*runs, strict=True)])
+    few, many = found
+    solver, pipeline, one, two = ((m - f) / (2 * cases) * 1e3 for f, m in zip(few, many, strict=True))
+    return solver, pipeline, one, two
 
 
 def resident(pid: int) -> int:
@@ -114,7 +146,7 @@ def peak_memory(path: Path, workers: int) -> tuple[float, float]:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=1000)
+    parser.add_argument("--cases", type=int, default=500)
     parser.add_argument("--memory", type=int, default=0, help="cases of the sweep whose memory is measured")
     options = parser.parse_args()
     limit_threads()
@@ -122,23 +154,17 @@ def main() -> None:
         path = Path(folder) / "pipeline.yaml"
         path.write_text(study_text(50), encoding="utf-8")
         sweep_seconds(path, 1)  # compiles, loads
-        path.write_text(study_text(options.cases), encoding="utf-8")
-        runs = [(solver_seconds(path), *sweep_seconds(path, 1)) for _ in range(3)]
-        solver, cpu, wall = (min(values) for values in zip(*runs, strict=True))
-        count = round(options.cases / (2 * CREEPAGES)) * 2 * CREEPAGES
-        print(f"{count} cases, 64 x 64 cells; load {os.getloadavg()[0]:.1f}; least of three")
-        print(f"solver alone   {solver / count * 1e3:6.2f} ms a case")
-        print(f"whole sweep    {cpu / count * 1e3:6.2f} ms a case: pipeline {(cpu - solver) / cpu:.1%} of it")
-        two_cpu, two_wall = (min(values) for values in zip(*(sweep_seconds(path, 2) for _ in range(3)), strict=True))
-        print(f"two workers    {two_cpu / count * 1e3:6.2f} ms of processor time a case")
-        efficiency = wall / two_wall / 2
-        print(f"wall time      {wall:.2f} s with one process, {two_wall:.2f} s with two: efficiency {efficiency:.2f}")
+        solver, pipeline, one, two = measured(path, options.cases)
+        print(f"{options.cases} and {3 * options.cases} cases, 64 x 64 cells; load {os.getloadavg()[0]:.1f}")
+        print(f"solver      {solver:6.2f} ms a case")
+        print(f"pipeline    {pipeline:6.2f} ms a case: {pipeline / (solver + pipeline):.1%} of the whole")
+        print(f"wall time   {one:6.2f} ms a case with one process, {two:.2f} with two: efficiency {one / two / 2:.2f}")
         if options.memory:
             path.write_text(study_text(options.memory), encoding="utf-8")
             peak, seconds = peak_memory(path, 2)
             size = path.with_suffix(".nc").stat().st_size / 1e6
             sizes = f"{options.memory} cases in {seconds:.0f} s, cube {size:.0f} MB"
-            print(f"memory         {peak:.0f} MB in all at most: {sizes}")
+            print(f"memory      {peak:.0f} MB in all at most: {sizes}")
 
 
 if __name__ == "__main__":

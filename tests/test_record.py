@@ -126,9 +126,9 @@ def test_bytes_that_are_no_record() -> None:
                 record.values(name)
         except DamagedRecord:
             pass
-    at = body.index(b'"cells":[32,24]')
+    at = body.index(b'"cells":[32, 24]')
     with pytest.raises(DamagedRecord, match="mesh"):
-        parse(body[:at] + b'"cells":[32,-4]' + body[at + 15 :])
+        parse(body[:at] + b'"cells":[32, -4]' + body[at + 16 :])
 
 
 def test_names_of_another_version() -> None:
