@@ -312,16 +312,16 @@ def near_cells(
     corner = np.empty((near_x + 1, near_y + 1, 6))
     for i in range(near_x, 0, -1):  # backwards: of square cells, as in `far_cells`, the mirror image comes first
         for j in range(1, near_y + 1):
-            x, y = (i - 0.5) * dx, (j - 0.5) * dy
+            mirrored = dx == dy and j > i
             c = corner[i, j]
-            if dx == dy and j > i:
-                if j <= near_x:
-                    c[:] = corner[j, i]
-                else:
-                    corner_integrals(primitive, log_r0, step, y, x, nodes, weights, c)
-                c[1], c[2], c[4], c[5] = c[2], c[1], c[5], c[4]
+            if mirrored and j <= near_x:
+                for f in range(6):
+                    c[f] = corner[j, i, f]
             else:
-                corner_integrals(primitive, log_r0, step, x, y, nodes, weights, c)
+                m, n = (j, i) if mirrored else (i, j)
+                corner_integrals(primitive, log_r0, step, (m - 0.5) * dx, (n - 0.5) * dy, nodes, weights, c)
+            if mirrored:
+                c[1], c[2], c[4], c[5] = c[2], c[1], c[5], c[4]
     # corners at -dx/2, -dy/2 by parity: an integral from the axis is odd where the kernel is even and vice versa
     for f in range(6):
         sign_x = 1.0 if f == 3 or f == 4 else -1.0
