@@ -63,6 +63,12 @@ def _normal_failure(contact: NormalContact) -> Result | None:
             Status.REFUSED,
             f"the contact reaches the edge of the {size[0]:g} x {size[1]:g} mm window: enlarge mesh.size",
         )
+    if not solution.converged and contact.scene.tolerance.normal < solution.attainable:
+        return Result(
+            Status.REFUSED,
+            f"tolerance.normal {contact.scene.tolerance.normal:g} is below what rounding allows, "
+            f"about {solution.attainable:.0e}",
+        )
     if not solution.converged:
         return Result(
             Status.NOT_CONVERGED,

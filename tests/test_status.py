@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from contacts import RADIUS, hertz_of, steel, window
 
-from rcstudy.mechanics.contact import NormalContact
+from rcstudy.mechanics import normal
+from rcstudy.mechanics.contact import NormalContact, solve_normal
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
 from rcstudy.result import VARIABLES, CellState, Result, Status
@@ -81,14 +82,33 @@ def test_full_coupling_that_grows_to_the_edge_is_refused() -> None:
             assert "edge" in result.reason
 
 
-def test_pressure_short_of_its_tolerance_is_not_converged() -> None:
-    """A tolerance below rounding cannot be met: NOT_CONVERGED, with residual and tolerance in the reason, for all."""
-    scene = replace(SCENE, tolerance=Tolerance(1e-30, 1e-7))
+def test_pressure_short_of_its_tolerance_is_not_converged(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Too few steps: NOT_CONVERGED, with residual and tolerance in the reason, for all."""
+    monkeypatch.setattr(normal, "_MAX_ITERATIONS", 2)
+    scene = replace(SCENE, tolerance=Tolerance(1e-9, 1e-7))
     for result in solve_group([scene, replace(scene, creepage=Creepage(0.001))]):
         assert result.status == Status.NOT_CONVERGED
         assert result.reason.startswith("pressure: residual")
-        assert "1e-30" in result.reason
+        assert "1e-09" in result.reason
         assert "force_x" not in result.scalars
+
+
+def test_tolerance_of_the_pressure_below_rounding_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a step; where a tolerance might be met by luck, once the residual has stopped falling."""
+    scene = replace(SCENE, tolerance=Tolerance(1e-30, 1e-7))
+    for hopeless in (normal._HOPELESS, 0.0):
+        monkeypatch.setattr(normal, "_HOPELESS", hopeless)
+        for result in solve_group([scene, replace(scene, creepage=None)]):
+            assert result.status == Status.REFUSED
+            assert "1e-30 is below what rounding allows" in result.reason
+            assert not result.fields
+        solution = solve_normal(scene).solution
+        assert 1e-16 < solution.attainable < 1e-12
+        if hopeless:
+            assert solution.iterations == 0
+        else:
+            assert solution.residual < 30.0 * solution.attainable
+            assert 30 < solution.iterations < 400
 
 
 def test_tractions_short_of_their_tolerance_are_not_converged() -> None:

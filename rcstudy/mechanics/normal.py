@@ -23,6 +23,8 @@ from rcstudy.mechanics.scene import Layer, Material, Scene
 _MAX_ITERATIONS = 400
 _SOUND = 1e-5  # smallest over largest value of a symbol that needs no second look
 _MARGIN = 1.35  # of the first box over the estimated semi-axes
+_HOPELESS = 0.1  # tolerance over what rounding allows at which no step is taken (residuals end at 0.1 to 20 times that)
+_PATIENCE = 30  # steps without a smaller residual, where rounding may be what stops them
 
 
 @dataclass
@@ -30,7 +32,8 @@ class NormalSolution:
     """Pressure `p` [nx, ny] (MPa) on the window, `approach` (mm), and how they were found.
 
     `residual`: norm of the preconditioned residual over that of p (an estimate of p's relative error); `edge`: the
-    contact touches the window's edge; `converged`: the residual met its tolerance with no cell changing sides.
+    contact touches the window's edge; `converged`: the residual met its tolerance with no cell changing sides;
+    `attainable`: about the least residual that rounding allows.
     """
 
     p: np.ndarray
@@ -40,6 +43,7 @@ class NormalSolution:
     products: int
     converged: bool
     edge: bool
+    attainable: float = 0.0
 
 
 def cell_centres(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -113,7 +117,7 @@ def solve_pressure(
     p = guess * (scene.load / (guess.sum() * dx * dy))
     iterations = products = 0
     while True:
-        local, approach, residual, its, prods, converged = _conjugate_gradients(
+        local, approach, residual, its, prods, converged, attainable = _conjugate_gradients(
             scene, influence, box, gap[box.slices], np.ascontiguousarray(p[box.slices])
         )
         iterations += its
@@ -124,7 +128,8 @@ def solve_pressure(
         if clear_of_sides(touched, box, (nx, ny)):
             break
         box = touched.grown(touched.shape[0] // 2 + 2, touched.shape[1] // 2 + 2, (nx, ny))
-    return NormalSolution(p, approach, residual, iterations, products, converged, at_edge(touched, (nx, ny)))
+    edge = at_edge(touched, (nx, ny))
+    return NormalSolution(p, approach, residual, iterations, products, converged, edge, attainable)
 
 
 def clear_of_sides(touched: Box, box: Box, window: tuple[int, int]) -> bool:
@@ -145,16 +150,18 @@ def at_edge(touched: Box, window: tuple[int, int]) -> bool:
 
 def _conjugate_gradients(
     scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np.ndarray
-) -> tuple[np.ndarray, float, float, int, int, bool]:
+) -> tuple[np.ndarray, float, float, int, int, bool, float]:
     """Bound-constrained conjugate gradients on one box.
 
-    Returns p, approach, residual, iterations, products, converged.
+    Returns p, approach, residual, iterations, products, converged, and the residual that rounding allows.
     """
     shape = box.shape
     dx, dy = scene.mesh.spacing
     total = scene.load / (dx * dy)
     padded = padded_shape(shape)
-    operator, operator_hat, inverse_hat = influence.once(("normal", padded), lambda: _symbols(influence, padded))
+    operator, operator_hat, inverse_hat, stiffness = influence.once(
+        ("normal", padded), lambda: _symbols(influence, padded)
+    )
     plan = transform(padded, 1, shape[0])
 
     mask = np.zeros(shape, dtype=np.bool_)
@@ -162,12 +169,16 @@ def _conjugate_gradients(
     p *= total / p.sum()
     g = gap + convolve(operator, padded, p)
     products = 1
-    approach = float(g[p > 0.0].mean())
+    inside = p > 0.0
+    approach = float(g[inside].mean())
+    # rounding leaves noise in the gap, and the preconditioner makes pressures of it
+    noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
+    attainable = noise * stiffness * math.sqrt(float(inside.sum())) / float(np.linalg.norm(p))
     zr = 0.0
-    residual = np.inf
+    residual = best = np.inf
     converged = False
-    iteration = 0
-    while iteration < _MAX_ITERATIONS:
+    iteration = since_best = 0
+    while iteration < _MAX_ITERATIONS and scene.tolerance.normal >= _HOPELESS * attainable:
         approach, entered, _ = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
         plan.forward()
         arrays.scale_real(plan.hat[0], inverse_hat)
@@ -180,6 +191,9 @@ def _conjugate_gradients(
         if residual <= scene.tolerance.normal and entered == 0 and not (g[~mask] < approach - overlap).any():
             converged = True
             break
+        best, since_best = (residual, 0) if residual < best else (best, since_best + 1)
+        if since_best == _PATIENCE and scene.tolerance.normal < attainable:
+            break
         plan.forward()
         arrays.scale_real(plan.hat[0], operator_hat)
         plan.backward()
@@ -189,15 +203,19 @@ def _conjugate_gradients(
         if cut or abs(scale - 1.0) > 1e-14:
             g = gap + convolve(operator, padded, p)
             products += 1
-    return p, approach, residual, iteration, products, converged
+    return p, approach, residual, iteration, products, converged, attainable
 
 
-def _symbols(influence: Influence, padded: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Symbol of u_z by p, its real part (the coefficients are even), and the preconditioner's: the inverse."""
+def _symbols(influence: Influence, padded: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Symbol of u_z by p, its real part (the coefficients are even), the preconditioner's: the inverse; and how large
+    this makes noise (MPa/mm).
+    """
     quadrant = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
     operator = symbols([(quadrant[0], (1, 1))], padded)[0]
     operator_hat = np.ascontiguousarray(operator.real)
-    return operator, operator_hat, inverse_symbol(operator_hat, influence, padded)
+    inverse = inverse_symbol(operator_hat, influence, padded)
+    stiffness = float(np.linalg.norm(inverse)) / math.sqrt(inverse.size) * padded[0] * padded[1]
+    return operator, operator_hat, inverse, stiffness
 
 
 def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
