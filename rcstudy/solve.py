@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from rcstudy.estimate import error_estimates
+from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
@@ -37,8 +38,8 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
     contact: NormalContact | None = None
     for scene in scenes:
         try:
-            if scene.discretisation != "kalker":
-                raise Refusal(f"discretisation {scene.discretisation} is not available: kalker is")
+            if scene.discretisation == "aligned" and scene.method != "newton":
+                raise Refusal(f"method {scene.method} is for cells as they are: discretisation aligned takes newton")
             if scene.coupling == "full" and scene.creepage is not None:
                 result = _solve_coupled(scene)
             else:
@@ -88,25 +89,34 @@ def _solve_coupled(scene: Scene) -> Result:
     if scene.method != "newton":
         raise Refusal(f"method {scene.method} is one-way: coupling full takes method newton")
     contact, rolling = solve_coupled(scene)
-    return _normal_failure(contact) or _result(contact, scene, rolling)
+    failure = _normal_failure(contact)
+    if failure is not None:
+        return failure
+    proof = prove_normal(contact, scene, rolling)
+    if scene.discretisation == "aligned":
+        # under the pressure that belongs to tractions on cells as they are: a tenth of a small difference
+        contact = AlignedContact(contact)
+        rolling = solve_rolling(contact, scene)
+    return _result(contact, scene, rolling, proof)
 
 
 def _solve_under(contact: NormalContact, scene: Scene) -> Result:
     """Result of `scene` under the pressure of `contact`."""
-    return _result(contact, scene, solve_rolling(contact, scene) if scene.creepage is not None else None)
+    proof = prove_normal(contact, scene, None)
+    if scene.discretisation == "aligned":
+        contact = AlignedContact(contact)
+    return _result(contact, scene, solve_rolling(contact, scene) if scene.creepage is not None else None, proof)
 
 
-def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | None) -> Result:
-    """What is found, with its proof and status."""
-    proof = prove_normal(contact, scene, rolling)
+def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, proof: dict[str, float]) -> Result:
+    """What is found, with its proof and status; `proof`: that of the pressure."""
     fields, scalars = _normal_numbers(contact, scene)
     status, reasons = Status.SOLVED, []
     if rolling is not None:
-        rolling, s, more_proof = _polished(contact, scene, rolling)
+        rolling, more_proof = _polished(contact, scene, rolling)
         proof |= more_proof
-        more_fields, more_scalars = _rolling_numbers(contact, scene, rolling, s)
-        fields |= more_fields
-        scalars |= more_scalars
+        fields |= _rolling_fields(contact, scene, rolling)
+        scalars |= _rolling_numbers(contact, scene, rolling)
         if not rolling.converged:
             status = Status.NOT_CONVERGED
             reasons.append(
@@ -122,8 +132,8 @@ def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
 
 def _polished(
     contact: NormalContact, scene: Scene, rolling: RollingSolution
-) -> tuple[RollingSolution, np.ndarray, dict[str, float]]:
-    """Tractions with their slip [m, 2] and proof; solved further while converged tractions miss their proof.
+) -> tuple[RollingSolution, dict[str, float]]:
+    """Tractions, with the slip as it is proved, and proof; solved further while converged tractions miss their proof.
 
     The tolerance bounds the error in the mean; where the proof's worst cell asks for more, two more digits at most.
     """
@@ -144,7 +154,7 @@ def _polished(
         rolling = further
         s = slips(contact, scene, rolling)
         proof = prove_rolling(contact, scene, rolling, s)
-    return rolling, s, proof
+    return replace(rolling, s=s), proof
 
 
 def _coarser_numbers(
@@ -159,7 +169,7 @@ def _coarser_numbers(
             if rolling.coarser is None:
                 return
             rolling = rolling.coarser
-            scalars |= _rolling_numbers(coarser, like, rolling, rolling.s)[1]
+            scalars |= _rolling_numbers(coarser, like, rolling)
         yield scalars
         coarser = coarser.coarser
 
@@ -167,12 +177,10 @@ def _coarser_numbers(
 def _normal_numbers(contact: NormalContact, scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     """Fields and scalars that follow from the pressure."""
     solution = contact.solution
-    dx, dy = scene.mesh.spacing
-    area = contact.cells.shape[0] * dx * dy
     scalars = {
         "pressure_max": float(solution.p.max()),
-        "contact_area": area,
-        "contact_radius": math.sqrt(area / math.pi),
+        "contact_area": contact.area,
+        "contact_radius": math.sqrt(contact.area / math.pi),
         "approach": solution.approach,
         "residual_normal": solution.residual,
         "iterations_normal": solution.iterations,
@@ -181,31 +189,34 @@ def _normal_numbers(contact: NormalContact, scene: Scene) -> tuple[dict[str, np.
     return {"pressure": solution.p}, scalars
 
 
-def _rolling_numbers(
-    contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray
-) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-    """Fields and scalars that follow from the tractions and the slip `s` [m, 2]."""
+def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> dict[str, np.ndarray]:
+    """Fields [nx, ny] that follow from the tractions."""
+    q, s, slip = contact.on_window(rolling.q, rolling.s, rolling.slip, scene.friction)
+    state = np.where(slip, CellState.SLIP, CellState.STICK)
+    return {
+        "traction_x": q[0],
+        "traction_y": q[1],
+        "slip_x": s[0],
+        "slip_y": s[1],
+        "state": np.where(contact.solution.p > 0.0, state, CellState.EXTERIOR).astype(np.int8),
+    }
+
+
+def _rolling_numbers(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> dict[str, float]:
+    """Scalars that follow from the tractions."""
     dx, dy = scene.mesh.spacing
     x, y = contact.centres
-    q = rolling.q
-    state = np.where(rolling.slip, CellState.SLIP, CellState.STICK).astype(np.int8)
-    fields = {
-        "traction_x": contact.spread(q[:, 0]),
-        "traction_y": contact.spread(q[:, 1]),
-        "slip_x": contact.spread(s[:, 0]),
-        "slip_y": contact.spread(s[:, 1]),
-        "state": contact.spread(state),
-    }
-    scalars = {
-        "force_x": float(q[:, 0].sum()) * dx * dy,
-        "force_y": float(q[:, 1].sum()) * dx * dy,
-        "moment_z": float(np.sum(x * q[:, 1] - y * q[:, 0])) * dx * dy,
-        "slip_area": float(rolling.slip.sum()) * dx * dy,
-        "traction_max": float(np.hypot(q[:, 0], q[:, 1]).max()),
-        "friction_power": -float(np.sum(q * s)) * dx * dy,
+    qx, qy = rolling.q.T
+    slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
+    return {
+        "force_x": float(qx.sum()) * dx * dy,
+        "force_y": float(qy.sum()) * dx * dy,
+        "moment_z": float(np.sum(x * qy - y * qx)) * dx * dy,
+        "slip_area": slip_area,
+        "traction_max": peak,
+        "friction_power": contact.friction_power(rolling, scene),
         "residual_tangential": rolling.residual,
         "iterations_tangential": rolling.iterations,
         "operator_products": rolling.products,
         "coarse_products": rolling.coarse_products,
     }
-    return fields, scalars

@@ -188,9 +188,7 @@ class SceneSpec(Spec):
     mesh: MeshSpec
     coupling: Annotated[str, PlainValidator(Choice("one-way", "full"))] = "one-way"
     method: Annotated[str, PlainValidator(Choice("newton", "paper-cg"))] = "newton"
-    discretisation: Annotated[
-        str, PlainValidator(Choice("kalker", known={"aligned": "not offered by this version"}))
-    ] = "kalker"
+    discretisation: Annotated[str, PlainValidator(Choice("kalker", "aligned"))] = "kalker"
     spin_point: Annotated[
         float, PlainValidator(Real("a number from -0.5 to 0.5, in cells", lambda v: abs(v) <= 0.5))
     ] = 0.0

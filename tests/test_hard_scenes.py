@@ -193,12 +193,12 @@ def test_error_bars_hold_on_some_contacts():
     assert strayed <= count // 10
 
 
-def test_aligned_is_refused_not_taken_for_kalker():
+def test_the_papers_method_is_refused_on_aligned_cells():
     a = hertz_of().a[0]
-    scene = steel(window((a, a), (12, 12)), creepage=Creepage(0.002), discretisation="aligned")
+    scene = steel(window((a, a), (12, 12)), creepage=Creepage(0.002), discretisation="aligned", method="paper-cg")
     result = solve_scene(scene)
     assert result.status == Status.REFUSED
-    assert "aligned" in result.reason
+    assert "paper-cg" in result.reason
 
 
 FITTED = {

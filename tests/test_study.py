@@ -197,7 +197,7 @@ def test_aliases_stand_for_what_they_name(load):
         ("¶counterbody: {E: 1}", "scene.counterbody.nu: missing: a number from 0 to 0.5"),
         ("coupling: ¶both", "scene.coupling: both: one of one-way, full"),
         ("method: ¶fem", "scene.method: fem: one of newton, paper-cg"),
-        ("discretisation: ¶aligned", "scene.discretisation: aligned: not offered by this version; allowed: kalker"),
+        ("discretisation: ¶shifted", "scene.discretisation: shifted: one of kalker, aligned"),
         ("layers: ¶{}", "scene.layers: {}: a list of at most 50 layers"),
         ("layers: [¶1]", "scene.layers[0]: 1: a mapping with keys E, nu, thickness"),
         ("layers: [¶{E: 1, nu: 0.3}]", "scene.layers[0].thickness: missing: a number above 0, in mm"),

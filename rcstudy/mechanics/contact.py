@@ -72,6 +72,11 @@ class NormalContact:
         return x[self.box.i0 + self.cells[:, 0]], y[self.box.j0 + self.cells[:, 1]]
 
     @cached_property
+    def ahead(self) -> np.ndarray | None:
+        """Number [m] of the cell ahead of each cell, where slip is wanted at cell centres (`aligned.py`)."""
+        return None
+
+    @cached_property
     def slip_by_pressure(self) -> np.ndarray:
         """Slip [m, 2] by the displacement along the surface that the pressure causes.
 
@@ -117,6 +122,35 @@ class NormalContact:
         out[self.box.slices][self.cells[:, 0], self.cells[:, 1]] = values
         return out
 
+    def on_window(
+        self, q: np.ndarray, s: np.ndarray, slip: np.ndarray, friction: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tractions [2, nx, ny] (MPa), slips [2, nx, ny] and slip flags [nx, ny] of the window.
+
+        From `q` [m, 2], `s` [m, 2], `slip` [m]; zero outside the contact.
+        """
+        return (
+            np.stack([self.spread(component) for component in q.T]),
+            np.stack([self.spread(component) for component in s.T]),
+            self.spread(slip),
+        )
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the contact (mm^2): that of its cells."""
+        dx, dy = self.scene.mesh.spacing
+        return len(self.cells) * dx * dy
+
+    def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
+        """Area of the slip zone (mm^2), that of its cells, and the largest traction (MPa)."""
+        dx, dy = self.scene.mesh.spacing
+        return float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max())
+
+    def friction_power(self, rolling: RollingSolution, scene: Scene) -> float:
+        """Power that friction takes, per unit rolling speed (N): -sum q.s dx dy."""
+        dx, dy = self.scene.mesh.spacing
+        return -float(np.sum(rolling.q * rolling.s)) * dx * dy
+
     def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
         """Rigid slip [m, 2] at the cells in contact."""
         return rigid_slip(*self.centres, creepage, spin_point * self.scene.mesh.spacing[0])
@@ -148,7 +182,7 @@ def solve_rolling(contact: NormalContact, scene: Scene, guess: np.ndarray | None
     if guess is None and contact.coarser is not None:
         coarse = solve_rolling(contact.coarser, _like(scene, contact.coarser))
         guess = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
-    rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess)
+    rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.ahead)
     rolling.coarser = coarse
     return rolling
 
@@ -163,7 +197,7 @@ def interpolated_tractions(
     fraction = rolling.q / (friction * coarser.pressure)[:, None]
     values = np.stack([coarser.spread(component) for component in fraction.T])
     corner = np.array([contact.box.i0, contact.box.j0])
-    mask = coarser.solution.p > 0.0
+    mask = coarser.spread(np.ones(len(coarser.cells), dtype=np.bool_))
     fine, _ = interpolate(values, mask, contact.cells + corner, contact.scene.mesh.cells)
     guess: np.ndarray = fine * (friction * contact.pressure)[:, None]
     return guess

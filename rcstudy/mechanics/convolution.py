@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -94,6 +95,60 @@ def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
     return Transform(padded, fields, rows)
 
 
+class ShiftedTransform:
+    """As `Transform`, x first: between the stages each row of constant y can be moved along x by a part of a cell.
+
+    `real` [fields, px, rows]: the first `rows` of py columns, the others are zero; `hat` [fields, px//2+1, py]. A row
+    moves by the phase of its Fourier coefficients, `phase` [px//2+1, rows], and back by the conjugate.
+    """
+
+    def __init__(self, padded: tuple[int, int], fields: int, rows: int) -> None:
+        px, py = padded
+        half = px // 2 + 1
+        self.real = pyfftw.zeros_aligned((fields, px, rows), dtype="float64")
+        self.hat = pyfftw.zeros_aligned((fields, half, py), dtype="complex128")
+        self.phase: np.ndarray | None = None
+        # columns beyond `rows` of the first stage stay zero for good; the last stage may destroy what it reads
+        self._first = pyfftw.zeros_aligned((fields, half, py), dtype="complex128")
+        self._last = pyfftw.zeros_aligned((fields, half, py), dtype="complex128")
+        options = {"flags": ("FFTW_ESTIMATE",), "threads": 1}
+        spent = {"flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": 1}
+        back = {"direction": "FFTW_BACKWARD"}
+        self._along_x = pyfftw.FFTW(self.real, self._first[:, :, :rows], axes=(1,), **options).execute
+        self._along_y = pyfftw.FFTW(self._first, self.hat, axes=(2,), **options).execute
+        self._back_y = pyfftw.FFTW(self.hat, self._last, axes=(2,), **back, **options).execute
+        self._back_x = pyfftw.FFTW(self._last[:, :, :rows], self.real, axes=(1,), **back, **spent).execute
+
+    def forward(self) -> None:
+        """From `real` to `hat`."""
+        self._along_x()
+        if self.phase is not None:
+            arrays.turn(self._first, self.phase, 1)
+        self._along_y()
+
+    def backward(self) -> None:
+        """From `hat` to `real`."""
+        self._back_y()
+        if self.phase is not None:
+            arrays.turn(self._last, self.phase, -1)
+        self._back_x()
+
+    def shifted(self, shift: np.ndarray) -> ShiftedTransform:
+        """The same plans and buffers for rows moved by `shift` [rows] cells towards +x."""
+        px = self.real.shape[1]
+        other = copy(self)
+        other.phase = np.exp(-2j * np.pi / px * np.outer(np.arange(px // 2 + 1), shift))
+        if px % 2 == 0:
+            other.phase[-1] = 1.0  # the shortest wave has no phase that a real field could show
+        return other
+
+
+@lru_cache(maxsize=32)
+def shifted_transform(padded: tuple[int, int], fields: int, rows: int) -> ShiftedTransform:
+    """The plans for `fields` arrays with `rows` columns in use of a `padded` shape, made once per process."""
+    return ShiftedTransform(padded, fields, rows)
+
+
 @lru_cache(maxsize=1024)
 def good_length(n: int) -> int:
     """A transform length of at least `n` and at most a quarter more, chosen for speed.
@@ -122,14 +177,16 @@ def padded_shape(box: tuple[int, int]) -> tuple[int, int]:
     return good_length(2 * box[0] - 1), good_length(2 * box[1] - 1)
 
 
-def symbols(quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int]) -> np.ndarray:
+def symbols(
+    quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int], *, x_first: bool = False
+) -> np.ndarray:
     """Discrete Fourier transforms, over px py, of coefficients given at offsets i, j >= 0.
 
     `quadrants`: pairs of an array [> px//2, > py//2] and its parity (+1 even, -1 odd) in x and y, which gives the
-    negative offsets. Complex [k, px, py//2+1].
+    negative offsets. Complex [k, px, py//2+1], with `x_first` (for `ShiftedTransform`) [k, px//2+1, py].
     """
     px, py = padded
-    plan = transform(padded, len(quadrants), px)
+    plan = shifted_transform(padded, len(quadrants), py) if x_first else transform(padded, len(quadrants), px)
     for real, (quadrant, parity) in zip(plan.real, quadrants, strict=True):
         arrays.unfold(quadrant, parity[0], parity[1], real)
     plan.forward()
@@ -153,6 +210,11 @@ def difference_symbols(
     return hat
 
 
+def upwind_factor(px: int, dx: float) -> np.ndarray:
+    """Symbol [px//2+1] of the upwind difference (u_i - u_(i+1))/dx on a torus of px cells."""
+    return (1.0 - np.exp(2j * np.pi / px * np.arange(px // 2 + 1))) / dx
+
+
 def convolve(hat: np.ndarray, padded: tuple[int, int], field: np.ndarray) -> np.ndarray:
     """Product of the operator with symbol `hat` [px, py//2+1] and `field` [nx, ny], on the same cells."""
     plan = transform(padded, 1, field.shape[0])
@@ -174,14 +236,21 @@ def traction_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int
 class PairOperator:
     """Two displacements (or slips) by two tractions: a symmetric 2x2 array of convolutions on a box of cells.
 
-    `symbols` [3, px, py//2+1]: xx, xy = yx, yy, with 1/(px py) in them.
+    `symbols` [3, px, py//2+1]: xx, xy = yx, yy, with 1/(px py) in them; with a `plan` for moved rows
+    [3, px//2+1, py].
     """
 
-    def __init__(self, symbols: np.ndarray, padded: tuple[int, int], box: tuple[int, int]) -> None:
+    def __init__(
+        self,
+        symbols: np.ndarray,
+        padded: tuple[int, int],
+        box: tuple[int, int],
+        plan: Transform | ShiftedTransform | None = None,
+    ) -> None:
         self.symbols = symbols
         self.padded = padded
         self.box = box
-        self.plan = transform(padded, 2, box[0])
+        self.plan = plan or transform(padded, 2, box[0])
 
     def on_box(self, q: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Result [2, nx, ny] on the box of `q` [m, 2] given at `cells` [m, 2]; valid until the plan's next use."""

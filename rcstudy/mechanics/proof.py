@@ -11,7 +11,7 @@ import numpy as np
 from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions
 from rcstudy.mechanics.convolution import convolve, padded_shape, symbols
 from rcstudy.mechanics.normal import initial_gap
-from rcstudy.mechanics.rolling import RollingSolution
+from rcstudy.mechanics.rolling import RollingSolution, slip_at_centres
 from rcstudy.mechanics.scene import Scene
 
 # How far a proof may miss, in units of the tolerance asked for, and never asked to be better than _FLOOR.
@@ -47,7 +47,10 @@ def prove_normal(contact: NormalContact, scene: Scene, rolling: RollingSolution 
 
 
 def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.ndarray:
-    """Slip [m, 2] under the tractions of `rolling`: displacements first, differences after. This is what is stored."""
+    """Slip [m, 2] under the tractions of `rolling`: displacements first, differences after. This is what is stored.
+
+    With `discretisation: aligned` that of slip cells at their centres.
+    """
     if scene.creepage is None:
         raise ValueError("a scene without creepage has no slip")
     dx = scene.mesh.spacing[0]
@@ -55,7 +58,7 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
     u = contact.displacement.on_box(rolling.q, contact.cells)
     w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
     result: np.ndarray = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
-    return result
+    return result if contact.ahead is None else slip_at_centres(result, rolling.slip, contact.ahead)
 
 
 def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:

@@ -19,17 +19,22 @@ torus no larger than the contact. So the number of products hardly depends on th
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from rcstudy.mechanics.convolution import (
+    ShiftedTransform,
+    Transform,
     difference_symbols,
     good_length,
     padded_shape,
+    shifted_transform,
     symbols,
     traction_quadrants,
     transform,
+    upwind_factor,
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
@@ -73,11 +78,11 @@ class SlipOperator:
     """
 
     @staticmethod
-    def of(influence: Influence, shape: tuple[int, int]) -> SlipOperator:
-        """The operator for a box of `shape`, made once for these coefficients."""
-        return influence.once(("slip", shape), lambda: SlipOperator(influence, shape))
+    def of(influence: Influence, shape: tuple[int, int], *, x_first: bool = False) -> SlipOperator:
+        """The operator for a box of `shape`, made once for these coefficients; with `x_first` its rows can be moved."""
+        return influence.once(("slip", shape, x_first), lambda: SlipOperator(influence, shape, x_first=x_first))
 
-    def __init__(self, influence: Influence, shape: tuple[int, int]) -> None:
+    def __init__(self, influence: Influence, shape: tuple[int, int], *, x_first: bool = False) -> None:
         self.spacing = spacing = influence.spacing
         padded = padded_shape(shape)
         # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
@@ -88,13 +93,28 @@ class SlipOperator:
         # diagonal of B: (A(0) - A(1))/dx
         self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
         self.compliance = float(quadrant[1, 0, 0])
-        self.symbol = difference_symbols(coefficients, padded, spacing[0])
-        self.plan = transform(padded, 2, shape[0])
+        self.plan: Transform | ShiftedTransform
+        if x_first:
+            # between moved rows coefficients are interpolated by waves: differences of what displacements are made of
+            padded = padded_shape((shape[0] + 1, shape[1]))
+            self.symbol = symbols(coefficients, padded, x_first=True) * upwind_factor(padded[0], spacing[0])[:, None]
+            self.plan = shifted_transform(padded, 2, shape[1])
+        else:
+            self.symbol = difference_symbols(coefficients, padded, spacing[0])
+            self.plan = transform(padded, 2, shape[0])
         self.torus_symbol = difference_symbols(coefficients, torus, spacing[0])
         self.torus_inverse = _inverse(symbols(coefficients, torus), 0.0, torus)
         self.torus_shifted = _inverse(self.torus_symbol, self.diagonal, torus)
         self.torus_plan = transform(torus, 2, torus[0])
         self.edge = np.zeros((2, torus[1]))
+
+    def moved(self, shift: np.ndarray) -> SlipOperator:
+        """The operator for rows moved by `shift` [ny] cells along x; the preconditioner does without."""
+        if not isinstance(self.plan, ShiftedTransform):
+            raise TypeError("rows can be moved in an operator made with x_first")
+        other = copy(self)
+        other.plan = self.plan.shifted(shift)
+        return other
 
 
 def _inverse(pair: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:
@@ -114,10 +134,22 @@ def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -
 
 
 class NewtonSystem:
-    """The linear system of one Newton step: which cells slip, their directions, and products with it."""
+    """The linear system of one Newton step: which cells slip, their directions, and products with it.
 
-    def __init__(self, operator: SlipOperator, cells: np.ndarray, bound: np.ndarray, w: np.ndarray) -> None:
+    `ahead`: see `solve_tractions`.
+    """
+
+    def __init__(
+        self,
+        operator: SlipOperator,
+        cells: np.ndarray,
+        bound: np.ndarray,
+        w: np.ndarray,
+        ahead: np.ndarray | None = None,
+    ) -> None:
         n = cells.shape[0]
+        self.ahead = ahead
+        self.weight = np.zeros(n)
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.rho = 1.0 / operator.diagonal
         self._scale = self.rho * float(np.linalg.norm(w))
@@ -132,6 +164,10 @@ class NewtonSystem:
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
         _, square = tractions.classify(q, s, self.bound, self.rho, self.slip, self.normal, self.curvature)
+        if self.ahead is not None:
+            tractions.lean_weights(s, self.ahead, self.weight)
+            centred = self.at_centres(s)
+            square = tractions.turn(q, centred, self.bound, self.rho, self.slip, self.normal, self.curvature)
         operator = self.operator
         coupling = operator.spacing[0] / operator.compliance
         tractions.slip_rows(self.curvature, operator.diagonal, coupling, self.diagonal, self.damping)
@@ -144,6 +180,14 @@ class NewtonSystem:
         s += self.w
         return s
 
+    def at_centres(self, s: np.ndarray) -> np.ndarray:
+        """Slip [m, 2] as the law of friction wants it: `s` as it is; with `ahead`, at the centres of slip cells."""
+        if self.ahead is None:
+            return s
+        out = np.empty(s.shape)
+        tractions.lean(s, self.slip, self.ahead, self.weight, out)
+        return out
+
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [2 m], into `out`."""
         self._multiply(v, self.slip, out)
@@ -155,6 +199,8 @@ class NewtonSystem:
         plan.forward()
         arrays.multiply_2x2(plan.hat, self.operator.symbol)
         plan.backward()
+        if self.ahead is not None:
+            tractions.lean_back(plan.real, self.cells, slip, self.weight)
         tractions.gather_slip(plan.real, v, self.cells, slip, self.normal, self.curvature, out)
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
@@ -182,10 +228,21 @@ class NewtonSystem:
         slip, normal = self.slip, self.normal
         start, residual = np.empty(q.shape), np.empty(q.size)
         tractions.tangent_start(q, slip, normal, self.bound, start)
-        tractions.newton_residual(self.slips(start), q, slip, normal, self.curvature, residual)
+        tractions.newton_residual(self.at_centres(self.slips(start)), q, slip, normal, self.curvature, residual)
         change = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS)
         tractions.add_step(change, slip, normal, self.bound, start)
         return start
+
+
+def slip_at_centres(s: np.ndarray, slip: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Slip `s` [m, 2], which belongs to the points half a cell ahead, extrapolated to the centres of `slip` cells.
+
+    `ahead` [m]: number of the cell ahead, its own for a leading cell, whose slip is left as it is.
+    """
+    weight, out = np.empty(len(s)), np.empty(s.shape)
+    tractions.lean_weights(s, ahead, weight)
+    tractions.lean(s, slip, ahead, weight, out)
+    return out
 
 
 def solve_tractions(
@@ -195,15 +252,17 @@ def solve_tractions(
     w: np.ndarray,
     tolerance: float,
     guess: np.ndarray | None = None,
+    ahead: np.ndarray | None = None,
 ) -> RollingSolution:
     """Solve Coulomb's law on the cells in contact.
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
-    pressure; `guess` [m, 2]: tractions to start from. The relative tolerance is on
+    pressure; `guess` [m, 2]: tractions to start from; `ahead` [m]: take the direction of slip at the centres of slip
+    cells, see `slip_at_centres`. The relative tolerance is on
     ||q - Proj(q - rho s)|| over the smaller of ||q|| and rho ||w||, 1/rho being the diagonal of B: the tractions,
     and the slip, are then right to about that fraction of their own size.
     """
-    system = NewtonSystem(operator, cells, bound, w)
+    system = NewtonSystem(operator, cells, bound, w, ahead)
     q = np.zeros(w.shape) if guess is None else guess
     s = w if guess is None else system.slips(q)
     residual = system.classify(q, s)
@@ -231,7 +290,9 @@ def solve_tractions(
     # the last step may have left a cell that changed its state off the bound, by no more than the residual
     off = system.slip & (np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12))
     q = np.where(off[:, None], bound[:, None] * system.normal, within(q, bound * (1.0 + 1e-15)))
-    return RollingSolution(q, s, system.slip, residual, iteration, system.products, residual <= tolerance)
+    return RollingSolution(
+        q, system.at_centres(s), system.slip, residual, iteration, system.products, residual <= tolerance
+    )
 
 
 def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:

@@ -83,6 +83,16 @@ def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
 
 
 @jit
+def turn(hat: np.ndarray, phase: np.ndarray, sense: int) -> None:
+    """Multiply hat [fields, k, >= rows], in place, by phase [k, rows], or by its conjugate if `sense` is -1."""
+    for f in range(hat.shape[0]):
+        for i in range(phase.shape[0]):
+            for j in range(phase.shape[1]):
+                factor = phase[i, j] if sense > 0 else phase[i, j].conjugate()
+                hat[f, i, j] *= factor
+
+
+@jit
 def scale_real(hat: np.ndarray, symbol_real: np.ndarray) -> None:
     """Multiply a half-complex array by a real symbol, in place."""
     for i in range(hat.shape[0]):

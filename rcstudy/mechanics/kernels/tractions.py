@@ -97,6 +97,72 @@ def classify(
 
 
 @jit
+def lean_weights(s: np.ndarray, ahead: np.ndarray, weight: np.ndarray) -> None:
+    """Weights [m] that extrapolate slip to the cells' centres, s + weight (s - s[ahead]), from half a cell ahead.
+
+    Half, but less where the slip turns round within a cell or two (the pole of spin): what is added stays below half of
+    the cell's own slip. ahead [m]: number of the cell ahead, its own for a leading cell, whose slip stays as it is.
+    """
+    for m in range(s.shape[0]):
+        a = ahead[m]
+        size = math.sqrt(s[m, 0] ** 2 + s[m, 1] ** 2)
+        change = math.sqrt((s[m, 0] - s[a, 0]) ** 2 + (s[m, 1] - s[a, 1]) ** 2)
+        weight[m] = 0.0 if a == m else (0.5 if change <= size else 0.5 * size / change)
+
+
+@jit
+def lean(s: np.ndarray, slip: np.ndarray, ahead: np.ndarray, weight: np.ndarray, out: np.ndarray) -> None:
+    """Slip [m, 2] with that of slip cells extrapolated to their centres (`lean_weights`), into out [m, 2]."""
+    for m in range(s.shape[0]):
+        part = weight[m] if slip[m] else 0.0
+        out[m, 0] = s[m, 0] + part * (s[m, 0] - s[ahead[m], 0])
+        out[m, 1] = s[m, 1] + part * (s[m, 1] - s[ahead[m], 1])
+
+
+@jit
+def lean_back(field: np.ndarray, cells: np.ndarray, slip: np.ndarray, weight: np.ndarray) -> None:
+    """As `lean`, in place, for slips in two padded arrays field [2, nx, py].
+
+    cells are ordered by i, so that the one ahead still has its own when it is needed.
+    """
+    for m in range(cells.shape[0]):
+        if slip[m] and weight[m] > 0.0:
+            i, j = cells[m, 0], cells[m, 1]
+            field[0, i, j] += weight[m] * (field[0, i, j] - field[0, i + 1, j])
+            field[1, i, j] += weight[m] * (field[1, i, j] - field[1, i + 1, j])
+
+
+@jit
+def turn(
+    q: np.ndarray,
+    s: np.ndarray,
+    bound: np.ndarray,
+    rho: float,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    diagonal: np.ndarray,
+) -> float:
+    """Directions and diagonals of slip cells as `classify` sets them, from another slip s [m, 2], states as they are.
+
+    Returns the squared norm of q - Proj(q - rho s), in slip cells with Proj onto the circle.
+    """
+    residual = 0.0
+    for m in range(q.shape[0]):
+        tx = q[m, 0] - rho * s[m, 0]
+        ty = q[m, 1] - rho * s[m, 1]
+        size = math.sqrt(tx * tx + ty * ty)
+        if slip[m]:
+            normal[m, 0] = tx / size
+            normal[m, 1] = ty / size
+            diagonal[m] = max(size - bound[m], 0.0) / (rho * bound[m])
+        if slip[m] or size > bound[m]:
+            tx *= bound[m] / size
+            ty *= bound[m] / size
+        residual += (q[m, 0] - tx) ** 2 + (q[m, 1] - ty) ** 2
+    return residual
+
+
+@jit
 def slip_rows(
     curvature: np.ndarray, operator_diagonal: float, coupling: float, diagonal: np.ndarray, damping: np.ndarray
 ) -> None:

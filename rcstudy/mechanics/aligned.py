@@ -1,0 +1,243 @@
+r"""Cells that begin where the contact begins (`discretisation: aligned`).
+
+The discrete half-line. Take the slip of `rolling.py`, (u_i - u_(i+1))/dx with piecewise-constant tractions, on a row
+with a straight leading edge. Under constant slip the exact traction goes like the root of the distance from the edge,
+the discrete one like sqrt(j + theta), j = 0, 1, ... counted from the leading cell, with theta = 0.82535: the symbol of
+the operator is that of point sources halfway between control points, for which theta = 3/4 (the quotient of Gamma
+functions Gamma(j + 3/2)/Gamma(j + 1)), times a function rho of the wave number, and factoring rho (Wiener and Hopf)
+adds sum m c_m = 0.07535, c_m being the cosine coefficients of log rho. So the cells behave as if the contact began
+theta dx ahead of the leading cell's centre. Where cells are taken by their centres it begins 0 to 1 cell ahead, 1/2 on
+average: too long a stick zone, of first order in dx, plus a noise of rows that end between cells.
+
+Hence:
+
+- each row of cells is moved along x, by up to half a cell, so that its leading cell's centre lies theta dx behind the
+  edge of the contact in that row. That edge is where p^2, which falls almost linearly, comes to zero. Rows are moved
+  by phases between the two stages of the transforms;
+- the bound is the mean of mu p over the moved cell; each row keeps its force;
+- slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
+  in slip cells the direction of slip is taken at the cell's centre, extrapolated from the cell and the one ahead;
+- contact and slip areas are those within the edges of contact and stick zone, found between cells in each row.
+
+Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
+in stick cells, direction and slip in slip cells.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from rcstudy.mechanics.contact import NormalContact
+from rcstudy.mechanics.convolution import (
+    PairOperator,
+    padded_shape,
+    shifted_transform,
+    symbols,
+    traction_quadrants,
+    upwind_factor,
+)
+from rcstudy.mechanics.kernels import rows
+from rcstudy.mechanics.normal import cell_centres
+from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
+from rcstudy.mechanics.scene import Creepage, Scene
+
+_EDGE = 0.82535  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
+_SPIN_POINT = 0.5  # in cells ahead of the centre
+
+# Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
+# and where the contact ends in truth: the two-dimensional contact of a cylinder on many cells, moved over the mesh.
+# Good to 0.03 cells also for edges at an angle. An edge farther out than 0.85 brings the next cell into contact.
+_SEEN = np.concatenate(
+    (
+        [0.0006, 0.0052, 0.0139, 0.0263, 0.0421, 0.0613, 0.0838, 0.1098, 0.1393, 0.1728, 0.2105],
+        [0.2529, 0.3009, 0.3552, 0.4172, 0.4884, 0.5712, 0.6690, 0.7871, 0.9338, 1.1200],
+    )
+)
+_TRUE = np.linspace(-0.15, 0.85, _SEEN.size)
+
+
+class AlignedContact(NormalContact):
+    """A contact for the tractions on rows of cells that begin where the contact begins.
+
+    In place of the mesh's cells in contact it has `cells` of rows moved by `shift` [ny] cells along x.
+    """
+
+    def __init__(self, contact: NormalContact) -> None:
+        box = contact.box.grown(1, 0, contact.scene.mesh.cells)
+        coarser = AlignedContact(contact.coarser) if contact.coarser is not None else None
+        super().__init__(contact.scene, contact.influence, contact.solution, box, coarser)
+        p = np.ascontiguousarray(self.solution.p[box.slices])
+        ny = p.shape[1]
+        self._low, self._high = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64)
+        self._edges = np.zeros((2, ny))
+        rows.row_edges(p, _SEEN, _TRUE, self._low, self._high, self._edges)
+        # a contact at the window's edge is refused later on; until then its cells must not leave the box
+        np.clip(self._edges, -0.49, p.shape[0] - 0.51, out=self._edges)
+        touched = self._high >= self._low
+        back, front = self._edges
+        # a row shorter than twice theta cells has one cell, in its middle
+        self._start = np.where(touched, np.maximum(front - _EDGE, 0.5 * (back + front)), 0.0)
+        self._count = np.where(touched, np.maximum(1, np.ceil(self._start - back)), 0).astype(np.int64)
+        leading = np.rint(self._start).astype(np.int64)
+        self.shift = self._start - leading
+        i = leading - np.arange(self._count.max())[:, None]
+        taken = np.arange(len(i))[:, None] < self._count
+        # ordered as everywhere: rows of constant x first
+        held = np.zeros(p.shape, dtype=np.bool_)
+        held[i[taken], np.nonzero(taken)[1]] = True
+        self._held = held
+        self._cells = np.ascontiguousarray(np.argwhere(held))
+        number = np.full(p.shape, -1)
+        number[held] = np.arange(len(self._cells))
+        self._index = np.where(taken, number[np.where(taken, i, 0), np.arange(ny)], -1)
+        bounds = np.zeros(i.shape)
+        rows.row_bounds(p, self._low, self._high, self._edges, self._start, self._count, bounds)
+        self._pressure = np.zeros(len(self._cells))
+        self._pressure[self._index[taken]] = bounds[taken]
+
+    @cached_property
+    def cells(self) -> np.ndarray:
+        """Indices [m, 2] in the box of the cells with tractions, rows of constant x first."""
+        return self._cells
+
+    @cached_property
+    def pressure(self) -> np.ndarray:
+        """Mean pressure [m] (MPa) over the moved cells."""
+        return self._pressure
+
+    @cached_property
+    def centres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates x [m], y [m] (mm) of the moved cells."""
+        x, y = cell_centres(self.scene)
+        i, j = self.cells.T
+        return x[self.box.i0 + i] + self.shift[j] * self.scene.mesh.spacing[0], y[self.box.j0 + j]
+
+    @cached_property
+    def ahead(self) -> np.ndarray:
+        """Number [m] of the cell ahead of each cell, its own for a leading cell."""
+        out = np.empty(len(self.cells), dtype=np.int64)
+        before = np.vstack([self._index[:1], self._index[:-1]])
+        taken = self._index >= 0
+        out[self._index[taken]] = before[taken]
+        return out
+
+    @cached_property
+    def slip_by_pressure(self) -> np.ndarray:
+        """Slip [m, 2] by the displacement along the surface that the pressure, as on the moved cells, causes."""
+        if not self.influence.moves_by_pressure:
+            return np.zeros((len(self.cells), 2))
+        padded = self._padded
+
+        def make() -> np.ndarray:
+            quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+            pair = [(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))]
+            return symbols(pair, padded, x_first=True) * upwind_factor(padded[0], self.influence.spacing[0])[:, None]
+
+        plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self.shift)
+        plan.real[:] = 0.0
+        plan.real[:, self.cells[:, 0], self.cells[:, 1]] = self.pressure
+        plan.forward()
+        plan.hat *= self.influence.once(("by pressure, x first", padded), make)
+        plan.backward()
+        return np.ascontiguousarray(plan.real[:, self.cells[:, 0], self.cells[:, 1]].T)
+
+    @cached_property
+    def operator(self) -> SlipOperator:
+        """Slip by tractions on the moved rows."""
+        return SlipOperator.of(self.influence, self.box.shape, x_first=True).moved(self.shift)
+
+    @cached_property
+    def displacement(self) -> PairOperator:
+        """Displacements by tractions on the moved rows of the box and one more row of cells ahead of it (+x)."""
+        shape = self.box.shape[0] + 1, self.box.shape[1]
+        quadrant = self.influence.quadrant(self._padded[0] // 2 + 1, self._padded[1] // 2 + 1)
+        plan = shifted_transform(self._padded, 2, shape[1]).shifted(self.shift)
+        return PairOperator(
+            symbols(traction_quadrants(quadrant), self._padded, x_first=True), self._padded, shape, plan
+        )
+
+    @property
+    def _padded(self) -> tuple[int, int]:
+        """Shape of the torus for displacements on the box and one more row ahead."""
+        return padded_shape((self.box.shape[0] + 1, self.box.shape[1]))
+
+    def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
+        """Rigid slip [m, 2] where slip belongs, half a cell ahead; `spin_point` is for cells that are not moved."""
+        return super().rigid_slip(creepage, _SPIN_POINT)
+
+    def friction_power(self, rolling: RollingSolution, scene: Scene) -> float:
+        """Power that friction takes, per unit rolling speed (N): -sum q.(w + s_p) dx dy, both at the cells' centres.
+
+        In -sum q.s the elastic slip by tractions does no work on the whole (its operator is antisymmetric) but for
+        errors of order dx, so it is left out.
+        """
+        if scene.creepage is None:
+            return 0.0
+        behind = np.arange(len(self.cells))
+        behind[self.ahead] = np.arange(len(self.cells))
+        leading = self.ahead == np.arange(len(self.cells))
+        last = np.ones(len(self.cells), dtype=np.bool_)
+        last[self.ahead[~leading]] = False
+        behind[last] = np.flatnonzero(last)
+        by_pressure = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[behind])
+        w = super().rigid_slip(scene.creepage, 0.0) + by_pressure
+        dx, dy = self.scene.mesh.spacing
+        return -float(np.sum(rolling.q * w)) * dx * dy
+
+    def on_window(
+        self, q: np.ndarray, s: np.ndarray, slip: np.ndarray, friction: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tractions [2, nx, ny] (MPa), slips [2, nx, ny] and slip flags [nx, ny] at the centres of the window's cells.
+
+        From those `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells; zero outside the contact.
+        """
+        values = np.zeros((4, *self.box.shape))
+        i, j = self.cells.T
+        values[:2, i, j] = (q / (friction * self.pressure)[:, None]).T
+        values[2:, i, j] = s.T
+        p = self.solution.p[self.box.slices]
+        own = np.ascontiguousarray(np.argwhere(p > 0.0))
+        out, nearest = np.zeros((len(own), 4)), np.zeros(len(own), dtype=np.int64)
+        rows.to_centres(values, self._held, self.shift, own, out, nearest)
+        flags = np.zeros(self.box.shape, dtype=np.bool_)
+        flags[i, j] = slip
+        slips = flags[nearest, own[:, 1]]
+        fraction, velocity = out[:, :2], out[:, 2:]
+        size = np.hypot(*fraction.T)
+        # in slip cells the traction has the size of the bound and slip points against it
+        direction = fraction / np.maximum(size, 1e-300)[:, None]
+        fraction = np.where(slips[:, None], direction, fraction / np.maximum(size, 1.0)[:, None])
+        velocity = np.where(slips[:, None], -direction * np.hypot(*velocity.T)[:, None], 0.0)
+        bound = friction * p[own[:, 0], own[:, 1]]
+        window = np.zeros((5, *self.scene.mesh.cells))
+        touched = self.solution.p > 0.0  # in the order of `own`
+        window[:, touched] = np.column_stack((fraction * bound[:, None], velocity, slips)).T
+        return window[:2], window[2:4], window[4] > 0.0
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the contact (mm^2), within its edges."""
+        dx, dy = self.scene.mesh.spacing
+        return float(rows.area_under(self._edges[1] - self._edges[0])) * dx * dy
+
+    def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
+        """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa).
+
+        Tractions often peak at that border, where they are mu p.
+        """
+        bound = friction * self.pressure
+        size = np.hypot(*rolling.q.T)
+        length, borders = np.zeros(self.box.shape[1]), np.zeros((2 * len(self.cells), 2))
+        found = rows.stick_rows(
+            bound - size, rolling.slip, self._index, self._start, self._count, self._edges, length, borders
+        )
+        dx, dy = self.scene.mesh.spacing
+        stick = min(float(rows.area_under(length)) * dx * dy, self.area) if rolling.slip.any() else self.area
+        x, j = borders[:found, 0], borders[:found, 1].astype(np.int64)
+        i = np.clip(np.floor(x).astype(np.int64), 0, self.box.shape[0] - 2)
+        squares = self.solution.p[self.box.slices] ** 2
+        at_border = squares[i, j] + (x - i) * (squares[i + 1, j] - squares[i, j])
+        peak = friction * float(np.sqrt(at_border.max(initial=0.0)))
+        return self.area - stick, max(peak, float(size.max()))

@@ -1,0 +1,246 @@
+"""Rows of cells that begin where the contact begins (`aligned.py`): edges of the contact, bounds, values between cells.
+
+Positions along x are in cells: the centre of cell i of the box is at i.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def to_root(v0: float, slope: float, bend: float) -> float:
+    """Distance t > 0 at which v0 + slope t + bend t^2 comes to zero; a thousand if it does not."""
+    square = slope * slope - 4.0 * bend * v0
+    below = -slope + math.sqrt(square) if square > 0.0 else 0.0
+    return 2.0 * v0 / below if below > 0.0 else 1000.0
+
+
+@jit
+def corrected(t: float, seen: np.ndarray, true: np.ndarray) -> float:
+    """True distance of the edge from the outermost cell's centre, by the table true [n] at rising seen [n]."""
+    k = 1
+    while k < seen.size - 1 and seen[k] < t:
+        k += 1
+    part = (min(max(t, seen[0]), seen[-1]) - seen[k - 1]) / (seen[k] - seen[k - 1])
+    return true[k - 1] + part * (true[k] - true[k - 1])
+
+
+@jit
+def to_edge(v0: float, slope: float, bend: float) -> float:
+    """As `to_root`, at most a cell."""
+    return min(to_root(v0, slope, bend), 1.0)
+
+
+@jit
+def row_edges(
+    p: np.ndarray, seen: np.ndarray, true: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarray
+) -> None:
+    """Where each row's contact begins and ends: p [nx, ny] (MPa) -> first and last cell low, high [ny], edges [2, ny].
+
+    p^2 is nearly a parabola in the distance to the edge (Hertz: exactly): its root, from the outer three cells, is
+    `corrected` by the table for what cells make of an edge that falls between them. A row of fewer cells takes the
+    parabola's curvature from its neighbour on the side of the longest row. Rows without contact: high < low.
+    """
+    nx, ny = p.shape
+    longest = 0
+    for j in range(ny):
+        low[j], high[j] = nx, -1
+        for i in range(nx):
+            if p[i, j] > 0.0:
+                low[j] = min(low[j], i)
+                high[j] = i
+        if high[j] - low[j] > high[longest] - low[longest]:
+            longest = j
+    for sense in (1, -1):
+        bend = -(p[(low[longest] + high[longest]) // 2, longest] ** 2) / (0.5 * (high[longest] - low[longest] + 1)) ** 2
+        j = longest
+        while 0 <= j < ny and high[j] >= low[j]:
+            a, b = low[j], high[j]
+            if b - a >= 2:
+                middle = (a + b) // 2
+                here = 0.5 * (p[middle + 1, j] ** 2 - 2.0 * p[middle, j] ** 2 + p[middle - 1, j] ** 2)
+                bend = min(here, 0.0)
+            for side in range(2):
+                first = a if side == 0 else b
+                inward = 1 if side == 0 else -1
+                v0 = p[first, j] ** 2
+                if b - a >= 2:
+                    v1, v2 = p[first + inward, j] ** 2, p[first + 2 * inward, j] ** 2
+                    own = 0.5 * (v2 - 2.0 * v1 + v0)
+                    t = corrected(to_root(v0, v0 - v1 + own, own), seen, true)
+                elif b - a == 1:
+                    t = to_edge(v0, v0 - p[first + inward, j] ** 2 + bend, bend)
+                else:
+                    t = to_edge(v0, 0.0, bend)
+                edges[side, j] = first - inward * t
+            j += sense
+
+
+@jit
+def piece(v0: float, v1: float, length: float) -> float:
+    """Integral of sqrt(v) over a length on which v goes linearly from v0 to v1."""
+    a, b = math.sqrt(v0), math.sqrt(v1)
+    return 2.0 / 3.0 * length * (a * a + a * b + b * b) / (a + b) if a + b > 0.0 else 0.0
+
+
+@jit
+def row_bounds(
+    p: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    edges: np.ndarray,
+    start: np.ndarray,
+    count: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Mean pressure of cells with centres start[j] - k, k < count[j], into out [max count, ny] (MPa).
+
+    p^2 is taken as linear between the centres of cells and the edges. The first and last cell take what lies beyond
+    them, so that every row carries the force that it carries in p.
+    """
+    nx = p.shape[0]
+    knots = np.zeros(nx + 2)
+    squares = np.zeros(nx + 2)
+    mass = np.zeros(nx + 2)
+    for j in range(p.shape[1]):
+        if count[j] == 0:
+            continue
+        a, b = low[j], high[j]
+        n = b - a + 3
+        total = 0.0
+        knots[0], knots[n - 1] = edges[0, j], edges[1, j]
+        squares[0] = squares[n - 1] = 0.0
+        for i in range(a, b + 1):
+            knots[i - a + 1] = i
+            squares[i - a + 1] = p[i, j] ** 2
+            total += p[i, j]
+        mass[0] = 0.0
+        for k in range(1, n):
+            mass[k] = mass[k - 1] + piece(squares[k - 1], squares[k], knots[k] - knots[k - 1])
+        scale = total / mass[n - 1]
+        beyond = mass[n - 1]
+        for k in range(count[j]):
+            x = start[j] - k - 0.5
+            if k == count[j] - 1 or x <= knots[0]:
+                here = 0.0
+            else:
+                # the piece that x lies in
+                m = 0 if x < a else (n - 2 if x >= b else 1 + math.floor(x) - a)
+                part = (x - knots[m]) / (knots[m + 1] - knots[m])
+                here = mass[m] + piece(squares[m], squares[m] + part * (squares[m + 1] - squares[m]), x - knots[m])
+            out[k, j] = scale * (beyond - here)
+            beyond = here
+
+
+@jit
+def to_centres(
+    values: np.ndarray, held: np.ndarray, shift: np.ndarray, cells: np.ndarray, out: np.ndarray, nearest: np.ndarray
+) -> None:
+    """Values at the centres of cells from those at cells moved by shift [ny] along x, linearly along each row.
+
+    values [k, nx, ny], held [nx, ny]: which of them count; cells [m, 2] -> out [m, k]; nearest [m]: the closest one's
+    index i along x. Where only one neighbour counts it is taken as it is; where none does, the closest of the row.
+    """
+    kinds, nx, _ = values.shape
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        other = i - 1 if shift[j] > 0.0 else i + 1
+        share = abs(shift[j])
+        here = held[i, j]
+        there = 0 <= other < nx and held[other, j]
+        if not here and not there:
+            for distance in range(2, nx):
+                if i - distance >= 0 and held[i - distance, j]:
+                    other = i - distance
+                    break
+                if i + distance < nx and held[i + distance, j]:
+                    other = i + distance
+                    break
+        weight = share if here and there else (0.0 if here else 1.0)
+        nearest[m] = i if here and (share <= 0.5 or not there) else other
+        for k in range(kinds):
+            out[m, k] = (1.0 - weight) * values[k, i, j] + weight * values[k, other, j]
+
+
+@jit
+def border(near: float, next_one: float) -> float:
+    """Distance, at most a cell, from a stick cell to the border of the stick zone, from the room mu p - |q| there.
+
+    The room falls like the root of the distance; `next_one` is the next stick cell's, farther in (or less than `near`
+    if there is none).
+    """
+    return min(near * near / (next_one * next_one - near * near), 1.0) if next_one > near else 0.5
+
+
+@jit
+def stick_rows(
+    room: np.ndarray,
+    slip: np.ndarray,
+    index: np.ndarray,
+    start: np.ndarray,
+    count: np.ndarray,
+    edges: np.ndarray,
+    length: np.ndarray,
+    borders: np.ndarray,
+) -> int:
+    """Length of the stick zone in each row, length [ny], in cells, and the borders between stick and slip.
+
+    room [m]: mu p - |q| (MPa), slip [m]: state of the cells; index [max count, ny]: numbers m of a row's cells from the
+    leading one on; start, count [ny], edges [2, ny] as in `row_bounds`. borders [>= 2 m, 2]: x and j of each. Returns
+    their number.
+    """
+    found = 0
+    for j in range(count.size):
+        length[j] = 0.0
+        front = edges[1, j]
+        for k in range(count[j]):
+            m = index[k, j]
+            if slip[m]:
+                continue
+            ahead = k > 0 and not slip[index[k - 1, j]]
+            behind = k + 1 < count[j] and not slip[index[k + 1, j]]
+            if not ahead and k > 0:
+                front = start[j] - k + border(room[m], room[index[k + 1, j]] if behind else 0.0)
+                borders[found, 0], borders[found, 1] = front, j
+                found += 1
+            if not behind:
+                back = edges[0, j]
+                if k + 1 < count[j]:
+                    back = start[j] - k - border(room[m], room[index[k - 1, j]] if ahead else 0.0)
+                    borders[found, 0], borders[found, 1] = back, j
+                    found += 1
+                length[j] += front - back
+    return found
+
+
+@jit
+def area_under(length: np.ndarray) -> float:
+    """Area of a zone with chords length [ny], a cell apart, in cells: their squares are taken as linear in between.
+
+    At its sides the zone goes on by as much as three chords tell, at most a cell.
+    """
+    ny = length.size
+    total = 0.0
+    for j in range(ny):
+        here = length[j] * length[j]
+        if here == 0.0:
+            continue
+        if j + 1 < ny and length[j + 1] > 0.0:
+            total += piece(here, length[j + 1] ** 2, 1.0)
+        for sense in (1, -1):
+            outer, inner, third = j + sense, j - sense, j - 2 * sense
+            if 0 <= outer < ny and length[outer] > 0.0:
+                continue
+            v1 = length[inner] ** 2 if 0 <= inner < ny else 0.0
+            v2 = length[third] ** 2 if 0 <= third < ny else 0.0
+            reach = 0.5  # a zone of one row
+            if v1 > 0.0:
+                bend = 0.5 * (v2 - 2.0 * v1 + here) if v2 > 0.0 else 0.0
+                reach = to_edge(here, here - v1 + bend, bend)
+            total += piece(here, 0.0, reach)
+    return total
