@@ -378,10 +378,10 @@ def part_e(options: argparse.Namespace) -> Any:
     """Full coupling against one-way."""
     print("## e. Full coupling against one-way (least times)\n")
     found = []
-    for name in ("one layer", "two layers"):
-        for n in (c for c in options.cells if c <= 256):
-            # half the creepage: with all of it full coupling does not converge under two stiff layers on fine meshes
-            one_way = replace(SCENES[name](n), creepage=Creepage(0.001, 0.0005, 0.005))
+    rigid = {"no layer, rigid ball": lambda n: replace(SCENES["no layer"](n), counterbody=None)}
+    for name, make in (rigid | {name: SCENES[name] for name in ("one layer", "two layers")}).items():
+        for n in (c for c in options.cells if c <= 512):
+            one_way = make(n)
             full = replace(one_way, coupling="full")
             samples: dict[str, list[float]] = {"one-way": [], "full": []}
             products = {}
