@@ -159,7 +159,10 @@ def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
     """
     if parts["mesh"]["size"] is None:
         return "", ""
-    semi_axes, _ = contact_bounds(scene) if scene.layers else (scene_hertz(scene).a, None)
+    try:
+        semi_axes, _ = contact_bounds(scene) if scene.layers else (scene_hertz(scene).a, None)
+    except ArithmeticError:  # a layer so stiff or so compliant that the contact has no size in double precision
+        return "size", "layers on which the contact is larger than nothing"
     for axis, half, size, step in zip("xy", semi_axes, scene.mesh.size, scene.mesh.spacing, strict=True):
         if not 2.0 * half < size < math.inf:
             return "size", f"a window larger than the contact, about {2.0 * half:.4g} mm along {axis}"

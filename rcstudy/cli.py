@@ -226,8 +226,10 @@ def failures(
 ) -> None:
     """List the cases of a cube that are not solved, each with a study of that case alone, ready to run."""
     from rcstudy import failures as failing
+    from rcstudy.cube import reading
 
-    found = failing.failed_cases(cube)
+    with reading(cube):
+        found = failing.failed_cases(cube)
     if output is not None:
         for path in failing.write_studies(found, output):
             print(path)
@@ -250,10 +252,10 @@ def plan(spec: SpecPath) -> None:
 @_guarded
 def show(cube: CubePath) -> None:
     """Print a summary of a cube."""
-    from rcstudy.cube import open_cube
+    from rcstudy.cube import open_cube, reading
     from rcstudy.show import summary
 
-    with open_cube(cube) as tree:
+    with reading(cube), open_cube(cube) as tree:
         print(summary(tree))
 
 
@@ -284,12 +286,12 @@ def compare(
     field in its case (scalars: of the variable in its grid) unless tolerances say otherwise.
     """
     from rcstudy import compare as comparing
-    from rcstudy.cube import open_cube
+    from rcstudy.cube import open_cube, reading
     from rcstudy.tolerances import Tolerances, load_tolerances, parse_option
 
     allowed = Tolerances() if tolerances is None else load_tolerances(tolerances)
     allowed = allowed.with_options(dict(parse_option(text) for text in rtol or ()), state_flips)
-    with open_cube(cube) as ours, open_cube(reference) as theirs:
+    with reading(cube, reference), open_cube(cube) as ours, open_cube(reference) as theirs:
         outcome = comparing.compare(ours, theirs, allowed, allow_unsolved=allow_unsolved)
     print(outcome.text())
     return 0 if outcome.same else EXIT_DIFFERENT
@@ -307,11 +309,11 @@ def figures(
     ] = "png,pdf",
 ) -> None:
     """Draw the figures of a cube."""
-    from rcstudy.cube import open_cube
+    from rcstudy.cube import open_cube, reading
     from rcstudy.figures import make_figures
 
     wanted = tuple(word.strip() for word in formats.split(",") if word.strip())
-    with open_cube(cube) as tree:
+    with reading(cube), open_cube(cube) as tree:
         written = make_figures(tree, output, wanted)
     print(f"{len(written)} files in {output}")
 
@@ -325,10 +327,10 @@ def tables(
     ),
 ) -> None:
     """Write the tables of a cube as CSV, Markdown and LaTeX."""
-    from rcstudy.cube import open_cube
+    from rcstudy.cube import open_cube, reading
     from rcstudy.tables import make_tables
 
-    with open_cube(cube) as tree:
+    with reading(cube), open_cube(cube) as tree:
         written = make_tables(tree, output)
     print(f"{len(written)} files in {output}")
 

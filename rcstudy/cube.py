@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+import contextlib
+from collections.abc import Hashable, Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -22,7 +23,7 @@ from rcstudy.yamltree import shorten
 if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
 
-__all__ = ["case_dims", "case_table", "grids", "open_cube", "to_dataset", "write_cube"]
+__all__ = ["case_dims", "case_table", "grids", "open_cube", "reading", "to_dataset", "write_cube"]
 
 
 def open_cube(path: Path | str) -> xr.DataTree:
@@ -40,8 +41,7 @@ def open_cube(path: Path | str) -> xr.DataTree:
     if not path.is_file():
         raise UserError(f"{path}: not a file")
     try:
-        foreign = foreign_content(path)
-        if foreign:
+        if foreign := foreign_content(path):
             raise UserError(f"{path}: not an rcstudy cube: {foreign}")
         tree = xr.open_datatree(path, engine=_engine())
     except UserError:
@@ -64,6 +64,24 @@ def open_cube(path: Path | str) -> xr.DataTree:
         tree.close()
         raise
     return tree
+
+
+@contextlib.contextmanager
+def reading(*paths: Path | str) -> Iterator[None]:
+    """Turn whatever comes of damaged or hostile content of the cubes `paths` in the block into a UserError."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None and str(error.filename) not in map(str, paths):  # what is written from it
+            raise UserError(f"{error.filename}: {error.strerror or error}") from error
+        raise UserError(f"{_listed(paths)}: cannot be read, or damaged: {_first_line(error)}") from error
+    except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
+        what = f"{type(error).__name__}: {shorten(_first_line(error), 200)}"
+        raise UserError(f"{_listed(paths)}: damaged, or not as rcstudy writes cubes: {what}") from error
+
+
+def _listed(paths: Iterable[Path | str]) -> str:
+    return " or ".join(map(str, paths))
 
 
 def _engine() -> Literal["netcdf4", "h5netcdf"]:

@@ -13,9 +13,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import h5py
-from h5py import h5d, h5g, h5l, h5o, h5t, h5z
+import numpy as np
+from h5py import h5a, h5d, h5g, h5l, h5o, h5t, h5z
+
+from rcstudy.yamltree import shorten
 
 MAX_RANK = 32
+MAX_DIMENSIONS = 65_536
 MAX_CHUNK_BYTES = 4096 * 4096 * 8  # a case's field at the largest mesh
 _SMALL_BYTES = 16_000_000  # a variable that may be empty
 _LARGEST_RATIO = 1100  # of what deflate makes small (1032), and some more
@@ -26,6 +30,8 @@ _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
 def foreign_content(path: Path) -> str:
     """What stands in the HDF5 file `path` that no cube has, in words; "" if there is nothing. OSError if unreadable."""
     with h5py.File(path, "r") as file:
+        if problem := _problem_of_attributes(file.id):
+            return f"/ {problem}"
         for problem in _problems_of_group(file.id, "", 0):
             return problem
     return ""
@@ -41,7 +47,9 @@ def _problems_of_group(group: h5g.GroupID, name: str, depth: int) -> Iterator[st
             yield f"{shown} is a link to elsewhere"
             continue
         found = h5o.open(group, key)
-        if isinstance(found, h5d.DatasetID):
+        if isinstance(found, h5d.DatasetID | h5g.GroupID) and (problem := _problem_of_attributes(found)):
+            yield f"{shown} {problem}"
+        elif isinstance(found, h5d.DatasetID):
             if problem := _problem_of_variable(found):
                 yield f"{shown} {problem}"
         elif not isinstance(found, h5g.GroupID):
@@ -50,6 +58,35 @@ def _problems_of_group(group: h5g.GroupID, name: str, depth: int) -> Iterator[st
             yield f"{shown} is a group within a group"
         else:
             yield from _problems_of_group(found, shown, depth + 1)
+
+
+def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
+    """What no attribute of a cube is; "" if nothing. netCDF's library crashes on some that only it looks at."""
+    names: list[bytes] = []
+    h5a.iterate(owner, names.append)
+    for name in names:
+        attribute = h5a.open(owner, name)
+        kind = attribute.get_type()
+        if name == b"_Netcdf4Dimid":
+            if kind.get_class() != h5t.INTEGER or attribute.shape != () or kind.get_size() > 4:
+                return "has no proper number of a dimension"
+            number = np.zeros((), dtype="i8")
+            attribute.read(number)
+            if not 0 <= number < MAX_DIMENSIONS:
+                return "has no proper number of a dimension"
+        elif name == b"DIMENSION_LIST":
+            if kind.get_class() != h5t.VLEN or attribute.shape != (len(owner.shape),):
+                return "has no proper list of dimensions"
+        elif name == b"REFERENCE_LIST":
+            if kind.get_class() != h5t.COMPOUND:
+                return "has no proper list of references"
+        elif kind.get_class() not in _CLASSES or len(attribute.shape) > 1:
+            return f"has an attribute {shorten(name.decode('utf-8', 'replace'))} that is neither numbers nor text"
+        elif name in (b"_Netcdf4Coordinates", b"_nc3_strict"):
+            return f"has an attribute {name.decode()}"
+        elif name in (b"CLASS", b"NAME") and (kind.get_class() != h5t.STRING or attribute.shape != ()):
+            return "is no proper dimension"
+    return ""
 
 
 def _problem_of_variable(variable: h5d.DatasetID) -> str:

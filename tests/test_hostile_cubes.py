@@ -1,0 +1,258 @@
+"""Cubes made to do harm, or damaged: an error with exit code 2, nothing read from elsewhere, no memory to speak of."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import synthetic
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from synthetic import write
+
+from rcstudy import cli
+from rcstudy.cube import open_cube
+from rcstudy.errors import UserError
+from rcstudy.screen import foreign_content
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cube of one grid."""
+    path: Path = tmp_path_factory.mktemp("good") / "good.nc"
+    write(path, synthetic.small())
+    return path
+
+
+def run(*arguments: object) -> int:
+    """Exit code of the command; whatever else it raises comes through."""
+    try:
+        cli.app([str(argument) for argument in arguments])
+    except SystemExit as left:
+        return int(left.code or 0)
+    return 0
+
+
+def replaced(file: h5py.File, name: str, **how: object) -> None:
+    """Put another variable in the place of `name`."""
+    del file[name]
+    file.create_dataset(name, **how)
+
+
+def external_link(file: h5py.File) -> None:
+    del file["force_x"]
+    file["force_x"] = h5py.ExternalLink("secret.nc", "/force_x")
+
+
+def external_group(file: h5py.File) -> None:
+    file["more"] = h5py.ExternalLink("/etc/passwd", "/")
+
+
+def soft_link(file: h5py.File) -> None:
+    file["again"] = h5py.SoftLink("/force_x")
+
+
+def endless_groups(file: h5py.File) -> None:
+    file.create_group("more")["more"] = file["/"]
+
+
+def external_storage(file: h5py.File) -> None:
+    replaced(file, "load", shape=(100,), dtype="u1", external=[("/etc/passwd", 0, 100)])
+
+
+def virtual(file: h5py.File) -> None:
+    layout = h5py.VirtualLayout((2, 3), "f8")
+    layout[...] = h5py.VirtualSource("secret.nc", "force_x", (2, 3))
+    del file["force_x"]
+    file.create_virtual_dataset("force_x", layout)
+
+
+def references(file: h5py.File) -> None:
+    replaced(file, "force_x", shape=(2, 3), dtype=h5py.ref_dtype)
+
+
+def compound(file: h5py.File) -> None:
+    replaced(file, "force_x", data=np.zeros((2, 3), dtype=[("a", "f8"), ("b", "i4")]))
+
+
+def opaque(file: h5py.File) -> None:
+    replaced(file, "force_x", data=np.zeros((2, 3), dtype="V16"))
+
+
+def ragged(file: h5py.File) -> None:
+    replaced(file, "force_x", shape=(2, 3), dtype=h5py.vlen_dtype("f8"))
+
+
+def named_type(file: h5py.File) -> None:
+    file["type"] = np.dtype("f8")
+
+
+def unknown_filter(file: h5py.File) -> None:
+    replaced(file, "force_x", data=np.zeros((2, 3)), chunks=(1, 1), compression="lzf")
+
+
+def huge_and_empty(file: h5py.File) -> None:
+    replaced(file, "force_x", shape=(10**6, 10**6), dtype="f8")
+
+
+def huge_chunks(file: h5py.File) -> None:
+    replaced(file, "pressure", shape=(2, 3, 10**5, 10**5), dtype="i1", chunks=(1, 1, 60_000, 60_000))
+
+
+FOREIGN: dict[Callable[[h5py.File], None], str] = {
+    external_link: "/force_x is a link to elsewhere",
+    external_group: "/more is a link to elsewhere",
+    soft_link: "/again is a link to elsewhere",
+    endless_groups: "/more/more is a group within a group",
+    external_storage: "/load keeps its data elsewhere",
+    virtual: "/force_x keeps its data elsewhere",
+    references: "/force_x holds neither numbers nor text",
+    compound: "/force_x holds neither numbers nor text",
+    opaque: "/force_x holds neither numbers nor text",
+    ragged: "/force_x holds neither numbers nor text",
+    named_type: "/type is neither a group nor a variable",
+    unknown_filter: "/force_x is compressed in an unknown way",
+    huge_and_empty: "/force_x declares 8e+03 GB and holds 0 bytes",
+    huge_chunks: "/pressure has chunks larger than any case's field",
+}
+
+
+@pytest.mark.parametrize("harm", FOREIGN, ids=lambda harm: harm.__name__)
+def test_what_no_cube_holds_is_refused_unread(
+    good: Path, tmp_path: Path, harm: Callable[[h5py.File], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "c.nc"
+    shutil.copy(good, path)
+    shutil.copy(good, tmp_path / "secret.nc")
+    with h5py.File(path, "r+") as file:
+        harm(file)
+    tracemalloc.start()
+    try:
+        for command in (["show", path], ["compare", good, path], ["tables", path, "-o", tmp_path / "t"]):
+            assert run(*command) == 2
+            assert capsys.readouterr().err == f"{path}: not an rcstudy cube: {FOREIGN[harm]}\n"
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
+    assert not (tmp_path / "t").exists()
+
+
+def test_cubes_hold_nothing_foreign(good: Path, tmp_path: Path) -> None:
+    assert foreign_content(good) == ""
+    write(tmp_path / "several.nc", synthetic.several())
+    assert foreign_content(tmp_path / "several.nc") == ""
+
+
+@pytest.mark.parametrize("name", ["../../x", "/tmp/x", "a/b", "", "x\n", "x" * 65, "pressure"])
+def test_names_of_grids_lead_nowhere(good: Path, tmp_path: Path, name: str) -> None:
+    """They are part of the names of figures."""
+    path = tmp_path / "c.nc"
+    shutil.copy(good, path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["grid"] = name
+    assert run("figures", path, "-o", tmp_path / "deep" / "figures") == 2
+    with pytest.raises(UserError, match="a grid's name"):
+        open_cube(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["c.nc"]
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "said"),
+    [
+        ("force_x", {"data": np.array([[b"a", b"b", b"c"]] * 2)}, "force_x is of type"),
+        ("force_x", {"data": np.zeros((2, 3), dtype="i4")}, "force_x is of type int32"),
+        ("force_x", {"data": np.zeros((3, 2))}, "force_x has other dimensions than modulus, creepage"),
+        ("status", {"data": np.zeros((2, 3))}, "status is of type float64"),
+        ("label", {"data": np.zeros(5)}, "its cases have no labels"),
+        ("pressure", {"data": np.zeros((2, 3))}, "pressure has other dimensions than modulus, creepage, x, y"),
+    ],
+)
+def test_variables_that_are_not_what_they_are_called(
+    good: Path, tmp_path: Path, name: str, how: dict[str, object], said: str
+) -> None:
+    path = tmp_path / "c.nc"
+    shutil.copy(good, path)
+    with h5py.File(path, "r+") as file:
+        replaced(file, name, **how)
+        if file[name].shape == (2, 3):
+            for axis, dim in enumerate(("modulus", "creepage")):
+                file[name].dims[axis].attach_scale(file[dim])
+    with pytest.raises(UserError, match="not an rcstudy cube: grid tiny: ") as error:
+        open_cube(path)
+    assert said in str(error.value)
+
+
+ATTRIBUTES: list[object] = [
+    "",
+    "x",
+    "../x",
+    -1,
+    1e400,
+    b"\xff",
+    np.zeros(3),
+    "days since 0",
+    "axes",
+    "\0",
+    "{}",
+    "[" * 9999,
+]
+
+
+@settings(max_examples=60, deadline=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_mutated_cubes(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], data: st.DataObject) -> None:
+    """Variables gone, of another type or size, attributes gone or changed, the end missing.
+
+    Not single bytes: the HDF5 library itself does not survive that at all times.
+    """
+    # a name of its own: HDF5 may keep a damaged file open and locked
+    folder = Path(tempfile.mkdtemp(dir=tmp_path))
+    path = folder / "c.nc"
+    shutil.copy(good, path)
+    kind = data.draw(st.sampled_from(["drop", "type", "shape", "values", "attribute", "no attribute", "cut"]))
+    if kind == "cut":
+        content = path.read_bytes()
+        path.write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
+    else:
+        with h5py.File(path, "r+") as file:
+            name = data.draw(st.sampled_from(sorted(file)))
+            shape = file[name].shape
+            if kind == "drop":
+                del file[name]
+            elif kind == "type":
+                dtype = data.draw(st.sampled_from(["f4", "i8", "u1", "S5", h5py.string_dtype(), "i1"]))
+                replaced(file, name, shape=shape, dtype=dtype)
+            elif kind == "shape":
+                shape = data.draw(st.sampled_from([(), (1,), (0,), (2, 3), (7,), (2, 3, 4, 5, 6)]))
+                replaced(file, name, shape=shape, dtype="f8")
+            elif kind == "values":
+                bad = data.draw(st.sampled_from([np.nan, np.inf, -1e308, 117, -5]))
+                if file[name].dtype.kind in "fi":
+                    file[name][...] = np.nan_to_num(bad) if file[name].dtype.kind == "i" else bad
+            else:
+                owner = data.draw(st.sampled_from([file, file[name]]))
+                if owner.attrs:
+                    attribute = data.draw(st.sampled_from(sorted(owner.attrs)))
+                    del owner.attrs[attribute]
+                    if kind == "attribute":
+                        owner.attrs[attribute] = data.draw(st.sampled_from(ATTRIBUTES))
+    commands: tuple[list[object], ...] = (
+        ["show", path],
+        ["compare", path, good],
+        ["compare", good, path],
+        ["failures", path],
+        ["tables", path, "-o", folder / "tables"],
+    )
+    for command in data.draw(st.permutations(commands))[:2]:
+        code = run(*command)
+        said = capsys.readouterr()
+        assert code in ((0, 1, 2) if command[0] == "compare" else (0, 2)), command
+        assert "Traceback" not in said.out + said.err
+        assert code != 2 or str(path) in said.err
+    assert {entry.name for entry in folder.iterdir()} <= {"c.nc", "tables"}
