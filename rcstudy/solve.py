@@ -35,7 +35,7 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
     the shared pressure are charged to the first scene.
     """
     start = time.perf_counter()
-    contact: NormalContact | None = None
+    shared: _Shared | None = None
     for scene in scenes:
         try:
             if scene.discretisation == "aligned" and scene.method != "newton":
@@ -43,8 +43,8 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
             if scene.coupling == "full" and scene.creepage is not None:
                 result = _solve_coupled(scene)
             else:
-                contact = contact or solve_normal(scene)
-                result = _normal_failure(contact) or _solve_under(contact, scene)
+                shared = shared or _Shared(scene)
+                result = _normal_failure(shared.contact) or shared.result(scene)
         except Refusal as refusal:
             result = Result(Status.REFUSED, str(refusal))
         except Exception as error:  # a batch must go on: any failure of one case becomes its status
@@ -100,12 +100,20 @@ def _solve_coupled(scene: Scene) -> Result:
     return _result(contact, scene, rolling, proof)
 
 
-def _solve_under(contact: NormalContact, scene: Scene) -> Result:
-    """Result of `scene` under the pressure of `contact`."""
-    proof = prove_normal(contact, scene, None)
-    if scene.discretisation == "aligned":
-        contact = AlignedContact(contact)
-    return _result(contact, scene, solve_rolling(contact, scene) if scene.creepage is not None else None, proof)
+class _Shared:
+    """The pressure of one-way scenes, with its proof: all that they share."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.contact = solve_normal(scene)
+        if _normal_failure(self.contact) is None:
+            self.proof = prove_normal(self.contact, scene, None)
+            if scene.discretisation == "aligned":
+                self.contact = AlignedContact(self.contact)
+
+    def result(self, scene: Scene) -> Result:
+        """Result of `scene` under this pressure."""
+        rolling = solve_rolling(self.contact, scene) if scene.creepage is not None else None
+        return _result(self.contact, scene, rolling, dict(self.proof))
 
 
 def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, proof: dict[str, float]) -> Result:
