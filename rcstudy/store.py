@@ -22,6 +22,7 @@ from rcstudy.lock import locked
 from rcstudy.publish import remove_leftovers, sync
 from rcstudy.record import Keep, Packed
 from rcstudy.result import Status
+from rcstudy.steady import interrupts_held
 from rcstudy.units import BadUnit, Unit, number_of, read_unit, unit_paths, write_unit
 
 if TYPE_CHECKING:
@@ -113,6 +114,11 @@ class Store:
     def _write(self) -> None:
         if not self._pending:
             return
+        with interrupts_held():  # else what is written might not be noted, and be written again
+            self._write_pending()
+            self._put_together()
+
+    def _write_pending(self) -> None:
         cases = [(key, result.body) for key, result in self._pending]
         statuses = tuple(Status(result.status) for _, result in self._pending)
         unit = self._written(cases, statuses)
@@ -120,7 +126,6 @@ class Store:
         self._pending.clear()
         self._bytes = 0
         self._small.append((0, unit, statuses))
-        self._put_together()
 
     def _written(self, cases: Sequence[tuple[str, bytes]], statuses: tuple[Status, ...]) -> Unit:
         self._number += 1

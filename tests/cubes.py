@@ -10,7 +10,7 @@ import numpy as np
 from rcstudy.layout import CHECKSUM
 from rcstudy.result import VARIABLES
 
-HISTORY = ("created", "command", "wall_seconds", CHECKSUM)
+HISTORY = ("created", "command", "wall_seconds", "git_revision", CHECKSUM)
 TIMINGS = tuple(name for name, variable in VARIABLES.items() if variable.timing)
 
 
@@ -45,5 +45,5 @@ def assert_same(one: Path, two: Path) -> None:
     ours, theirs = content(one), content(two)
     assert ours.keys() == theirs.keys()
     differ = [key for key in ours if ours[key] != theirs[key]]
-    assert differ == []
+    assert not differ, differ[:5]
     assert len(ours) > 50

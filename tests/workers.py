@@ -24,6 +24,18 @@ def made_up(scenes: Sequence[Scene]) -> Iterator[Result]:
         yield synthetic.made_up_result(scene)
 
 
+def slowly(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Made-up results, 10 ms each."""
+    for scene in scenes:
+        time.sleep(0.01)
+        yield synthetic.made_up_result(scene)
+
+
+def never(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Ends its process: it should not have been called."""
+    os._exit(77)
+
+
 def dies(scenes: Sequence[Scene]) -> Iterator[Result]:
     """Kills its process at a load of DEADLY_LOAD with a lateral creepage."""
     for scene in scenes:

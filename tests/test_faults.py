@@ -1,0 +1,426 @@
+"""Faults: killed at any moment, workers killed, disks full, folders read-only, caches corrupt, clocks turned back.
+
+After each of them the same command goes on, and the cube is that of a sweep nothing happened to, bit for bit.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cubes
+import numpy as np
+import pytest
+import workers
+
+from rcstudy import cli, cube_writer, publish, store, sweep, units
+from rcstudy.store import units_folder
+from rcstudy.study import load_study
+from rcstudy.units import read_unit, unit_paths
+
+TESTS = Path(__file__).parent
+ROOT = TESTS.parent
+
+STUDY = """
+study: faults
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [1, 1], cells: [12, 10]}
+  load: 100
+grids:
+  loads:
+    axes:
+      load: [LOADS]
+      creepage: [{longitudinal: 0.001}, {spin: 0.01}]
+"""
+CASES = 60
+
+# A sweep with made-up results that take a while, by rcstudy's own command line; units of a few cases
+SWEEP = """
+import sys, time
+sys.path.insert(0, {tests!r})
+import workers
+from rcstudy import cli, store, sweep
+from rcstudy.threads import limit_threads
+store.UNIT_CASES, store._PUT_TOGETHER = 3, 3
+if __name__ == "__main__":
+    limit_threads()
+    sweep.solve_batch = getattr(workers, {solver!r})
+    sys.argv[1:] = {arguments!r}
+    cli.app()
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the study `s.yaml` of 60 cases, and the cube `good.nc` of a sweep nothing happened to."""
+    folder = tmp_path_factory.mktemp("good")
+    (folder / "s.yaml").write_text(STUDY.replace("LOADS", ", ".join(str(50 + k) for k in range(CASES // 2))))
+    sweep.run(load_study(folder / "s.yaml"), folder / "good.nc", workers=1, solve=workers.made_up)
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path: Path, made: Path) -> Path:
+    """A folder of its own with `s.yaml` and `good.nc`."""
+    for name in ("s.yaml", "good.nc"):
+        shutil.copy(made / name, tmp_path / name)
+    return tmp_path
+
+
+def start(folder: Path, *arguments: str, solver: str = "made_up", **options: object) -> subprocess.Popen[str]:
+    """``rcstudy sweep s.yaml`` with made-up results, one process, in a process group of its own."""
+    words = ["sweep", "s.yaml", "--workers", "1", *arguments]
+    script = folder / "run.py"
+    script.write_text(SWEEP.format(tests=str(TESTS), solver=solver, arguments=words))
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **options.pop("env", {})}
+    return subprocess.Popen(
+        [sys.executable, str(script)],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        **options,
+    )
+
+
+def finished(process: subprocess.Popen[str], seconds: float = 120.0) -> tuple[int, str, str]:
+    """Exit code, output and errors of a process, which must come to its end and show no traceback."""
+    try:
+        out, err = process.communicate(timeout=seconds)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        raise
+    assert "Traceback" not in err, err
+    return process.returncode, out, err
+
+
+def kept(folder: Path, name: str = "c.nc") -> int:
+    """Cases in whole units."""
+    return sum(len(read_unit(path)[0].entries) for path in unit_paths(units_folder(folder / name)))
+
+
+# SIGKILL
+
+
+def test_killed_at_fifty_moments(folder: Path) -> None:
+    """One sweep, killed again and again wherever it is, also while its cube is written, until it is done.
+
+    Children are forked from this process once everything is imported, so that moments fall into the sweep itself.
+    """
+    study = load_study(folder / "s.yaml")
+    output = folder / "c.nc"
+    rng = np.random.default_rng(7)
+    begun = time.monotonic()
+    assert ended(forked(lambda: sweep.run(study, folder / "once.nc", workers=1, solve=workers.slowly))) == 0
+    whole = time.monotonic() - begun
+
+    def one_sweep() -> None:
+        store.UNIT_CASES, store._PUT_TOGETHER = 2, 3
+        sweep.run(study, output, workers=1, solve=workers.slowly)
+
+    def check_published() -> None:
+        cubes.assert_same(output, folder / "good.nc")
+
+    kills = {"solving": 0, "assembling": 0}
+    most = 0
+    for _ in range(200):
+        if sum(kills.values()) >= 50:
+            break
+        process = forked(one_sweep)
+        # short ones, so that many fall into one sweep; some as long as it takes to the end
+        time.sleep(float(rng.uniform(0.0, 0.3 * whole if rng.random() < 0.8 else whole)))
+        os.kill(process, signal.SIGKILL)
+        if ended(process) == 0:
+            check_published()  # done before the kill: once more from the start
+            output.unlink()
+            most = 0
+            continue
+        assembling = any(entry.name.startswith("c.nc.tmp-") for entry in folder.iterdir())
+        kills["assembling" if assembling else "solving"] += 1
+        if output.exists():
+            check_published()
+        else:
+            assert kept(folder) >= most, "something was lost"
+            most = kept(folder)
+    assert sum(kills.values()) == 50, kills
+    assert ended(forked(one_sweep)) == 0
+    check_published()
+    assert not units_folder(output).exists()
+
+
+def forked(action: object) -> int:
+    """A process that does `action`; its number."""
+    process = os.fork()
+    if process:
+        return process
+    code = 1
+    try:
+        action()
+        code = 0
+    finally:
+        os._exit(code)  # nothing of the test run may go on in here
+
+
+def ended(process: int) -> int:
+    """The exit code of a process, or minus the signal that ended it."""
+    _, status = os.waitpid(process, 0)
+    return os.waitstatus_to_exitcode(status)
+
+
+MOMENTS = ["unit written", "unit renamed", "cube laid out", "cube closed", "cube renamed", "mark gone", "units going"]
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_killed_at_the_worst_moments(folder: Path, moment: str) -> None:
+    """Between any two steps that must not come apart, at the first sweep and at one that starts over."""
+
+    def die(*arguments: object) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    def after(function: object, times: int = 1) -> object:
+        calls = []
+
+        def wrapped(*arguments: object, **keywords: object) -> object:
+            result = function(*arguments, **keywords)
+            calls.append(1)
+            if len(calls) == times:
+                die()
+            return result
+
+        return wrapped
+
+    unlink = Path.unlink
+    study = load_study(folder / "s.yaml")
+
+    def doomed(fresh: bool) -> None:
+        store.UNIT_CASES, store._PUT_TOGETHER = 7, 3
+        if moment == "unit written":
+            publish.os.fsync = after(os.fsync, 3)
+        elif moment == "unit renamed":
+            units.write_whole = after(units.write_whole, 3)
+        elif moment == "cube laid out":
+            cube_writer._Group.add = after(cube_writer._Group.add, 40)
+        elif moment == "cube closed":
+            cube_writer._Group.finish = after(cube_writer._Group.finish)
+        elif moment == "cube renamed":
+            store.Store.clear = die
+        elif moment == "mark gone":
+            store.Store.clear = lambda self: (unlink(self.folder / "fresh", missing_ok=True), die())
+        else:
+            Path.unlink = after(unlink, 5)
+        sweep.run(study, folder / "c.nc", workers=1, solve=workers.made_up, fresh=fresh)
+
+    for fresh in (False, True):
+        assert ended(forked(lambda fresh=fresh: doomed(fresh))) == -signal.SIGKILL
+        assert sweep.run(study, folder / "c.nc", workers=1, solve=workers.made_up).solved == CASES
+        cubes.assert_same(folder / "c.nc", folder / "good.nc")
+        assert not units_folder(folder / "c.nc").exists()
+
+
+def test_a_sweep_with_workers_killed(folder: Path) -> None:
+    """The process that deals out the work: its workers leave, and the next one goes on from its units."""
+    for _ in range(2):
+        process = start(folder, "-o", "c.nc", "--workers", "2", solver="slowly")
+        deadline = time.monotonic() + 60.0
+        before = kept(folder)
+        while process.poll() is None and kept_now(folder) <= before and time.monotonic() < deadline:
+            time.sleep(0.02)
+        os.kill(process.pid, signal.SIGKILL)
+        process.communicate(timeout=60)
+        assert gone(process.pid), "a worker is left"
+        if not (folder / "c.nc").exists():
+            assert kept(folder) > before
+    code, _, err = finished(start(folder, "-o", "c.nc", "--workers", "2"))
+    assert code == 0, err
+    assert "cases are solved already and kept" in err
+    cubes.assert_same(folder / "c.nc", folder / "good.nc")
+
+
+def kept_now(folder: Path) -> int:
+    """`kept`, of a sweep that may be putting units together right now."""
+    try:
+        return kept(folder)
+    except FileNotFoundError:
+        return 0
+
+
+def gone(group: int) -> bool:
+    """Whether all processes of a group come to an end."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
+def test_a_worker_killed(folder: Path) -> None:
+    """Once: its case is tried again, and nothing is missing."""
+    environment = {"DEATHS": str(folder)}
+    code, out, err = finished(start(folder, "-o", "c.nc", "--workers", "2", solver="dies_once", env=environment))
+    assert (folder / "died").exists()
+    assert (code, out[:21]) == (0, "60 of 60 cases solved"), err
+    cubes.assert_same(folder / "c.nc", folder / "good.nc")
+
+
+# interrupts
+
+
+@pytest.mark.parametrize("processes", ["1", "2"])
+def test_ctrl_c_ends_within_two_seconds_and_keeps_all(folder: Path, processes: str) -> None:
+    process = start(folder, "-o", "c.nc", "--workers", processes, solver="slowly")
+    deadline = time.monotonic() + 60.0
+    while not kept_now(folder) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    begun = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    code, out, err = finished(process)
+    seconds = time.monotonic() - begun
+    assert (code, out) == (cli.EXIT_INTERRUPTED, ""), err
+    count = kept(folder)
+    last = f"interrupted: c.nc was not written; {count} of 60 cases are kept: the same command goes on from there"
+    assert err.splitlines()[-1] == last
+    assert 0 < count < CASES
+    assert seconds < 2.0 + 0.5 * os.getloadavg()[0]  # 2 s on a machine that is free
+    code, out, err = finished(start(folder, "-o", "c.nc", "--workers", processes))
+    assert f"{count} of 60 cases are solved already and kept" in err
+    assert f", {count} of them before" in out
+    cubes.assert_same(folder / "c.nc", folder / "good.nc")
+
+
+# disks
+
+
+@pytest.mark.parametrize("limit", [0, 3_000, 20_000])
+def test_a_full_disk(folder: Path, limit: int) -> None:
+    """By a limit to the size of files: of the lock, of units, of the cube."""
+    import resource
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    code, out, err = finished(start(folder, "-o", "c.nc", preexec_fn=limited, env={"NUMBA_DISABLE_JIT": "1"}))
+    assert (code, out) == (cli.EXIT_BAD_INPUT, "")
+    assert "cannot be written: File too large" in err
+    assert not (folder / "c.nc").exists()
+    assert [entry.name for entry in folder.iterdir() if ".tmp-" in entry.name] == []
+    count = kept(folder)
+    assert (count == CASES) == (limit == 20_000)
+    assert ("60 of 60 cases are kept; the same command goes on from there" in err) == (limit == 20_000)
+    assert finished(start(folder, "-o", "c.nc"))[0] == 0
+    cubes.assert_same(folder / "c.nc", folder / "good.nc")
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 256 kB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)], capture_output=True, check=False
+    )
+    if mounted.returncode:
+        pytest.skip("this user cannot mount a small tmpfs")
+    try:
+        yield disk
+    finally:
+        subprocess.run(["umount", "-l", str(disk)], check=False)
+
+
+def test_a_small_disk_runs_full(folder: Path, small_disk: Path) -> None:
+    """Units fit, the cube does not; with more room the same command makes it without solving anything."""
+    (small_disk / "ballast").write_bytes(bytes(40_000))
+    code, _, err = finished(start(folder, "-o", "disk/c.nc"))
+    assert code == cli.EXIT_BAD_INPUT
+    assert "cannot be written: No space left on device" in err
+    count = kept(small_disk)
+    assert f"{count} of 60 cases are kept" in err
+    subprocess.run(["mount", "-o", "remount,size=4m", str(small_disk)], check=True)
+    code, out, _ = finished(start(folder, "-o", "disk/c.nc"))
+    assert code == 0
+    assert f", {count} of them before" in out
+    cubes.assert_same(small_disk / "c.nc", folder / "good.nc")
+
+
+def test_a_place_that_cannot_be_written_to(folder: Path) -> None:
+    """Found before anything is solved; /proc refuses even root."""
+    places = ["/proc/c.nc", "s.yaml/c.nc"]
+    if os.geteuid():
+        (folder / "locked").mkdir(mode=0o555)
+        places.append("locked/c.nc")
+    for place in places:
+        code, out, err = finished(start(folder, "-o", place, solver="never"))
+        assert (code, out) == (cli.EXIT_BAD_INPUT, ""), place
+        assert f"{place}: cannot be written: " in err
+
+
+def test_a_disk_that_becomes_read_only(folder: Path, small_disk: Path) -> None:
+    assert finished(start(folder, "-o", "disk/c.nc", "--shard", "1/2"))[0] == 0
+    before = kept(small_disk)
+    assert before
+    subprocess.run(["mount", "-o", "remount,ro", str(small_disk)], check=True)
+    code, _, err = finished(start(folder, "-o", "disk/c.nc"))
+    assert code == cli.EXIT_BAD_INPUT
+    assert "cannot be written: Read-only file system" in err
+    status = subprocess.run(
+        [sys.executable, "-m", "rcstudy", "status", "s.yaml", "-o", "disk/c.nc"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert str(before) in status.stdout
+
+
+# clocks and caches
+
+
+def test_clocks_do_not_matter(folder: Path) -> None:
+    """Files from the future and from 1970, and a clock that was turned back between two runs."""
+    process = start(folder, "-o", "c.nc", solver="slowly")
+    deadline = time.monotonic() + 60.0
+    while kept_now(folder) < 6 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate(timeout=60)
+    for k, path in enumerate(sorted(units_folder(folder / "c.nc").iterdir())):
+        stamp = 4e9 if k % 2 else 0.0
+        os.utime(path, (stamp, stamp))
+    count = kept(folder)
+    assert count >= 6
+    script = folder / "sitecustomize.py"
+    script.write_text("import time\nreal = time.time\ntime.time = lambda: real() - 1e8\n")
+    code, out, err = finished(start(folder, "-o", "c.nc", env={"PYTHONPATH": f"{folder}{os.pathsep}{ROOT}"}))
+    assert code == 0, err
+    assert f", {count} of them before" in out
+    cubes.assert_same(folder / "c.nc", folder / "good.nc")
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("damage", ["truncated", "emptied", "noise"])
+def test_a_corrupt_cache_of_compiled_kernels(folder: Path, damage: str) -> None:
+    """Numba's files cut, emptied or overwritten, indices and machine code: compiled anew, or the cases are solved."""
+    cache = folder / "cache"
+    environment = {"NUMBA_CACHE_DIR": str(cache)}
+    assert finished(start(folder, "-o", "first.nc", env=environment))[0] == 0
+    files = [path for path in cache.rglob("*") if path.suffix in (".nbi", ".nbc")]
+    assert files
+    for path in files:
+        data = path.read_bytes()
+        path.write_bytes({"truncated": data[: len(data) // 2], "emptied": b"", "noise": os.urandom(len(data))}[damage])
+    code, _, err = finished(start(folder, "-o", "c.nc", env=environment))
+    assert code == 0, err
+    cubes.assert_same(folder / "c.nc", folder / "good.nc")
+    shutil.rmtree(cache)
