@@ -1,7 +1,8 @@
 """Every compiled kernel against a naive twin, and the rules that kernels keep.
 
 Twins of a line or two stand in the tests, the others in `naive.py`. Tolerances are a few units of rounding unless the
-test says otherwise. The kernels are called with arrays as the mechanics lay them out.
+test says otherwise. The kernels are called with arrays as the mechanics lay them out. Those of moved rows have a file
+of their own, `test_kernels_rows.py`.
 """
 
 from __future__ import annotations
@@ -940,9 +941,11 @@ def test_numba_is_imported_in_one_place() -> None:
 
 
 def test_every_kernel_has_a_test_here() -> None:
+    """Or in a file beside this one, `test_kernels_rows.py`."""
     called = {
         (node.func.value.id, node.func.attr)
-        for node in ast.walk(ast.parse(Path(__file__).read_text(encoding="utf-8")))
+        for path in Path(__file__).parent.glob("test_kernels*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name)
     }
     kernels = {

@@ -16,7 +16,7 @@ from rcstudy.mechanics.jit import jit
 def to_root(v0: float, slope: float, bend: float) -> float:
     """Distance t > 0 at which v0 + slope t + bend t^2 comes to zero; a thousand if it does not."""
     square = slope * slope - 4.0 * bend * v0
-    below = -slope + math.sqrt(square) if square > 0.0 else 0.0
+    below = -slope + math.sqrt(square) if square >= 0.0 else 0.0
     return 2.0 * v0 / below if below > 0.0 else 1000.0
 
 
@@ -44,7 +44,8 @@ def row_edges(
 
     p^2 is nearly a parabola in the distance to the edge (Hertz: exactly): its root, from the outer three cells, is
     `corrected` by the table for what cells make of an edge that falls between them. A row of fewer cells takes the
-    parabola's curvature from its neighbour on the side of the longest row. Rows without contact: high < low.
+    parabola's curvature from its neighbour on the side of the longest row; that row itself, if it is one, from a
+    semicircle (of p) over its cells. Rows without contact: high < low.
     """
     nx, ny = p.shape
     longest = 0
@@ -58,9 +59,10 @@ def row_edges(
             longest = j
     for sense in (1, -1):
         bend = -(p[(low[longest] + high[longest]) // 2, longest] ** 2) / (0.5 * (high[longest] - low[longest] + 1)) ** 2
-        j = longest
-        while 0 <= j < ny and high[j] >= low[j]:
+        for j in range(longest, ny if sense > 0 else -1, sense):
             a, b = low[j], high[j]
+            if b < a:
+                continue
             if b - a >= 2:
                 middle = (a + b) // 2
                 here = 0.5 * (p[middle + 1, j] ** 2 - 2.0 * p[middle, j] ** 2 + p[middle - 1, j] ** 2)
@@ -78,7 +80,6 @@ def row_edges(
                 else:
                     t = to_edge(v0, 0.0, bend)
                 edges[side, j] = first - inward * t
-            j += sense
 
 
 @jit
@@ -149,20 +150,25 @@ def to_centres(
     kinds, nx, _ = values.shape
     for m in range(cells.shape[0]):
         i, j = cells[m, 0], cells[m, 1]
-        other = i - 1 if shift[j] > 0.0 else i + 1
+        side = -1 if shift[j] > 0.0 else 1
+        other = i + side
         share = abs(shift[j])
         here = held[i, j]
         there = 0 <= other < nx and held[other, j]
-        if not here and not there:
-            for distance in range(2, nx):
-                if i - distance >= 0 and held[i - distance, j]:
-                    other = i - distance
+        if here and not there:
+            other = i  # the neighbour may lie outside the box
+        elif not there:
+            # of two as far in number the one on the neighbour's side is closer
+            for distance in range(1, nx):
+                nearer, farther = i + side * distance, i - side * distance
+                if 0 <= nearer < nx and held[nearer, j]:
+                    other = nearer
                     break
-                if i + distance < nx and held[i + distance, j]:
-                    other = i + distance
+                if 0 <= farther < nx and held[farther, j]:
+                    other = farther
                     break
         weight = share if here and there else (0.0 if here else 1.0)
-        nearest[m] = i if here and (share <= 0.5 or not there) else other
+        nearest[m] = i if here and share <= 0.5 else other
         for k in range(kinds):
             out[m, k] = (1.0 - weight) * values[k, i, j] + weight * values[k, other, j]
 

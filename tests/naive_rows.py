@@ -1,0 +1,164 @@
+"""Naive twins of rows of cells that begin where the contact begins: roots of polynomials, quadrature, sums of waves.
+
+Written from what the kernels of `rows.py` and `convolution.ShiftedTransform` promise. Positions are in cells.
+"""
+
+from __future__ import annotations
+
+from itertools import groupby, pairwise
+
+import numpy as np
+from scipy.integrate import quad
+
+NEVER = 1000.0  # the distance of an edge that is not there
+
+
+def first_root(v0: float, slope: float, bend: float) -> float:
+    """Smallest t > 0 with v0 + slope t + bend t^2 = 0, v0 > 0; solved for 1/t, so that bend may be nothing."""
+    inverse = np.roots([v0, slope, bend])
+    return float(min((1.0 / root.real for root in inverse if root.imag == 0.0 and root.real > 0.0), default=NEVER))
+
+
+def integral_of_root(x: np.ndarray, v: np.ndarray, low: float, high: float) -> float:
+    """Integral from `low` to `high` of sqrt(v), v [n] >= 0 at rising x [n] being joined by straight lines."""
+    total = 0.0
+    for a, b in pairwise(x):
+        a, b = max(a, low), min(b, high)
+        if a < b:
+            total += quad(lambda t: np.sqrt(np.interp(t, x, v)), a, b, epsabs=1e-11, epsrel=1e-11)[0]
+    return float(total)
+
+
+# --- edges and bounds ---
+
+
+def cells_of_row(p: np.ndarray) -> np.ndarray:
+    """Numbers from the first to the last cell of a row that is under pressure p [nx]; none without contact."""
+    touched = np.flatnonzero(p > 0.0)
+    return np.arange(touched[0], touched[-1] + 1) if touched.size else touched
+
+
+def edges(p: np.ndarray, seen: np.ndarray, true: np.ndarray) -> dict[int, tuple[float, float]]:
+    """Where the contact of each row under pressure p [nx, ny] begins and ends: {row: (back, front)}."""
+    rows = {j: cells for j in range(p.shape[1]) if (cells := cells_of_row(p[:, j])).size}
+    longest = max(rows, key=lambda j: (len(rows[j]), -j))
+    found: dict[int, tuple[float, float]] = {}
+    for order in (sorted(j for j in rows if j >= longest), sorted((j for j in rows if j <= longest), reverse=True)):
+        cells = rows[longest]
+        # a semicircle of the row's length; for want of three cells in the longest row
+        bend = -(p[cells[(len(cells) - 1) // 2], longest] ** 2) / (0.5 * len(cells)) ** 2
+        for j in order:
+            cells, v = rows[j], p[rows[j], j] ** 2
+            if len(cells) >= 3:
+                middle = (len(cells) - 1) // 2
+                bend = min(0.0, float(np.polyfit([-1.0, 0.0, 1.0], v[middle - 1 : middle + 2], 2)[0]))
+            # outwards from the outermost cell's centre, the others lie behind it at -1, -2
+            back, front = (outwards(side, bend, seen, true) for side in (v, v[::-1]))
+            found[j] = (float(cells[0] - back), float(cells[-1] + front))
+    return found
+
+
+def outwards(v: np.ndarray, bend: float, seen: np.ndarray, true: np.ndarray) -> float:
+    """Distance from the outermost centre to the edge; v: squares of the pressure, the outermost first."""
+    if len(v) >= 3:
+        return float(np.interp(first_root(*np.polyfit([0.0, -1.0, -2.0], v[:3], 2)[::-1]), seen, true))
+    # v0 + slope t + bend t^2 goes through v1 at t = -1; of one cell alone it is level at the centre
+    slope = v[0] - v[1] + bend if len(v) == 2 else 0.0
+    return min(1.0, first_root(v[0], slope, bend))
+
+
+def bounds(p: np.ndarray, back: float, front: float, start: float, count: int) -> np.ndarray:
+    """Pressures [count] of cells at start - k that carry what a row p [nx] carries, by quadrature."""
+    cells = cells_of_row(p)
+    x = np.concatenate([[back], cells, [front]])
+    v = np.concatenate([[0.0], p[cells] ** 2, [0.0]])
+    ends = [front, *(start - k - 0.5 for k in range(count - 1)), back]
+    parts = np.array([integral_of_root(x, v, ends[k + 1], ends[k]) for k in range(count)])
+    return parts * p.sum() / parts.sum()
+
+
+# --- between cells ---
+
+
+def at_centre(values: np.ndarray, held: np.ndarray, shift: float, i: int) -> tuple[np.ndarray, int]:
+    """Value [k] at i from values [k, nx] of the held cells of one row, each of them at its number plus `shift`.
+
+    And the number of the cell closest to i; of two that are equally close the one of this number.
+    """
+    cells = np.flatnonzero(held)
+    closest = min(cells, key=lambda c: (abs(c + shift - i), c != i))
+    about = [c for c in cells if abs(c + shift - i) < 1.0] or [closest]
+    return np.array([np.interp(i, np.array(about) + shift, of[about]) for of in values]), int(closest)
+
+
+def stick_runs(slip: list[bool]) -> list[tuple[int, int]]:
+    """First and last place of each run of stick cells along a row."""
+    runs = [[k for k, _ in group] for sticks, group in groupby(enumerate(slip), lambda pair: not pair[1]) if sticks]
+    return [(run[0], run[-1]) for run in runs]
+
+
+def stick_zone(
+    room: np.ndarray, slip: np.ndarray, start: float, back: float, front: float
+) -> tuple[float, list[float]]:
+    """Length of a row's stick zone and its borders from the leading one on; room, slip [n] from the leading cell on."""
+    length, borders = 0.0, []
+    for first, last in stick_runs(slip.tolist()):
+        ends = [front, back]
+        for side, (outermost, inner) in enumerate([(first, first + 1), (last, last - 1)]):
+            if outermost == (0, len(slip) - 1)[side]:
+                continue
+            distance = 0.5
+            if first < last and room[inner] > room[outermost]:
+                # room^2 is a straight line through the two cells
+                line = np.polyfit([0.0, -1.0], [room[outermost] ** 2, room[inner] ** 2], 1)
+                distance = min(1.0, float(np.roots(line)[0]))
+            ends[side] = start - outermost + (distance if side == 0 else -distance)
+            borders.append(ends[side])
+        length += ends[0] - ends[1]
+    return length, borders
+
+
+def area(length: np.ndarray) -> float:
+    """Area of the zones with chords `length` [ny], by quadrature; a zone ends where a chord is nothing."""
+    total = 0.0
+    for first, last in stick_runs([chord == 0.0 for chord in length]):
+        v = length[first : last + 1] ** 2
+        x = np.arange(first, last + 1, dtype=float)
+        reach = []
+        for side in (v, v[::-1]):
+            if len(v) == 1:
+                reach.append(0.5)
+            else:
+                # a parabola through three, a line through two
+                n = min(3, len(v))
+                curve = np.polyfit(-np.arange(n), side[:n], n - 1)[::-1]
+                reach.append(min(1.0, first_root(*curve, *([0.0] * (3 - n)))))
+        x = np.concatenate([[first - reach[0]], x, [last + reach[1]]])
+        total += integral_of_root(x, np.concatenate([[0.0], v, [0.0]]), x[0], x[-1])
+    return total
+
+
+# --- moved rows ---
+
+
+def moved_value(row: np.ndarray, i: int, shift: float) -> float:
+    """The row [n] at i + shift, as a sum of waves; the shortest of an even n, which has no phase to show, at i."""
+    n = len(row)
+    total = 0.0
+    for k in range(n // 2 + 1):
+        waves = np.cos(2.0 * np.pi * k / n * (i + (0.0 if 2 * k == n else shift) - np.arange(n)))
+        total += (1.0 if k == 0 or 2 * k == n else 2.0) / n * float(row @ waves)
+    return total
+
+
+def moved_convolution(kernel: np.ndarray, field: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """sum of kernel [px, py], a torus, at the offset between cells times field [nx, ny], row j moved by shift[j]."""
+    nx, ny = field.shape
+    out = np.zeros((nx, ny))
+    for j in range(ny):
+        for m in range(ny):
+            column = kernel[:, (j - m) % kernel.shape[1]]
+            for i in range(nx):
+                for k in range(nx):
+                    out[i, j] += moved_value(column, i - k, shift[j] - shift[m]) * field[k, m]
+    return out

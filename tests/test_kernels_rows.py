@@ -1,0 +1,644 @@
+"""Compiled kernels of rows that begin where the contact begins, against naive twins and what is known exactly.
+
+As `test_kernels.py`, whose rules they keep; the twins stand in `naive_rows.py`. Positions are in cells.
+"""
+
+from __future__ import annotations
+
+import math
+
+import naive
+import naive_rows
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from rcstudy.mechanics.aligned import AlignedContact
+from rcstudy.mechanics.contact import solve_normal
+from rcstudy.mechanics.convolution import (
+    PairOperator,
+    padded_shape,
+    shifted_transform,
+    symbols,
+    transform,
+    upwind_factor,
+)
+from rcstudy.mechanics.kernels import arrays, rows, tractions
+from rcstudy.study import scene_from_mapping
+
+AS_SEEN = np.array([0.0, 1.0])  # a table that corrects nothing
+SEEN, TRUE = np.array([0.0, 0.1, 0.5, 1.1]), np.array([-0.15, 0.1, 0.4, 0.85])
+
+
+# --- roots and the table ---
+
+
+@pytest.mark.parametrize("bend", [-1.3, -0.4, 0.0, 1e-18, 0.2, 3.0])
+@pytest.mark.parametrize("slope", [-2.0, -0.5, 0.0, 0.7])
+def test_to_root_and_to_edge(slope: float, bend: float) -> None:
+    """One root, two of them, roots behind, none."""
+    for v0 in (0.02, 0.3, 2.0):
+        expected = naive_rows.first_root(v0, slope, bend)
+        assert rows.to_root(v0, slope, bend) == pytest.approx(expected, rel=1e-12)
+        assert rows.to_edge(v0, slope, bend) == pytest.approx(min(expected, 1.0), rel=1e-12)
+
+
+def test_to_root_where_the_parabola_only_touches_zero() -> None:
+    assert rows.to_root(1.0, -2.0, 1.0) == 1.0
+    assert rows.to_root(1.0, 2.0, 1.0) == naive_rows.NEVER
+    assert rows.to_root(1.0, 0.0, 0.0) == naive_rows.NEVER
+
+
+def test_corrected() -> None:
+    for t in (-1.0, 0.0, 0.05, 0.1, 0.37, 0.5, 0.9, 1.1, naive_rows.NEVER):
+        assert rows.corrected(t, SEEN, TRUE) == pytest.approx(np.interp(t, SEEN, TRUE), abs=1e-15)
+
+
+# --- edges ---
+
+
+def found_edges(p: np.ndarray, seen: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First and last cells and edges as the kernel finds them."""
+    ny = p.shape[1]
+    low, high, edges = np.full(ny, -7), np.full(ny, -7), np.full((2, ny), np.nan)
+    rows.row_edges(p, seen, true, low, high, edges)
+    return low, high, edges
+
+
+def ellipse(shape: tuple[int, int], centre: tuple[float, float], axes: tuple[float, float]) -> np.ndarray:
+    """1 - (x/a)^2 - (y/b)^2 at the centres of cells: the square of Hertz's pressure, less than nothing outside."""
+    i, j = np.indices(shape)
+    return 1.0 - ((i - centre[0]) / axes[0]) ** 2 - ((j - centre[1]) / axes[1]) ** 2
+
+
+@pytest.mark.parametrize(
+    ("centre", "axes", "lengths"),
+    [
+        ((6.8, 5.6), (2.7, 4.8), {0, 1, 2, 3, 4, 5}),
+        ((5.9, 4.6), (2.6, 3.7), {0, 1, 2, 3, 4, 5}),
+        ((6.0, 5.0), (4.4, 4.1), {0, 1, 5, 7, 9}),
+        ((6.5, 5.3), (4.6, 4.35), {0, 2, 4, 6, 8, 10}),
+        ((6.3, 4.7), (5.1, 0.6), {0, 9}),
+    ],
+)
+def test_row_edges_of_a_paraboloid(centre: tuple[float, float], axes: tuple[float, float], lengths: set[int]) -> None:
+    """Edges of p^2 = 1 - (x/a)^2 - (y/b)^2 are exact in rows of two cells and more, a longer row being there.
+
+    One cell does not tell where in it the row's middle is: its centre is taken, which is right in the third case.
+    """
+    square = ellipse((14, 11), centre, axes)
+    p = np.sqrt(np.maximum(square, 0.0))
+    low, high, edges = found_edges(p, AS_SEEN, AS_SEEN)
+    counts = (p > 0.0).sum(axis=0)
+    assert set(counts.tolist()) == lengths
+    for j, count in enumerate(counts):
+        if count == 0:
+            assert high[j] < low[j]
+            continue
+        assert (low[j], high[j]) == (np.flatnonzero(p[:, j])[0], np.flatnonzero(p[:, j])[-1])
+        if count > 1:
+            middle, half = centre[0], axes[0] * math.sqrt(1.0 - ((j - centre[1]) / axes[1]) ** 2)
+        else:
+            middle, half = float(low[j]), min(1.0, axes[0] * p[low[j], j])
+        np.testing.assert_allclose(edges[:, j], [middle - half, middle + half], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("shape", [(1, 1), (1, 5), (2, 4), (3, 3), (9, 8), (12, 5)])
+def test_row_edges(shape: tuple[int, int], seed: int) -> None:
+    """Against the twin: contacts that need not be ellipses, reach the box's sides or leave rows out."""
+    rng = np.random.default_rng([*shape, seed])
+    middle = [n / 2.0 + rng.uniform(-1.0, 0.0) for n in shape]
+    square = ellipse(shape, (middle[0], middle[1]), (0.3 + rng.uniform(0.1, 0.8) * shape[0], rng.uniform(0.6, 6.0)))
+    p = np.sqrt(np.maximum(square, 0.0)) * rng.uniform(0.9, 1.1, size=shape)
+    p[round(middle[0]), round(middle[1])] = 1.2
+    if seed % 3 == 0:
+        p[:, rng.integers(shape[1])] = 0.0
+        p[0, 0] = 0.4
+    low, high, edges = found_edges(p, SEEN, TRUE)
+    expected = naive_rows.edges(p, SEEN, TRUE)
+    for j in range(shape[1]):
+        assert (high[j] >= low[j]) == (j in expected)
+        if j in expected:
+            np.testing.assert_allclose(edges[:, j], expected[j], atol=1e-9)
+
+
+# --- bounds ---
+
+
+@pytest.mark.parametrize("v", [(0.0, 2.0), (2.0, 0.0), (1.0, 1.0), (0.3, 5.0), (0.0, 0.0)])
+def test_piece(v: tuple[float, float]) -> None:
+    expected = quad(lambda t: math.sqrt(v[0] + (v[1] - v[0]) * t / 0.7), 0.0, 0.7, epsabs=1e-12)[0]
+    assert rows.piece(*v, 0.7) == pytest.approx(expected, abs=1e-10)
+
+
+def found_bounds(p: np.ndarray, edges: np.ndarray, start: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Bounds [max count, ny] as the kernel finds them, none where there is no cell."""
+    inside = [np.flatnonzero(row) if row.any() else np.array([len(row), -1]) for row in p.T]
+    low, high = np.array([row[0] for row in inside]), np.array([row[-1] for row in inside])
+    out = np.full((count.max(), p.shape[1]), np.nan)
+    rows.row_bounds(p, low, high, edges, start, count, out)
+    return out
+
+
+@pytest.mark.parametrize("ahead", [0.5, 0.82535, 1.0])
+def test_row_bounds(ahead: float) -> None:
+    """By quadrature; rows of one to many cells and an empty one, which is left alone."""
+    rng = np.random.default_rng(3)
+    square = ellipse((16, 9), (7.3, 3.6), (6.4, 3.9))
+    p = np.sqrt(np.maximum(square, 0.0)) * rng.uniform(0.8, 1.2, size=square.shape)
+    p[:, [1, 3, 8]] = 0.0
+    p[7, 8], p[5:7, 1] = 0.3, (0.7, 0.6)
+    edges, start, count = np.full((2, 9), np.nan), np.zeros(9), np.zeros(9, dtype=np.int64)
+    for j in np.flatnonzero(p.any(axis=0)):
+        cells = np.flatnonzero(p[:, j])
+        edges[:, j] = cells[0] - rng.uniform(0.6 if j == 1 else 0.05, 0.9), cells[-1] + rng.uniform(0.45, 0.9)
+        start[j] = max(edges[1, j] - ahead, edges[:, j].mean())
+        count[j] = max(1, math.ceil(start[j] - edges[0, j]))
+    out = found_bounds(p, edges, start, count)
+    assert {0, 1, 2} < set(count.tolist())
+    for j in range(9):
+        n = count[j]
+        assert np.isnan(out[n:, j]).all()
+        if n:
+            expected = naive_rows.bounds(p[:, j], *edges[:, j], start[j], n)
+            np.testing.assert_allclose(out[:n, j], expected, rtol=1e-8)
+            assert out[:n, j].sum() == pytest.approx(p[:, j].sum(), rel=1e-14)
+
+
+def test_row_bounds_when_the_edge_is_within_the_outermost_cells() -> None:
+    """Short of their centres, as the table has it: the force is kept, every cell has a bound, and much the same one."""
+    p = np.sqrt(np.maximum(ellipse((12, 1), (5.5, 0.0), (5.02, 1.0)), 0.0))
+    start, count = np.array([9.9 - 0.82535]), np.array([9])
+    within = found_bounds(p, np.array([[1.1], [9.9]]), start, count)[:, 0]
+    at = found_bounds(p, np.array([[0.98], [10.02]]), start, count)[:, 0]
+    assert within.sum() == pytest.approx(p.sum(), rel=1e-14)
+    assert (within > 0.0).all()
+    np.testing.assert_allclose(within, at, atol=0.04)
+
+
+# --- between cells ---
+
+
+def centres(values: np.ndarray, held: np.ndarray, shift: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Values and numbers of the closest cell as the kernel finds them."""
+    out, nearest = np.full((len(cells), len(values)), np.nan), np.full(len(cells), -7)
+    rows.to_centres(values, held, shift, cells, out, nearest)
+    return out, nearest
+
+
+SHIFTS = np.array([-0.5, -0.3, 0.0, 0.2, 0.5, 0.7])
+
+
+def test_to_centres_of_linear_fields() -> None:
+    """Exact between two cells, for each row's own slope; the closest cell is the one less than half a cell away."""
+    i, j = np.indices((9, len(SHIFTS)))
+    values = np.stack([2.0 + (1.0 + j) * (i + SHIFTS[j]), 1.0 - 3.0 * (i + SHIFTS[j])])
+    cells = np.argwhere((i > 0) & (i < 8))
+    out, nearest = centres(values, np.ones(i.shape, dtype=np.bool_), SHIFTS, cells)
+    x, row = cells.T
+    np.testing.assert_allclose(out, np.stack([2.0 + (1.0 + row) * x, 1.0 - 3.0 * x], axis=1), atol=1e-13)
+    assert (np.abs(nearest + SHIFTS[row] - x) <= 0.5).all()
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_to_centres(seed: int) -> None:
+    """Both neighbours, one, none, at either side; values of cells that do not count are never seen."""
+    rng = np.random.default_rng(seed)
+    shape = (7, 12)
+    held = rng.random(shape) < (0.15, 0.4, 0.8)[seed % 3]
+    held[rng.integers(7), ~held.any(axis=0)] = True
+    shift = rng.uniform(-0.5, 0.5, size=12)
+    values = np.where(held, rng.normal(size=(3, *shape)), 1e9)
+    cells = np.argwhere(np.ones(shape, dtype=bool))
+    out, nearest = centres(values, held, shift, cells)
+    for m, (i, j) in enumerate(cells):
+        expected, closest = naive_rows.at_centre(values[:, :, j], held[:, j], shift[j], i)
+        np.testing.assert_allclose(out[m], expected, rtol=1e-12, atol=1e-13)
+        assert nearest[m] == closest
+
+
+@pytest.mark.parametrize(
+    ("held", "shift", "i", "closest"),
+    [
+        ([3, 4], 0.3, 2, 3),  # on the side away from the neighbours, one cell on
+        ([3, 4], -0.3, 5, 4),
+        ([3, 4], -0.3, 2, 3),
+        ([3], 0.3, 0, 3),
+        ([0, 5], 0.2, 3, 5),  # 2.2 against 2.8
+        ([1, 5], 0.2, 3, 1),  # 1.8 against 2.2
+        ([1, 5], -0.2, 3, 5),
+    ],
+)
+def test_to_centres_far_from_any_cell(held: list[int], shift: float, i: int, closest: int) -> None:
+    """The closest cell of the row, and not another row's."""
+    mask = np.ones((7, 3), dtype=np.bool_)
+    mask[:, 1] = False
+    mask[held, 1] = True
+    values = np.arange(21.0).reshape(1, 7, 3)
+    out, nearest = centres(values, mask, np.array([0.0, shift, 0.0]), np.array([[i, 1]]))
+    assert nearest == [closest]
+    assert out == [[values[0, closest, 1]]]
+
+
+# --- stick and slip ---
+
+
+def test_border() -> None:
+    """Exact where the square of the room grows linearly; a cell at most; half a cell if nothing tells."""
+    for distance in (0.0, 0.2, 0.5, 1.0):
+        found = rows.border(math.sqrt(0.7 * distance), math.sqrt(0.7 * (distance + 1.0)))
+        assert found == pytest.approx(distance, abs=1e-15)
+    assert rows.border(math.sqrt(3.0), 2.0) == 1.0
+    assert rows.border(0.4, 0.0) == rows.border(0.4, 0.4) == rows.border(0.0, 0.0) == 0.5
+
+
+def found_zone(
+    states: list[str], room: np.ndarray, start: list[float], edges: list[tuple[float, float]]
+) -> tuple[np.ndarray, list[tuple[float, float]]]:
+    """Lengths [ny] and borders as the kernel finds them, cells of all rows being numbered from the last row on.
+
+    states: s and - for slip and stick from the leading cell on; room: of the rows' cells one after the other.
+    """
+    count = np.array([len(row) for row in states])
+    index = np.full((max(1, count.max()), len(states)), -1)
+    numbers = np.arange(count.sum())[::-1]
+    slip, of_cells = np.zeros(count.sum(), dtype=np.bool_), np.zeros(count.sum())
+    first = 0
+    for j, row in enumerate(states):
+        index[: len(row), j] = own = numbers[first : first + len(row)]
+        slip[own], of_cells[own] = [state == "s" for state in row], room[first : first + len(row)]
+        first += len(row)
+    length, borders = np.full(len(states), np.nan), np.full((2 * count.sum(), 2), np.nan)
+    found = rows.stick_rows(of_cells, slip, index, np.array(start), count, np.array(edges).T, length, borders)
+    assert np.isnan(borders[found:]).all()
+    return length, [(float(x), float(j)) for x, j in borders[:found]]
+
+
+def test_stick_rows_that_stick_or_slip() -> None:
+    """From edge to edge, or nothing; no borders. Rows without cells have nothing either."""
+    edges = [(2.3, 6.9), (1.0, 1.4), (3.0, 5.5), (4.0, 4.5), (0.0, 0.0)]
+    length, borders = found_zone(["----", "-", "sss", "s", ""], np.ones(9), [6.1, 1.2, 4.7, 4.2, 0.0], edges)
+    np.testing.assert_allclose(length, [4.6, 0.4, 0.0, 0.0, 0.0], atol=1e-15)
+    assert borders == []
+
+
+def test_stick_rows_between_borders() -> None:
+    """Room like the root of the distance to each border: both are found exactly, and so are those at an edge."""
+    start, back, front = 9.7, 0.2, 10.5
+    x = start - np.arange(10)
+    room = np.sqrt(np.clip(np.minimum(8.1 - x, x - 3.4), 0.0, None))
+    length, borders = found_zone(["ss-----sss"], room, [start], [(back, front)])
+    assert length == pytest.approx([4.7])
+    assert borders == [(pytest.approx(8.1), 0.0), (pytest.approx(3.4), 0.0)]
+    length, borders = found_zone(["-------sss"], room, [start], [(back, front)])
+    assert length == pytest.approx([front - 3.4])
+    assert borders == [(pytest.approx(3.4), 0.0)]
+    length, borders = found_zone(["ss--------"], room, [start], [(back, front)])
+    assert length == pytest.approx([8.1 - back])
+    assert borders == [(pytest.approx(8.1), 0.0)]
+
+
+def test_stick_rows_of_single_cells() -> None:
+    """One cell about its centre between slip cells, from the edge to its border at the ends."""
+    edges = [(2.0, 6.0)] * 3
+    length, borders = found_zone(["s-s", "-ss", "ss-"], np.ones(9), [5.0, 5.0, 5.0], edges)
+    np.testing.assert_allclose(length, [1.0, 1.5, 1.5], atol=1e-15)
+    assert borders == [(4.5, 0.0), (3.5, 0.0), (4.5, 1.0), (3.5, 2.0)]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_stick_rows(seed: int) -> None:
+    """Any states, several zones in a row."""
+    rng = np.random.default_rng(seed)
+    states = ["".join(rng.choice(list("s-"), size=rng.integers(0, 12))) for _ in range(9)]
+    room = rng.uniform(0.1, 1.0, size=sum(map(len, states)))
+    start = rng.uniform(12.0, 14.0, size=9).tolist()
+    edges = [(x - max(1, len(row)) + rng.uniform(0.0, 1.0), x + 0.8) for x, row in zip(start, states, strict=True)]
+    length, borders = found_zone(states, room, start, edges)
+    expected_borders = []
+    first = 0
+    for j, row in enumerate(states):
+        slip = np.array([state == "s" for state in row], dtype=bool)
+        expected, of_row = naive_rows.stick_zone(room[first : first + len(row)], slip, start[j], *edges[j])
+        assert length[j] == pytest.approx(expected, abs=1e-12)
+        expected_borders += [(pytest.approx(x, abs=1e-12), float(j)) for x in of_row]
+        first += len(row)
+    assert borders == expected_borders
+
+
+# --- area ---
+
+
+@pytest.mark.parametrize(("diameter", "tolerance"), [(4, 0.04), (8, 0.01), (12, 0.005), (20, 0.002), (60, 2e-4)])
+def test_area_under_an_ellipse(diameter: int, tolerance: float) -> None:
+    """Wherever its rows are; the error falls like the square of their distance, and is one of too little."""
+    for offset in np.linspace(0.0, 1.0, 9):
+        y = (np.arange(diameter + 4) - 0.5 * (diameter + 3) + offset) / (0.5 * diameter)
+        length = 3.0 * np.sqrt(np.maximum(1.0 - y * y, 0.0))
+        error = rows.area_under(length) / (math.pi / 4.0 * 3.0 * diameter) - 1.0
+        assert -tolerance < error < 0.0
+
+
+def test_area_under_parabolas() -> None:
+    """Squares of the chords that rise and fall linearly: the integral of their root, to the last bit but a few."""
+    length = np.sqrt(np.array([0.0, 0.0, 0.3, 1.3, 2.3, 3.3, 2.3, 1.3, 0.3, 0.0]))
+    expected = 2.0 * 2.0 / 3.0 * 3.3**1.5
+    assert rows.area_under(length) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("length", "expected"),
+    [
+        ([], 0.0),
+        ([0.0, 0.0], 0.0),
+        ([0.0, 3.0, 0.0], 2.0),  # half a cell to each side, two thirds of it
+        ([3.0], 2.0),
+        ([2.0, 2.0], 2.0 + 2.0 * 4.0 / 3.0),  # a cell to each side: nothing says where they end
+        ([3.0, 0.0, 3.0, 0.0], 4.0),
+    ],
+)
+def test_area_under_few_chords(length: list[float], expected: float) -> None:
+    assert rows.area_under(np.array(length)) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_area_under(seed: int) -> None:
+    """Zones of any shape, several of them, up to the box's sides."""
+    rng = np.random.default_rng(seed)
+    length = rng.uniform(0.5, 4.0, size=15) * (rng.random(15) < (0.5, 0.9)[seed % 2])
+    assert rows.area_under(length) == pytest.approx(naive_rows.area(length), rel=1e-8)
+
+
+# --- slip at the centres of cells ---
+
+
+class MovedCells:
+    """Cells of a box, one row of it empty, with the cell ahead of each, slips, and which of them slip."""
+
+    def __init__(self, seed: int = 0) -> None:
+        rng = np.random.default_rng(seed)
+        inside = ellipse((9, 8), (4.2, 3.3), (3.9, 3.6)) > 0.0
+        self.cells = np.ascontiguousarray(np.argwhere(inside))
+        self.m = m = len(self.cells)
+        number = {(i, j): k for k, (i, j) in enumerate(self.cells.tolist())}
+        self.ahead = np.array([number.get((i + 1, j), number[i, j]) for i, j in self.cells.tolist()])
+        self.leading = self.ahead == np.arange(m)
+        self.slip = rng.random(m) < 0.6
+        self.s = rng.normal(size=(m, 2)) + 0.7
+        self.rng = rng
+
+
+def test_lean_weights() -> None:
+    """Half, or so much that half of the cell's own slip is added; nothing for leading cells and where slip is none."""
+    c = MovedCells()
+    c.s[np.flatnonzero(~c.leading)[3]] = 0.0
+    weight = np.full(c.m, np.nan)
+    tractions.lean_weights(c.s, c.ahead, weight)
+    capped = 0
+    for k in range(c.m):
+        own, change = np.linalg.norm(c.s[k]), np.linalg.norm(c.s[k] - c.s[c.ahead[k]])
+        if c.leading[k]:
+            assert weight[k] == 0.0
+        elif change > own:
+            capped += 1
+            assert weight[k] * change == pytest.approx(0.5 * own, rel=1e-14)
+        else:
+            assert weight[k] == 0.5
+    assert 2 < capped < (~c.leading).sum()
+
+
+def test_lean() -> None:
+    """In slip cells alone; a slip that is linear along x comes out right at the centres, half a cell behind."""
+    c = MovedCells()
+    weight, out = c.rng.uniform(0.0, 0.5, size=c.m), np.full((c.m, 2), np.nan)
+    tractions.lean(c.s, c.slip, c.ahead, weight, out)
+    expected = c.s + (weight * c.slip)[:, None] * (c.s - c.s[c.ahead])
+    np.testing.assert_allclose(out, expected, rtol=1e-14, atol=1e-15)
+    x = c.cells[:, :1] + 0.5
+    s = np.hstack([1.0 + 0.02 * x, 0.5 - 0.03 * x])
+    tractions.lean_weights(s, c.ahead, weight)
+    tractions.lean(s, c.slip, c.ahead, weight, out)
+    at_centres = np.where((c.slip & ~c.leading)[:, None], s - 0.5 * np.array([0.02, -0.03]), s)
+    np.testing.assert_allclose(out, at_centres, rtol=1e-14)
+
+
+def test_lean_back() -> None:
+    """The same in two padded arrays, each cell by what the one ahead had before; nothing else is touched."""
+    c = MovedCells()
+    i, j = c.cells.T
+    field = c.rng.normal(size=(2, 9, 11))
+    weight = np.where(c.leading, 0.0, c.rng.uniform(0.1, 0.5, size=c.m))
+    expected = field.copy()
+    out = np.full((c.m, 2), np.nan)
+    tractions.lean(np.ascontiguousarray(field[:, i, j].T), c.slip, c.ahead, weight, out)
+    expected[:, i, j] = out.T
+    by_index = field.copy()
+    by_index[:, i[c.slip], j[c.slip]] += weight[c.slip] * (
+        field[:, i[c.slip], j[c.slip]] - field[:, np.minimum(i[c.slip] + 1, 8), j[c.slip]]
+    )
+    tractions.lean_back(field, c.cells, c.slip, weight)
+    np.testing.assert_allclose(field, expected, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(field, by_index, rtol=1e-14, atol=1e-15)
+
+
+def test_turn_is_classify_when_the_slip_is_the_same() -> None:
+    """As it is where slip does not change along x; what belongs to stick cells stays."""
+    c = MovedCells()
+    q, bound, rho = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.2, 2.0, size=c.m), 0.6
+    s = np.stack([0.3 + 0.1 * c.cells[:, 1], np.full(c.m, -0.8)], axis=1)
+    by_classify, by_turn = ((np.full((c.m, 2), 7.0), np.full(c.m, 7.0)) for _ in range(2))
+    weight, centred = np.full(c.m, np.nan), np.full((c.m, 2), np.nan)
+    _, square = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
+    tractions.lean_weights(s, c.ahead, weight)
+    tractions.lean(s, c.slip, c.ahead, weight, centred)
+    before = c.slip.copy()
+    assert tractions.turn(q, centred, bound, rho, c.slip, *by_turn) == pytest.approx(square, rel=1e-14)
+    assert 0 < c.slip.sum() < c.m
+    np.testing.assert_array_equal(c.slip, before)
+    for found, expected in zip(by_turn, by_classify, strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_turn() -> None:
+    """Any slip: slip cells go to the circle, be they within it or not, stick cells into it; states are not changed."""
+    c = MovedCells(1)
+    q, bound, rho = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.5, 3.0, size=c.m), 0.6
+    normal, diagonal = np.full((c.m, 2), 7.0), np.full(c.m, 7.0)
+    before, expected = c.slip.copy(), 0.0
+    square = tractions.turn(q, c.s, bound, rho, c.slip, normal, diagonal)
+    np.testing.assert_array_equal(c.slip, before)
+    seen = set()
+    for k in range(c.m):
+        t = q[k] - rho * c.s[k]
+        size = np.linalg.norm(t)
+        seen.add((bool(c.slip[k]), bool(size > bound[k])))
+        on_circle = bound[k] * t / size
+        projected = on_circle if c.slip[k] or size > bound[k] else t
+        expected += float(((q[k] - projected) ** 2).sum())
+        np.testing.assert_allclose(normal[k], t / size if c.slip[k] else [7.0, 7.0], rtol=1e-13)
+        excess = max(0.0, size / bound[k] - 1.0) / rho
+        assert diagonal[k] == (pytest.approx(excess, rel=1e-10) if c.slip[k] else 7.0)
+    assert len(seen) == 4
+    assert square == pytest.approx(expected, rel=1e-12)
+
+
+# --- transforms of moved rows ---
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_turn_of_waves(sense: int) -> None:
+    """Columns without a phase are left alone."""
+    rng = np.random.default_rng(4)
+    hat = rng.normal(size=(2, 5, 9)) + 1j * rng.normal(size=(2, 5, 9))
+    phase = rng.normal(size=(5, 6)) + 1j * rng.normal(size=(5, 6))
+    expected = hat.copy()
+    expected[:, :, :6] *= phase if sense > 0 else phase.conj()
+    arrays.turn(hat, phase, sense)
+    np.testing.assert_allclose(hat, expected, rtol=1e-14)
+
+
+TORI = [(8, 5), (9, 6), (12, 12), (15, 7), (2, 1), (1, 3)]
+
+
+@pytest.mark.parametrize("padded", TORI)
+def test_symbols_with_x_first(padded: tuple[int, int]) -> None:
+    """The transform of the torus, halved along x instead of y."""
+    quadrant = np.random.default_rng(5).normal(size=(2, padded[0] // 2 + 1, padded[1] // 2 + 1))
+    pair = [(quadrant[0], (1, 1)), (quadrant[1], (-1, 1))]
+    found = symbols(pair, padded, x_first=True)
+    for hat, (of_one, parity) in zip(found, pair, strict=True):
+        whole = np.fft.fft2(naive.torus(of_one, parity, padded)) / (padded[0] * padded[1])
+        np.testing.assert_allclose(hat, whole[: padded[0] // 2 + 1], atol=1e-14)
+
+
+@pytest.mark.parametrize("px", [1, 2, 7, 10])
+def test_upwind_factor(px: int) -> None:
+    row = np.random.default_rng(px).normal(size=px)
+    found = np.fft.irfft(np.fft.rfft(row) * upwind_factor(px, 0.3), px)
+    np.testing.assert_allclose(found, (row - np.roll(row, -1)) / 0.3, atol=1e-13)
+
+
+@pytest.mark.parametrize("padded", TORI)
+def test_rows_that_are_moved_there_and_back(padded: tuple[int, int]) -> None:
+    """The identity, by any shift, with other columns of zeros or none."""
+    rng = np.random.default_rng(6)
+    for ny in {padded[1], (padded[1] + 1) // 2}:
+        moved = shifted_transform(padded, 2, ny).shifted(rng.uniform(-1.0, 1.0, size=ny))
+        field = rng.normal(size=(2, padded[0], ny))
+        moved.real[:] = field
+        moved.forward()
+        moved.backward()
+        np.testing.assert_allclose(moved.real / (padded[0] * padded[1]), field, atol=1e-14)
+
+
+@pytest.mark.parametrize("padded", TORI)
+def test_rows_moved_by_whole_cells(padded: tuple[int, int]) -> None:
+    """Rolled towards +x, but for the shortest wave of an even number of cells, which stays as it is."""
+    rng = np.random.default_rng(7)
+    px, py = padded
+    shift = rng.integers(-3, 4, size=py)
+    plan = shifted_transform(padded, 1, py)
+    moved = plan.shifted(shift.astype(float))
+    field = rng.normal(size=(px, py))
+    alternating = np.zeros((px, py))
+    if px % 2 == 0:
+        sign = (-1.0) ** np.arange(px)
+        alternating = np.outer(sign, sign @ field / px)
+    plan.real[0] = field
+    moved.forward()
+    plan.backward()  # the same buffers, and no phase
+    rest = field - alternating
+    rolled = np.stack([np.roll(row, n) for row, n in zip(rest.T, shift, strict=True)], axis=1)
+    np.testing.assert_allclose(plan.real[0] / (px * py), rolled + alternating, atol=1e-14)
+
+
+@pytest.mark.parametrize("px", [9, 16, 17])
+def test_rows_moved_by_parts_of_cells(px: int) -> None:
+    """A sum of waves is at x - shift what it was at x, to rounding."""
+
+    def row(x: np.ndarray) -> np.ndarray:
+        k = 2.0 * np.pi / px
+        return np.asarray(0.4 + np.sin(k * x + 0.3) - 0.7 * np.cos(3.0 * k * x) + 0.2 * np.sin((px // 2 - 1) * k * x))
+
+    shift = np.array([0.0, 0.37, -0.5, 1.25])
+    plan = shifted_transform((px, 6), 1, 4)
+    plan.real[0] = row(np.arange(px))[:, None]
+    plan.shifted(shift).forward()
+    plan.backward()
+    np.testing.assert_allclose(plan.real[0] / (px * 6), row(np.arange(px)[:, None] - shift), atol=1e-14)
+
+
+def random_operator(padded: tuple[int, int], seed: int) -> list[tuple[np.ndarray, tuple[int, int]]]:
+    """Random coefficients of a symmetric pair with its parities."""
+    quadrant = np.random.default_rng(seed).normal(size=(3, padded[0] // 2 + 1, padded[1] // 2 + 1))
+    return [(quadrant[0], (1, 1)), (quadrant[1], (-1, -1)), (quadrant[2], (1, 1))]
+
+
+@pytest.mark.parametrize("box", [(1, 1), (1, 4), (5, 1), (4, 6), (5, 4), (8, 8)])
+def test_rows_that_are_not_moved(box: tuple[int, int]) -> None:
+    """The convolution of `Transform`, by a shift of nothing and without one; padded to good, odd and even lengths."""
+    rng = np.random.default_rng(8)
+    for padded in (padded_shape(box), (2 * box[0] - 1, 2 * box[1] - 1), (2 * box[0], 2 * box[1])):
+        quadrants = random_operator(padded, 9)
+        cells = np.argwhere(rng.random(box) < 0.8)
+        q = rng.normal(size=(len(cells), 2))
+        plan = transform(padded, 2, box[0])
+        usual = PairOperator(symbols(quadrants, padded), padded, box, plan).on_box(q, cells).copy()
+        for other in (
+            shifted_transform(padded, 2, box[1]),
+            shifted_transform(padded, 2, box[1]).shifted(np.zeros(box[1])),
+        ):
+            found = PairOperator(symbols(quadrants, padded, x_first=True), padded, box, other).on_box(q, cells)
+            assert found.shape == usual.shape
+            np.testing.assert_allclose(found, usual, atol=1e-14 * np.abs(usual).max(initial=1.0))
+
+
+@pytest.mark.parametrize("padded", [(7, 7), (8, 7), (9, 8)])
+def test_convolution_of_moved_rows(padded: tuple[int, int]) -> None:
+    """Against sums over all pairs of cells, the kernel between two rows being moved by the difference of their shifts.
+
+    By parts of cells the kernel is a sum of waves; by whole cells (the last shifts) on an odd torus it is just rolled.
+    """
+    box = (4, 3)
+    rng = np.random.default_rng(10)
+    quadrants = random_operator(padded, 11)
+    xx, xy, yy = (naive.torus(quadrant, parity, padded) for quadrant, parity in quadrants)
+    cells = np.argwhere(np.ones(box, dtype=bool))
+    field = rng.normal(size=(2, *box))
+    for shift in (np.array([0.3, -0.45, 0.1]), np.array([1.0, 0.0, -1.0])):
+        plan = shifted_transform(padded, 2, box[1]).shifted(shift)
+        operator = PairOperator(symbols(quadrants, padded, x_first=True), padded, box, plan)
+        found = operator.on_box(field.reshape(2, -1).T, cells)
+        expected = [
+            sum(naive_rows.moved_convolution(kernel, part, shift) for kernel, part in zip(pair, field, strict=True))
+            for pair in ((xx, xy), (xy, yy))
+        ]
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+    if padded[0] % 2:
+        rolled = np.zeros(box)
+        for i, j in cells:
+            for k, m in cells:
+                rolled[i, j] += xx[round(i - k + shift[j] - shift[m]) % padded[0], j - m] * field[0, k, m]
+                rolled[i, j] += xy[round(i - k + shift[j] - shift[m]) % padded[0], j - m] * field[1, k, m]
+        np.testing.assert_allclose(found[0], rolled, atol=1e-12)
+
+
+def test_slip_by_pressure_of_a_contact_one_row_wide() -> None:
+    """The symbols' transform is then that of the contact: made at the first use or kept from it, they give the same."""
+    scene = scene_from_mapping(
+        {
+            "substrate": {"E": 210000, "nu": 0.3},
+            "layers": [],
+            "counterbody": "rigid",
+            "radius": 50,
+            "load": 100,
+            "friction": 1.0,
+            "mesh": {"size": [1.0, 2.25], "cells": [32, 5]},
+        }
+    )
+    contact = solve_normal(scene)
+    first, second = (AlignedContact(contact).slip_by_pressure for _ in range(2))
+    assert contact.box.shape[1] == 1
+    assert np.abs(second).max() > 1e-4
+    np.testing.assert_array_equal(first, second)
