@@ -178,6 +178,33 @@ def test_products_under_two_stiff_layers(cells: int) -> None:
     assert result.scalars["iterations_tangential"] <= 8
 
 
+@pytest.mark.heavy
+def test_a_plate_on_a_soft_core() -> None:
+    """The cells in contact do not settle in Newton's steps: pressure and tractions are solved in turn, then together.
+
+    The same found from the result: Newton's method alone holds it for a solution.
+    """
+    layers = (Layer(1353.15, 0.3, 1.672), Layer(0.5902, 0.5, 11.51), Layer(171.16, 0.2, 0.3451))
+    scene = Scene(
+        Material(24.885, 0.45),
+        (67.94, 67.94),
+        100.0,
+        Mesh((12.365, 12.365), (16, 16)),
+        layers,
+        friction=1.89,
+        creepage=Creepage(-0.02509, 0.02583, -0.00303),
+        coupling="full",
+        tolerance=Tolerance(2e-5, 4e-5),
+    )
+    contact, rolling = solve_coupled(scene)
+    assert rolling.iterations > coupled._MAX_NEWTON
+    system = CoupledSystem(scene, contact.influence, contact.box)
+    stress = np.stack([contact.spread(rolling.q[:, 0]), contact.spread(rolling.q[:, 1]), contact.solution.p])
+    assert system.solve(np.ascontiguousarray(stress[:, *contact.box.slices])) <= 1
+    assert system.converged
+    solved(scene)
+
+
 def test_at_most_twice_the_products_of_one_way() -> None:
     """A product of both together costs half as much again as one of the tractions alone: three times in all."""
     for scene in (STIFF_LAYERS, replace(STIFF_LAYERS, layers=(), creepage=MIXED)):
