@@ -33,14 +33,16 @@ def solve(scene: Mapping[str, Any]) -> xr.Dataset:
     return to_dataset(stated, solve_scene(stated))
 
 
-def open(path: str | Path) -> xr.DataTree:
+def open(path: str | Path, *, chunked: bool = False) -> xr.DataTree:
     """Open a cube lazily; close it after use, or use it in a ``with`` block. See :func:`rcstudy.cube.open_cube`.
+
+    `chunked`: as dask arrays, a chunk for each field of each case; needs dask.
 
     Raises UserError when the file is missing, unreadable, or not an rcstudy cube.
     """
     from rcstudy.cube import open_cube
 
-    return open_cube(path)
+    return open_cube(path, chunked=chunked)
 
 
 def __getattr__(name: str) -> Any:

@@ -26,16 +26,20 @@ if TYPE_CHECKING:
 __all__ = ["case_dims", "case_table", "grids", "open_cube", "reading", "to_dataset", "write_cube"]
 
 
-def open_cube(path: Path | str) -> xr.DataTree:
+def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     """Open a cube lazily: values are read when they are used; close it, or use it in a ``with`` block.
+
+    `chunked`: as dask arrays, a chunk for each field of each case, for work on more than the memory holds.
 
     The root holds the provenance as attributes and, in a study of several grids, a table of all cases; the grids
     are its children (:func:`grids` gives them in either layout).
 
     Raises UserError when the file is missing, unreadable, not an rcstudy cube, of a newer layout, or holds what no
-    cube holds (:mod:`rcstudy.screen`).
+    cube holds (:mod:`rcstudy.screen`), and when there is no dask for chunks.
     """
     path = Path(path)
+    if chunked and find_spec("dask") is None:
+        raise UserError(f"{path}: to open it in chunks install dask: pip install 'rcstudy[cluster]'")
     if not path.exists():
         raise UserError(f"{path}: no such file")
     if not path.is_file():
@@ -43,7 +47,7 @@ def open_cube(path: Path | str) -> xr.DataTree:
     try:
         if foreign := foreign_content(path):
             raise UserError(f"{path}: not an rcstudy cube: {foreign}")
-        tree = xr.open_datatree(path, engine=_engine())
+        tree = xr.open_datatree(path, engine=_engine(), chunks={} if chunked else None)
     except UserError:
         raise
     except Exception as error:  # whatever HDF5, h5netcdf or xarray make of a file that is not theirs

@@ -21,6 +21,7 @@ from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
 from rcstudy.result import VARIABLES, Status
+from rcstudy.screen import foreign_content
 
 _GZIP = 1  # HDF5's number of the deflate filter
 
@@ -33,9 +34,13 @@ class EarlierCube:
 
     def __init__(self, path: Path) -> None:
         try:
+            if foreign := foreign_content(path):
+                raise ValueError(foreign)
             self._file = h5py.File(path, "r")
         except OSError as error:
             raise ValueError("it is no file of HDF5, or damaged") from error
+        except Exception as error:  # as below
+            raise ValueError(_first_line(error)) from error
         try:
             attrs = self._file.attrs
             if attrs.get(SCHEMA_ATTRIBUTE) != SCHEMA or attrs.get("solver_version") != SOLVER_VERSION:

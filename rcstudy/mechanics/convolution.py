@@ -15,7 +15,11 @@ from functools import lru_cache
 import numpy as np
 
 from rcstudy.mechanics.fftw import pyfftw
+from rcstudy.mechanics.keeping import keep_within
 from rcstudy.mechanics.kernels import arrays
+
+PLAN_BYTES = 256 * 2**20
+"""Held by plans of either kind that are kept: those of one solve on 512 x 512 cells, all of smaller meshes."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,11 @@ class Transform:
         self._back_x = pyfftw.FFTW(self.hat, last, axes=(1,), **back, **options).execute
         self._back_y = pyfftw.FFTW(last[:, :rows], self.real, axes=(2,), **back, **spent).execute
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all buffers."""
+        return int(self.real.nbytes + 3 * self.hat.nbytes)
+
     def forward(self) -> None:
         """From `real` to `hat`."""
         self._along_y()
@@ -89,7 +98,7 @@ class Transform:
         self._back_y()
 
 
-@lru_cache(maxsize=96)
+@keep_within(PLAN_BYTES)
 def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
     """The plans for `fields` arrays with `rows` rows in use of a `padded` shape, made once per process."""
     return Transform(padded, fields, rows)
@@ -119,6 +128,11 @@ class ShiftedTransform:
         self._back_y = pyfftw.FFTW(self.hat, self._last, axes=(2,), **back, **options).execute
         self._back_x = pyfftw.FFTW(self._last[:, :, :rows], self.real, axes=(1,), **back, **spent).execute
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all buffers."""
+        return int(self.real.nbytes + 3 * self.hat.nbytes)
+
     def forward(self) -> None:
         """From `real` to `hat`."""
         self._along_x()
@@ -143,7 +157,7 @@ class ShiftedTransform:
         return other
 
 
-@lru_cache(maxsize=32)
+@keep_within(PLAN_BYTES)
 def shifted_transform(padded: tuple[int, int], fields: int, rows: int) -> ShiftedTransform:
     """The plans for `fields` arrays with `rows` columns in use of a `padded` shape, made once per process."""
     return ShiftedTransform(padded, fields, rows)
@@ -261,5 +275,5 @@ class PairOperator:
         plan.forward()
         arrays.multiply_2x2(plan.hat, self.symbols)
         plan.backward()
-        result: np.ndarray = plan.real[:, : self.box[0], : self.box[1]]
+        result: np.ndarray = plan.real[:, :, : self.box[1]]
         return result

@@ -1,0 +1,45 @@
+"""Keeps what was made for as long as all of it takes no more than so many bytes."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from functools import wraps
+from typing import Any, Protocol, TypeVar
+
+
+class Sized(Protocol):
+    """Something that knows how many bytes it holds."""
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held."""
+
+
+T = TypeVar("T", bound=Sized)
+
+
+def keep_within(limit: int) -> Callable[[Callable[..., T]], Callable[..., T]]:
+    """Have a function return what it made for the same arguments before, as `functools.lru_cache` does.
+
+    Of all that is kept, what was not asked for the longest goes when the others need its bytes; the last made stays.
+    """
+
+    def decorate(make: Callable[..., T]) -> Callable[..., T]:
+        kept: OrderedDict[Hashable, T] = OrderedDict()
+
+        @wraps(make)
+        def made(*arguments: Hashable) -> T:
+            if arguments in kept:
+                kept.move_to_end(arguments)
+                return kept[arguments]
+            value = kept[arguments] = make(*arguments)
+            while len(kept) > 1 and sum(one.nbytes for one in kept.values()) > limit:
+                kept.popitem(last=False)
+            return value
+
+        as_any: Any = made
+        as_any.cache_clear = kept.clear
+        return made
+
+    return decorate
