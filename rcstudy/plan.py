@@ -15,16 +15,16 @@ from rcstudy.study import Outputs, Study
 # Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025, on
 # the paper's cases (64 x 64 cells, contact 16 to 20 cells wide, kernels compiled).
 REFERENCE_CELLS = 64 * 64
-PRESSURE_SECONDS = 0.010  # one normal problem, influence coefficients included
-TRACTION_SECONDS = 0.006  # one case with creepage: newton, one-way
-FULL_COUPLING_FACTOR = 10.0
-PAPER_CG_FACTOR = 80.0  # it runs to its limit of iterations
+PRESSURE_SECONDS = 0.005  # one normal problem, influence coefficients included
+TRACTION_SECONDS = 0.005  # one case with creepage: newton, one-way
+FULL_COUPLING_FACTOR = 3.0  # of a traction solution, besides a pressure for each case
+PAPER_CG_FACTOR = 110.0  # it runs to its limit of iterations
 COMPRESSED = 0.10  # of the raw size of a field after gzip level 1
 CASE_BYTES = 1000  # stored for a case besides fields: scalars, label, key, and the index of its chunks
 GROUP_BYTES = 80e3  # stored for a group of the cube: names, attributes, coordinates
 PROCESS_BYTES = 250e6  # an interpreter with NumPy, Numba and the compiled kernels
 CELL_BYTES = 600  # held by a solver for each cell of the largest mesh
-HELD_CASE_BYTES = 2000  # held for each case by the process that deals out the work
+HELD_CASE_BYTES = 3000  # held for each case by the process that deals out the work
 
 
 @dataclass(frozen=True)

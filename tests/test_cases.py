@@ -12,7 +12,15 @@ from studies import BASE, CONFIGS, load_text
 from rcstudy import cases as cases_module
 from rcstudy.cases import case_key, expand, layer_set, normal_key, scene_record
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
-from rcstudy.plan import CASE_BYTES, COMPRESSED, GROUP_BYTES, PAPER_CG_FACTOR, estimate, plan_report
+from rcstudy.plan import (
+    CASE_BYTES,
+    COMPRESSED,
+    FULL_COUPLING_FACTOR,
+    GROUP_BYTES,
+    PAPER_CG_FACTOR,
+    estimate,
+    plan_report,
+)
 from rcstudy.study import load_study, scene_from_mapping
 
 
@@ -280,6 +288,9 @@ def test_estimated_time_grows_with_cells_and_method(study):
     assert 0 < pressure < newton
     assert seconds("creepage: {spin: 0.1}, method: paper-cg") - pressure == pytest.approx(
         PAPER_CG_FACTOR * (newton - pressure)
+    )
+    assert seconds("creepage: {spin: 0.1}, coupling: full") - pressure == pytest.approx(
+        FULL_COUPLING_FACTOR * (newton - pressure)
     )
     cells = 32 * 32
     growth = 4 * math.log(4 * cells) / math.log(cells)
