@@ -176,6 +176,7 @@ class _Deal:
         """Deal out all the work; yield each case with its result."""
         if not self.waiting:
             return
+        self._examine_scheduler()
         while self.waiting or self.suspects or self.flying:
             self._look_round()
             self._hand_out()
@@ -205,6 +206,14 @@ class _Deal:
         else:
             self.told -= {"waiting for workers", "all workers are gone: waiting for new ones"}
         self.next_look = time.monotonic() + _LOOK_SECONDS
+
+    def _examine_scheduler(self) -> None:
+        """Raise UserError if the scheduler cannot import what it passes on: it looks into tasks."""
+        try:
+            self.client.run_on_scheduler(examine)
+        except Exception as error:
+            self._ask(lambda: None)
+            raise UserError(f"the scheduler {self._address()}: {differences({}, error)}") from error
 
     def _ask(self, question: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
         """The scheduler's answer. Raises UserError when it is gone."""

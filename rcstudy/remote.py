@@ -68,9 +68,10 @@ def _digest_of_mechanics() -> str:
 
 def differences(ours: Mapping[str, str], theirs: Mapping[str, str] | Exception) -> str:
     """Why a process that was examined must not solve for this one; "" if it may."""
-    if isinstance(theirs, ImportError):
-        return f"it cannot import rcstudy: {theirs}; install the same version with the extra `cluster` there"
     if isinstance(theirs, Exception):
+        # Dask passes some exceptions on as themselves, others as words
+        if isinstance(theirs, ImportError) or "ModuleNotFoundError" in str(theirs) or "ImportError" in str(theirs):
+            return f"it cannot import rcstudy: {theirs}; install the same version with the extra `cluster` there"
         return f"it cannot be examined: {type(theirs).__name__}: {theirs}"
     if theirs["solver"] != ours["solver"]:
         return f"its solver is version {theirs['solver']}, here it is {ours['solver']}: install the same rcstudy"

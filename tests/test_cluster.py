@@ -294,6 +294,18 @@ def test_options_that_exclude_each_other(study: Study, tmp_path: Path, capsys: p
     assert said[1].startswith("either workers of this machine or a scheduler")
 
 
+def test_a_scheduler_that_cannot_import_rcstudy_is_refused(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would give each case the error that its task cannot be read."""
+
+    def fails(function: object) -> None:
+        raise ModuleNotFoundError("No module named 'rcstudy'")
+
+    client = FakeClient({})
+    monkeypatch.setattr(client, "run_on_scheduler", fails, raising=False)
+    with pytest.raises(UserError, match="the scheduler Dask cluster: it cannot import rcstudy: No module named"):
+        list(cluster._Deal(client, workers.made_up, one_batch(study), print).run())
+
+
 class FakeClient:
     """What `_Deal` asks a client for, answered without a cluster."""
 
@@ -317,6 +329,7 @@ def test_workers_with_other_code_are_refused(study: Study, monkeypatch: pytest.M
         ({**ours, "solver": "0"}, f"its solver is version 0, here it is {ours['solver']}"),
         ({**ours, "rcstudy": "9.9"}, f"its rcstudy is version 9.9, here it is {ours['rcstudy']}"),
         (ModuleNotFoundError("No module named 'rcstudy'"), "it cannot import rcstudy: No module named 'rcstudy'"),
+        (Exception("ModuleNotFoundError('rcstudy')"), "it cannot import rcstudy: ModuleNotFoundError"),
         (MemoryError("full"), "it cannot be examined: MemoryError: full"),
     ):
         client = FakeClient({"tcp://a:1": ours, "tcp://b:1": answer})
