@@ -144,6 +144,7 @@ def hostile_studies(draw: st.DrawFn) -> bytes:
 @settings(
     max_examples=350,
     deadline=None,
+    derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 @given(hostile_studies())
