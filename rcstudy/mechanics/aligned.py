@@ -138,11 +138,13 @@ class AlignedContact(NormalContact):
             pair = [(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))]
             return symbols(pair, padded, x_first=True) * upwind_factor(padded[0], self.influence.spacing[0])[:, None]
 
+        # first of all: of a contact one row wide the symbols are made in this very plan
+        hat = self.influence.once(("by pressure, x first", padded), make)
         plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self.shift)
         plan.real[:] = 0.0
         plan.real[:, self.cells[:, 0], self.cells[:, 1]] = self.pressure
         plan.forward()
-        plan.hat *= self.influence.once(("by pressure, x first", padded), make)
+        plan.hat *= hat
         plan.backward()
         s = np.ascontiguousarray(plan.real[:, self.cells[:, 0], self.cells[:, 1]].T)
         deep = self._count >= 4

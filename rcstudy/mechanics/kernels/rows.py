@@ -101,8 +101,8 @@ def row_bounds(
 ) -> None:
     """Mean pressure of cells with centres start[j] - k, k < count[j], into out [max count, ny] (MPa).
 
-    p^2 is taken as linear between the centres of cells and the edges. The first and last cell take what lies beyond
-    them, so that every row carries the force that it carries in p.
+    p^2 is taken as linear between the centres of cells and the edges, and scaled so that every row carries the force
+    that it carries in p. The first and last cell take what lies beyond them.
     """
     nx = p.shape[0]
     knots = np.zeros(nx + 2)
@@ -167,7 +167,7 @@ def to_centres(
                 if 0 <= farther < nx and held[farther, j]:
                     other = farther
                     break
-        weight = share if here and there else (0.0 if here else 1.0)
+        weight = share if here and there else 1.0
         nearest[m] = i if here and share <= 0.5 else other
         for k in range(kinds):
             out[m, k] = (1.0 - weight) * values[k, i, j] + weight * values[k, other, j]
@@ -177,8 +177,8 @@ def to_centres(
 def border(near: float, next_one: float) -> float:
     """Distance, at most a cell, from a stick cell to the border of the stick zone, from the room mu p - |q| there.
 
-    The room falls like the root of the distance; `next_one` is the next stick cell's, farther in (or less than `near`
-    if there is none).
+    The room falls like the root of the distance; `next_one` is the next stick cell's, farther in. Where there is none
+    (0) or its room is not larger, the border is half a cell away.
     """
     return min(near * near / (next_one * next_one - near * near), 1.0) if next_one > near else 0.5
 
