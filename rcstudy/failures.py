@@ -37,7 +37,7 @@ def failed_cases(path: Path) -> list[FailedCase]:
     Raises UserError when the cube cannot be read, or holds a study that this version does not understand.
     """
     with open_cube(path) as tree:
-        name = str(tree.attrs.get("study", "study"))
+        name = _plain(str(tree.attrs.get("study", "study")))
         found: list[FailedCase] = []
         scenes: dict[tuple[str, tuple[int, ...]], Scene] = {}
         for grid, dataset in grids(tree).items():
@@ -55,6 +55,11 @@ def failed_cases(path: Path) -> list[FailedCase]:
     return found
 
 
+def _plain(name: str) -> str:
+    """`name` fit for a file and for a study, whatever the cube calls itself."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", name).lstrip("_.-") or "study"
+
+
 def _scenes(text: str, path: Path) -> dict[tuple[str, tuple[int, ...]], Scene]:
     """The scene of each case, from the study as it is written in the cube."""
     try:
@@ -66,7 +71,7 @@ def _scenes(text: str, path: Path) -> dict[tuple[str, tuple[int, ...]], Scene]:
 
 def _study(name: str, heading: str, scene: Scene) -> str:
     """A study file of one case; `heading` becomes a comment."""
-    lines = [f"# {line}" for line in textwrap.wrap(heading, 110)]
+    lines = [f"# {line}" for line in textwrap.wrap("".join(c if c.isprintable() else " " for c in heading), 110)]
     lines += [f"study: {name}", "scene:"]
     lines += [f"  {key}: {_flow(value)}" for key, value in scene_record(scene).items()]
     lines += ["grids:", "  failed:", "    cases:", "      - {label: failed}"]
@@ -91,7 +96,7 @@ def write_studies(found: Sequence[FailedCase], folder: Path) -> list[Path]:
     """A file for each study in `folder`. Raises UserError when they cannot be written."""
     paths = []
     for case in found:
-        path = folder / f"{re.sub(r'[^A-Za-z0-9_.-]', '_', case.name)}.yaml"
+        path = folder / f"{case.name}.yaml"
         with replacing(path) as temporary:
             temporary.write_text(case.study, encoding="utf-8")
         paths.append(path)

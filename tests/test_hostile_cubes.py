@@ -17,9 +17,12 @@ from hypothesis import strategies as st
 from synthetic import write
 
 from rcstudy import cli
-from rcstudy.cube import open_cube
+from rcstudy.cases import expand
+from rcstudy.cube import open_cube, write_cube
 from rcstudy.errors import UserError
+from rcstudy.result import Result, Status
 from rcstudy.screen import foreign_content
+from rcstudy.study import load_study
 
 
 @pytest.fixture(scope="module")
@@ -160,6 +163,24 @@ def test_names_of_grids_lead_nowhere(good: Path, tmp_path: Path, name: str) -> N
     with pytest.raises(UserError, match="a grid's name"):
         open_cube(path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["c.nc"]
+
+
+def test_studies_of_failed_cases_hold_nothing_of_the_cube_but_the_case(tmp_path: Path) -> None:
+    """What a hostile cube is called, and why its cases failed, becomes neither a path nor a key."""
+    text = (
+        "study: s\nscene: {substrate: {E: 1000, nu: 0.3}, radius: 50, load: 1, mesh: {size: [2, 2], cells: [8, 8]}}\n"
+    )
+    (tmp_path / "s.yaml").write_text(text + "grids: {g: {cases: [{label: a}]}}\n")
+    study = load_study(tmp_path / "s.yaml")
+    refused = Result(Status.REFUSED, "why\nscene: {load: 2}\x85grids: 1\u2028study: 2")
+    path = tmp_path / "c.nc"
+    write_cube(path, study, expand(study), [(expand(study).cases[0], refused)], {})
+    with h5py.File(path, "r+") as file:
+        file.attrs["study"] = "../../x\nscene: {load: 2}"
+    assert run("failures", path, "-o", tmp_path / "studies") == 0
+    (written,) = (tmp_path / "studies").iterdir()
+    assert load_study(written).size == 1
+    assert expand(load_study(written)).cases[0].scene == expand(study).cases[0].scene
 
 
 @pytest.mark.parametrize(
