@@ -1,8 +1,9 @@
 """Solves batches of cases in worker processes: single-threaded, spawned, replaced when they die.
 
-Each worker holds one batch at a time and sends a result as soon as it has one, so it is always known which case a
-dead worker was at. That case is tried once more; if its worker dies again it gets status ERROR, and the rest of its
-batch goes on in another worker.
+Each worker holds one batch at a time and sends its results every tenth of a second. Once a worker has died, and the
+cases it held go to others, all send a result as soon as they have one, so that it is known which case a worker dies
+of. That case is tried once more; if its worker dies again it gets status ERROR, and the rest of its batch goes on in
+another worker.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ ATTEMPTS = 2
 """Times a case is tried before the death of its worker is laid at its door."""
 
 _FAILED_STARTS = 3
+_PATIENCE = 0.1  # seconds that results may wait for others to be sent with
 
 
 @dataclass
@@ -40,7 +42,8 @@ class _Worker:
     process: Any
     connection: Connection
     ready: bool = False
-    batch: deque[Case] = field(default_factory=deque)  # not yet solved; the first one is being solved
+    batch: deque[Case] = field(default_factory=deque)  # whose results are not here yet
+    at_once: bool = False  # sends each result as it has it: the first case of the batch is the one being solved
 
 
 def solve_in_processes(
@@ -71,6 +74,7 @@ class _Pool:
         self.workers: list[_Worker] = []
         self.deaths: dict[tuple[str, tuple[int, ...]], int] = {}
         self.failed_starts = 0
+        self.patience = _PATIENCE
 
     def run(self, workers: int, warm_up: Sequence[Scene]) -> Iterator[tuple[Case, Any]]:
         if self.waiting:
@@ -86,9 +90,9 @@ class _Pool:
                 if message is None:
                     worker.ready = True
                     self.failed_starts = 0
-                else:
-                    yield worker.batch.popleft(), message
-                self._give(worker)
+                solved = [(worker.batch.popleft(), result) for result in message or ()]
+                self._give(worker)  # first, so that it need not wait
+                yield from solved
             warmed = any(worker.ready for worker in self.workers)
             missing = min(workers, len(self.workers) + len(self.waiting)) if warmed else 1
             while self.waiting and len(self.workers) < missing:
@@ -111,9 +115,10 @@ class _Pool:
             return
         batch = self.waiting.popleft()
         worker.batch = deque(batch)
+        worker.at_once = self.patience == 0.0
         # a worker that has just died is found out at the next wait
         with contextlib.suppress(OSError):
-            worker.connection.send([case.scene for case in batch])
+            worker.connection.send(([case.scene for case in batch], self.patience))
 
     def _bury(self, worker: _Worker) -> Iterator[tuple[Case, Result]]:
         """Deal with a dead worker: its case again or given up, the rest of its batch to others."""
@@ -121,6 +126,7 @@ class _Pool:
         worker.connection.close()
         worker.process.join()
         how = _how_it_died(worker.process.exitcode)
+        self.patience = 0.0
         if not worker.ready:
             self.failed_starts += 1
             if self.failed_starts >= _FAILED_STARTS and not any(w.ready for w in self.workers):
@@ -128,7 +134,7 @@ class _Pool:
                     f"worker processes do not start ({how}); in a script, call rcstudy under "
                     'if __name__ == "__main__", or use one worker'
                 )
-        if worker.batch:
+        if worker.batch and worker.at_once:
             case = worker.batch[0]
             deaths = self.deaths[case.grid, case.index] = self.deaths.get((case.grid, case.index), 0) + 1
             if deaths >= ATTEMPTS:
@@ -163,9 +169,16 @@ def _work(connection: Connection, solve: Callable[[Sequence[Scene]], Iterator[An
             pass
     try:
         connection.send(None)
-        while (scenes := connection.recv()) is not None:
+        while (work := connection.recv()) is not None:
+            scenes, patience = work
+            results, sent = [], time.monotonic()
             for result in solve(scenes):
-                connection.send(result)
+                results.append(result)
+                if time.monotonic() - sent >= patience:
+                    connection.send(results)
+                    results, sent = [], time.monotonic()
+            if results:
+                connection.send(results)
     except (EOFError, OSError):
         pass  # the parent has gone, and with it whoever wanted the results
 

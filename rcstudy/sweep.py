@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from rcstudy import cluster, pool, provenance
 from rcstudy.assemble import assemble
 from rcstudy.errors import UserError
-from rcstudy.layout import case_label, lay_out
+from rcstudy.layout import case_label, check_names
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.progress import Progress, Silent
 from rcstudy.record import Keep, Packed, Packer, Packing
@@ -119,7 +119,7 @@ def run(
         raise UserError("a shard cannot start over: others have begun; remove the folder of units before all of them")
     expansion = expand(study)
     keep = keep_of(study.outputs)
-    lay_out(expansion, fields=keep.fields, precision=keep.precision)  # a name that clashes is found before all work
+    check_names(expansion)
     cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
     summary = Summary(Path(output), len(cases))
     say = tell or (lambda text: None)
