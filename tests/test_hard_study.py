@@ -58,6 +58,11 @@ SOLVED = {
     "wide_windows": ["one cell"],
     "tolerances": ["tolerance=1e-12, layers=soft, coupling=one-way"],
     "pressure_only": ["cells=8 x 8, layers=stiff film"],
+    "aligned": [
+        "cells=13 x 13, layers=stiff film, creepage=combined",
+        "cells=12 x 128, layers=bare, creepage=spin pole off both axes",
+    ],
+    "aligned_full_coupling": ["friction=2, layers=soft"],
     "window_edge": ["fits an ellipse"],
 }
 REFUSED = {
@@ -174,6 +179,7 @@ def test_the_file_covers_what_it_is_meant_to(study: Study, scenes: list[Scene]) 
     assert {0.0, 0.4999, 0.5} <= {scene.substrate.nu for scene in scenes}
     assert {0, 1, 2, 3, 4, 5, 6} <= {len(scene.layers) for scene in scenes}
     assert {"one-way", "full"} == {scene.coupling for scene in scenes}
+    assert {"kalker", "aligned"} == {scene.discretisation for scene in scenes}
     assert len({scene.counterbody for scene in scenes}) >= 6
     creepages = [scene.creepage for scene in scenes]
     assert None in creepages and Creepage() in creepages
