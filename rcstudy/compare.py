@@ -27,7 +27,16 @@ TABLE = "table of all cases"
 
 _FLOOR = 1e-6
 _BLOCK = 32  # cases whose fields are in memory at a time
-_OWN_WORK = ("iterations_", "residual_", "proof_", "products_", "operator_products", "status_reason", CASE_KEY)
+_OWN_WORK = (
+    "iterations_",
+    "residual_",
+    "proof_",
+    "products_",
+    "operator_products",
+    "coarse_products",
+    "status_reason",
+    CASE_KEY,
+)
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def test_study_keeps_its_text_and_hash():
     assert study.text == path.read_text(encoding="utf-8")
     assert study.path == path
     assert len(study.sha256) == 64
-    assert (study.name, study.size, study.outputs.fields, study.outputs.precision) == ("small", 8, True, "float64")
+    assert (study.name, study.size, study.outputs.fields, study.outputs.precision) == ("small", 9, True, "float64")
 
 
 def test_relative_quantities_follow_the_case(load):
