@@ -275,5 +275,5 @@ class PairOperator:
         plan.forward()
         arrays.multiply_2x2(plan.hat, self.symbols)
         plan.backward()
-        result: np.ndarray = plan.real[:, :, : self.box[1]]
+        result: np.ndarray = plan.real[:, : self.box[0], : self.box[1]]
         return result
