@@ -62,8 +62,7 @@ class Packed(NamedTuple):
     body: bytes
 
 
-@dataclass(frozen=True)
-class PackedField:
+class PackedField(NamedTuple):
     """A field of a record: its type ("f8", "f4" or "i1") and the zlib stream of its region."""
 
     dtype: str
@@ -169,7 +168,7 @@ class Packer:
 
     def __init__(self, keep: Keep) -> None:
         self.keep = keep
-        self._pressure = np.empty(0)
+        self._pressure = np.empty((0, 0))
         self._stream = b""
 
     def pack(self, result: Result, cells: tuple[int, int]) -> Packed:
@@ -189,13 +188,14 @@ class Packer:
             dtype = "f4" if dtype == "f8" and self.keep.precision == "float32" else dtype
             inner = np.ascontiguousarray(values[i0:i1, j0:j1], dtype=dtype)
             packed[name] = PackedField(dtype, self._shared(inner) if name == "pressure" else compress(inner))
-        scalars = {name: float(value) for name, value in result.scalars.items() if math.isfinite(value)}
+        scalars = {name: value for name, value in result.scalars.items() if math.isfinite(value)}
         record = Record(Status(result.status), result.reason, cells, region, scalars, packed)
         return Packed(record.status.value, record.reason, record.body())
 
     def _shared(self, pressure: np.ndarray) -> bytes:
         """The stream of `pressure`; that of the last one if it is the same, bit for bit."""
-        if self._pressure.shape != pressure.shape or self._pressure.tobytes() != pressure.tobytes():
+        bits = f"i{pressure.itemsize}"  # so that -0 is not 0
+        if not np.array_equal(self._pressure.view(bits), pressure.view(bits)):
             self._pressure, self._stream = pressure.copy(), compress(pressure)
         return self._stream
 

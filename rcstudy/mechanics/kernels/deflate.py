@@ -31,11 +31,15 @@ def deflate_runs(
     while i < n:
         value = int(data[i])
         end = i + 1
-        if value == 0:  # mostly long: eight at a time where they can be
-            while end < n and data[end] == 0:
-                if end % 8 == 0 and end // 8 < words.shape[0] and words[end // 8] == 0:
-                    end += 8
-                else:
+        if value == 0:  # mostly long: eight at a time between its ends
+            while end < n and end % 8 != 0 and data[end] == 0:
+                end += 1
+            if end % 8 == 0:
+                k = end // 8
+                while k < words.shape[0] and words[k] == 0:
+                    k += 1
+                end = 8 * k
+                while end < n and data[end] == 0:
                     end += 1
             high += low * (end - i)
         else:
