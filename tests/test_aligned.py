@@ -172,6 +172,7 @@ CASES = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", CASES)
 def test_ten_cells_a_radius_have_a_third_of_kalkers_errors_at_most(name):
     """Against aligned cells seven times finer."""
@@ -224,6 +225,7 @@ def test_contacts_of_a_few_cells(cells, creepage):
     solved(steel(window((a, a), cells), creepage=creepage, counterbody=None, discretisation="aligned"))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("spin", [0.02, 0.1, 1000.0])
 @pytest.mark.parametrize("cells", [(40.0, 12.0), (12.0, 40.0), (30.0, 30.0)])
 def test_much_spin(cells, spin):
@@ -255,6 +257,7 @@ def test_creepages_of_one_pressure_do_not_feel_each_other():
         np.testing.assert_array_equal(together.fields["traction_x"], own.fields["traction_x"])
 
 
+@pytest.mark.heavy
 def test_full_coupling_under_aligned_cells():
     """The pressure is the coupled one; forces are as near to their limit as with one-way coupling."""
     scene = steel(
