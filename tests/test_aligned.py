@@ -136,6 +136,22 @@ def test_every_row_begins_theta_behind_its_edge_and_keeps_its_force():
     assert contact.area == pytest.approx(np.pi * a * a, rel=0.005)
 
 
+def test_operator_and_displacements_agree_where_the_contact_fills_the_window():
+    """The box of such a contact needs coefficients beyond those that the pressure asked for."""
+    scene = steel(window((hertz_of().a[0],) * 2, (12.8, 12.8)), creepage=SLOPING)
+    filled = replace(scene, mesh=Mesh((scene.mesh.spacing[0] * 16,) * 2, (16, 16)))
+    contact = AlignedContact(solve_normal(filled))
+    assert contact.box.shape[0] == 16
+    q = np.random.default_rng(2).normal(size=(len(contact.cells), 2))
+    system = NewtonSystem(contact.operator, contact.cells, contact.pressure, np.zeros(q.shape))
+    slips = system.slips(q).copy()
+    u = contact.displacement.on_box(q, contact.cells)
+    i, j = contact.cells.T
+    np.testing.assert_allclose(
+        slips.T, (u[:, i, j] - u[:, i + 1, j]) / filled.mesh.spacing[0], atol=1e-12 * np.abs(slips).max()
+    )
+
+
 # --- solutions ---
 
 

@@ -84,7 +84,8 @@ class SlipOperator:
 
     def __init__(self, influence: Influence, shape: tuple[int, int], *, x_first: bool = False) -> None:
         self.spacing = spacing = influence.spacing
-        padded = padded_shape(shape)
+        # between moved rows coefficients are interpolated by waves: differences of what displacements are made of
+        padded = padded_shape((shape[0] + 1, shape[1]) if x_first else shape)
         # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
         # the torus is the larger one where the box is a single cell wide
@@ -95,8 +96,6 @@ class SlipOperator:
         self.compliance = float(quadrant[1, 0, 0])
         self.plan: Transform | ShiftedTransform
         if x_first:
-            # between moved rows coefficients are interpolated by waves: differences of what displacements are made of
-            padded = padded_shape((shape[0] + 1, shape[1]))
             self.symbol = symbols(coefficients, padded, x_first=True) * upwind_factor(padded[0], spacing[0])[:, None]
             self.plan = shifted_transform(padded, 2, shape[1])
         else:
