@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +17,7 @@ from types import FrameType, TracebackType
 from typing import Self
 
 _TOGETHER = 2**20  # bytes
+_AGAIN_SECONDS = 0.02
 
 
 class SteadyFile:
@@ -148,8 +150,10 @@ def interrupts_held() -> Iterator[None]:
 def interrupts_remembered() -> Iterator[Callable[[], None]]:
     """Ctrl-C raises KeyboardInterrupt as ever, and what is given here raises it again if it was lost on the way.
 
-    Python drops exceptions raised inside weakref callbacks and finalizers, and C extensions those raised while they
-    import: of 150 interrupts while numba and scipy were being loaded, 2 were lost.
+    Python drops exceptions raised inside weakref callbacks, finalizers and callbacks of ctypes, and C extensions those
+    raised while they import: of 150 interrupts while numba and scipy were being loaded, 2 were lost. What Python prints
+    of such a loss is kept back: it is none here. Code of llvmlite, which loads kernels, is not interrupted: half made
+    objects of it complain when they go. It is left alone until it is done, milliseconds later.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
@@ -157,17 +161,43 @@ def interrupts_remembered() -> Iterator[Callable[[], None]]:
         return
     seen = False
 
+    again: list[threading.Timer] = []
+
     def handler(number: int, frame: FrameType | None) -> None:
         nonlocal seen
         seen = True
+        if _in_llvmlite(frame):
+            again.append(threading.Timer(_AGAIN_SECONDS, signal.pthread_kill, (threading.main_thread().ident, number)))
+            again[-1].daemon = True
+            again[-1].start()
+            return
         before(number, frame)
 
     def check() -> None:
         if seen:
             raise KeyboardInterrupt
 
+    told = sys.unraisablehook
+
+    def tell(lost: sys.UnraisableHookArgs) -> None:
+        if not (seen and issubclass(lost.exc_type, KeyboardInterrupt)):
+            told(lost)
+
     signal.signal(signal.SIGINT, handler)
+    sys.unraisablehook = tell
     try:
         yield check
     finally:
+        for timer in again:
+            timer.cancel()
+        sys.unraisablehook = told
         signal.signal(signal.SIGINT, before)
+
+
+def _in_llvmlite(frame: FrameType | None) -> bool:
+    """Whether a frame, or one that it was called from, runs code of llvmlite."""
+    while frame is not None:
+        if str(frame.f_globals.get("__name__", "")).startswith("llvmlite."):
+            return True
+        frame = frame.f_back
+    return False

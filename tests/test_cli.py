@@ -54,7 +54,9 @@ def process(*arguments: str, **options: object) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize("command", ["sweep", "merge", "status", "failures", "plan", "show", "compare", "figures", "tables"])
+@pytest.mark.parametrize(
+    "command", ["sweep", "merge", "status", "failures", "plan", "show", "compare", "figures", "tables"]
+)
 def test_help(command: str) -> None:
     assert command in run("--help").output
     found = run(command, "--help")

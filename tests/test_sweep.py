@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import importlib
 import io
 import multiprocessing
@@ -10,6 +11,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -25,6 +27,7 @@ from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.progress import Bar, Lines, duration, for_stream
 from rcstudy.result import Result, Status
+from rcstudy.steady import interrupts_remembered
 from rcstudy.study import Study, load_study
 from rcstudy.threads import THREAD_VARIABLES
 
@@ -246,6 +249,44 @@ def test_an_interrupt_that_is_lost_on_the_way_still_counts(study: Study, tmp_pat
     assert (tmp_path / "c.nc").read_bytes() == b"old"
     assert files(tmp_path) == ["c.nc", "c.nc.units"]
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_an_interrupt_that_python_drops_is_not_printed(capfd: pytest.CaptureFixture[str]) -> None:
+    """In a callback of ctypes, as LLVM has them: remembered all the same. Other lost exceptions are told as ever."""
+
+    @ctypes.CFUNCTYPE(None)
+    def interrupted() -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    @ctypes.CFUNCTYPE(None)
+    def broken() -> None:
+        raise ValueError("told")
+
+    told: list[object] = []
+    before, sys.unraisablehook = sys.unraisablehook, lambda lost: told.append(lost.exc_type)
+    try:
+        with interrupts_remembered() as check:
+            check()
+            interrupted()
+            with pytest.raises(KeyboardInterrupt):
+                check()
+            broken()
+        assert told == [ValueError]
+    finally:
+        sys.unraisablehook = before
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_llvmlite_is_not_interrupted_in_the_middle() -> None:
+    """Its code goes on to its end; the interrupt comes right after it."""
+    place: dict[str, object] = {"__name__": "llvmlite.made_up", "signal": signal, "time": time, "steps": []}
+    exec("def load():\n    signal.raise_signal(signal.SIGINT)\n    time.sleep(0.1)\n    steps.append('done')\n", place)
+    with interrupts_remembered():
+        with pytest.raises(KeyboardInterrupt):
+            place["load"]()
+            time.sleep(5.0)
+            pytest.fail("no interrupt")
+        assert place["steps"] == ["done"]
 
 
 def test_nothing_is_solved_for_a_cube_that_cannot_be_written(study: Study, tmp_path: Path) -> None:
