@@ -3,11 +3,14 @@
 Scenes that differ in cells, tolerance, method, discretisation or spin point only are one problem. Its reference is the
 solved Newton case on the finest mesh with the tightest tolerance, in whichever grid of the study. Every case gets
 
-- the error: its difference from the reference, and
-- the solver's error: its difference from the same mesh's Newton case with the tightest tolerance.
+- the error: its difference from the reference,
+- the solver's error: its difference from the tightest Newton case on the same mesh with the same discretisation, and
+- the reference's own error, as far as it is known: its difference from the next coarser mesh.
 
 Fields are compared on the mesh of the case: the reference's cells are averaged over each of its cells, by area. That is
-exact for what a solution of constant stress per cell is, and works for meshes that do not nest.
+exact for what a solution of constant stress per cell is, and works for meshes that do not nest. Aligned cells solve for
+tractions on moved rows; what is compared is what they store, interpolated to the mesh's cells, and the loss in that
+counts as their error.
 """
 
 from __future__ import annotations
@@ -25,8 +28,9 @@ from rcstudy.cases import Case, expand
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
-from rcstudy.report.precision import SOLVER, Row, errors_table, settings, settings_table, summary_text
-from rcstudy.report.precision_figures import quantities_figure, work_precision
+from rcstudy.report.precision import REFERENCE, SOLVER, Row, settings
+from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
+from rcstudy.report.precision_summary import errors_table, settings_table, summary_text
 from rcstudy.report.style import check_formats, save, style
 from rcstudy.report.writers import write_table
 from rcstudy.result import Result, Status
@@ -41,16 +45,28 @@ ERRORS: dict[str, str] = {
     "pressure": "pressure, L2, over that of the pressure",
     "pressure_max": "largest pressure, relative",
     "traction": "tractions, L2, over that of the tractions",
+    "traction_max": "largest traction, relative",
     "force": "tangential force (vector), over its magnitude",
-    "moment": "spin moment, over friction times load times contact radius",
-    "slip_area": "slip area, over the contact area",
+    "moment": "spin moment, relative",
+    "friction_power": "friction power, relative",
+    "slip_area": "slip area, relative",
 }
 """The errors reported, all dimensionless, and what each is relative to (the reference's)."""
 
-_TOGETHER = ("creepage", "cells", "mesh", "tolerance", "normal", "tangential", "spin_point")  # axes of one line
+# axes that a problem's name in words leaves out
+_OF_SOLVING = ("coupling", "cells", "mesh", "tolerance", "normal", "tangential", "discretisation", "spin_point")
+_NIL = 1e-9  # of the largest that a number could be: zero but for rounding, so that there is no relative error
 _KEPT = (  # of the cube of solutions, in the cube of errors
     *("label", "status", "status_reason", "contact_radius", "force_x", "force_y", "moment_z", "pressure_max"),
-    *("slip_area", "contact_area", "iterations_normal", "iterations_tangential", "products_normal"),
+    *(
+        "traction_max",
+        "friction_power",
+        "slip_area",
+        "contact_area",
+        "iterations_normal",
+        "iterations_tangential",
+        "products_normal",
+    ),
     *("operator_products", "coarse_products", "solve_seconds"),
 )
 _REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved anew until one of them is reached
@@ -142,7 +158,7 @@ def run(
     """Solve `study` (or take its solutions from `cube`) and write errors, tables, figure and summary into `out`.
 
     Returns the files written: the cube of errors `accuracy.nc`, the solutions it was made from unless `cube` was given,
-    tables `errors` and `settings`, figures `work_precision` and `quantities` in `formats`, and `summary.md`.
+    tables `errors` and `settings`, figures `work_precision`, `quantities` and `tolerances` in `formats`, `summary.md`.
     UserError when the cube is not of this study, stores no fields, or no problem of it has a solved reference.
     """
     from rcstudy import sweep
@@ -216,17 +232,30 @@ def _measure(group: list[Entry]) -> bool:
         return False
     finest = max(exact, key=lambda e: (e.cells, -e.tolerance))
     finest.reference = True
-    reference = finest.stress()
     tightest: dict[Any, Entry] = {}
     for e in sorted(exact, key=lambda e: -e.tolerance):
         tightest[_equations(e.scene)] = e
     fields = {key: e.stress() for key, e in tightest.items()}
+    own = [e for e in tightest.values() if _equations(e.scene)[1:] == _equations(finest.scene)[1:] and e is not finest]
+    coarser = max(own, key=lambda e: e.cells, default=None)
+    means: dict[tuple[Any, Mesh], np.ndarray] = {}
+
+    def onto(other: Entry, mesh: Mesh) -> np.ndarray:
+        """Fields of a finer solution on `mesh`."""
+        key = _equations(other.scene), mesh
+        if key not in means:
+            means[key] = averaged(fields[key[0]], other.scene.mesh, mesh)
+        return means[key]
+
     for e in group:
-        stress = e.stress()
+        stress, mesh = e.stress(), e.scene.mesh
         if not np.isfinite(stress).all():
             continue
-        if e.scene.mesh.cells != finest.scene.mesh.cells:
-            e.errors |= _differences(e, stress, finest, averaged(reference, finest.scene.mesh, e.scene.mesh))
+        if mesh.cells != finest.scene.mesh.cells:
+            e.errors |= _differences(e, stress, finest, onto(finest, mesh))
+            if coarser is not None:
+                doubts = _differences(coarser, onto(coarser, mesh), finest, onto(finest, mesh))
+                e.errors |= {REFERENCE + name: value for name, value in doubts.items()}
         same = tightest.get(_equations(e.scene))
         if same is not None and same is not e:
             solver = _differences(e, stress, same, fields[_equations(e.scene)])
@@ -262,20 +291,27 @@ def _overlaps(size: float, cells: int, onto_size: float, onto_cells: int) -> np.
 def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarray) -> dict[str, float]:
     """The ERRORS of `e`, whose fields are `stress`, against `other`, whose fields on the same mesh are `reference`."""
     own, true = e.values, other.values
-    force = np.hypot(true["force_x"], true["force_y"])
-    moment = other.scene.friction * other.scene.load * true["contact_radius"]
+    traction = other.scene.friction * other.scene.load
+    moment = traction * true["contact_radius"]
+
+    def relative(name: str, largest: float = 0.0) -> float:
+        return _ratio(abs(own[name] - true[name]), abs(true[name]), _NIL * largest)
+
+    force = np.hypot(own["force_x"] - true["force_x"], own["force_y"] - true["force_y"])
     return {
         "pressure": _ratio(np.linalg.norm(stress[0] - reference[0]), np.linalg.norm(reference[0])),
-        "pressure_max": _ratio(abs(own["pressure_max"] - true["pressure_max"]), true["pressure_max"]),
+        "pressure_max": relative("pressure_max"),
         "traction": _ratio(np.linalg.norm(stress[1:] - reference[1:]), np.linalg.norm(reference[1:])),
-        "force": _ratio(np.hypot(own["force_x"] - true["force_x"], own["force_y"] - true["force_y"]), force),
-        "moment": _ratio(abs(own["moment_z"] - true["moment_z"]), moment),
-        "slip_area": _ratio(abs(own["slip_area"] - true["slip_area"]), true["contact_area"]),
+        "traction_max": relative("traction_max"),
+        "force": _ratio(force, np.hypot(true["force_x"], true["force_y"]), _NIL * traction),
+        "moment": relative("moment_z", moment),
+        "friction_power": relative("friction_power"),
+        "slip_area": relative("slip_area"),
     }
 
 
 def write_report(entries: Sequence[Entry], out: Path, formats: Sequence[str]) -> list[Path]:
-    """Write tables `errors` and `settings`, figures `work_precision` and `quantities`, `summary.md` into `out`."""
+    """Write tables `errors` and `settings`, the figures and `summary.md` into `out`."""
     rows = report_rows(entries)
     chosen = settings(rows)
     paths = write_table(out, "errors", *errors_table(rows))
@@ -283,6 +319,7 @@ def write_report(entries: Sequence[Entry], out: Path, formats: Sequence[str]) ->
     with style():
         paths += save(work_precision(rows), out, "work_precision", formats)
         paths += save(quantities_figure(rows), out, "quantities", formats)
+        paths += save(tolerances_figure(rows), out, "tolerances", formats)
     summary = out / "summary.md"
     summary.write_text(summary_text(rows, chosen, coupling_errors(entries)), encoding="utf-8")
     return [*paths, summary]
@@ -298,9 +335,9 @@ def report_rows(entries: Sequence[Entry]) -> list[Row]:
             Row(
                 grid=e.case.grid,
                 label=str(e.at(LABEL)),
-                line=_line(e),
                 problem=numbers.setdefault(problem(scene), len(numbers)),
                 method=scene.method,
+                discretisation=scene.discretisation,
                 coupling=scene.coupling,
                 cells=scene.mesh.cells[0],
                 radius=values["contact_radius"] / scene.mesh.spacing[0],
@@ -316,12 +353,6 @@ def report_rows(entries: Sequence[Entry]) -> list[Row]:
     return rows
 
 
-def _line(e: Entry) -> str:
-    """The case in words, without what a line of a figure runs along or takes together."""
-    parts = [p for p in str(e.at(LABEL)).split(", ") if p.split("=")[0] not in _TOGETHER]
-    return ", ".join([e.case.grid.replace("_", " "), *(p.split("=")[-1] for p in parts)])
-
-
 def coupling_errors(entries: Sequence[Entry]) -> list[tuple[str, dict[str, float]]]:
     """By problem solved with both couplings, the ERRORS of the one-way reference against the full one."""
     references: dict[Scene, dict[str, Entry]] = {}
@@ -333,13 +364,14 @@ def coupling_errors(entries: Sequence[Entry]) -> list[tuple[str, dict[str, float
         if len(both) == 2 and both["one-way"].scene.mesh == both["full"].scene.mesh:
             one, full = both["one-way"], both["full"]
             parts = str(full.at(LABEL)).split(", ")
-            name = ", ".join(p for p in parts if p.split("=")[0] not in ("coupling", *_TOGETHER[1:]))
+            name = ", ".join(p for p in parts if p.split("=")[0] not in _OF_SOLVING)
             found.append((f"{full.case.grid}: {name}", _differences(one, one.stress(), full, full.stress())))
     return found
 
 
-def _ratio(size: Any, scale: Any) -> float:
-    return float(size) / float(scale) if scale > 0.0 else float("nan")
+def _ratio(size: Any, scale: Any, nil: float = 0.0) -> float:
+    """`size` over `scale`; NaN if the latter is no more than `nil`."""
+    return float(size) / float(scale) if scale > nil else float("nan")
 
 
 def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Path:
@@ -358,12 +390,16 @@ def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Pa
         dims = tuple(str(dataset.attrs["axes"]).split())
         slim = dataset[[n for n in _KEPT if n in dataset.variables]]
         slim = slim.drop_vars([n for n in slim.coords if not set(slim[n].dims) <= set(dims)]).load()
-        for prefix, words in (("", "converged reference"), (SOLVER, "tightest solution on the same mesh")):
+        for prefix, words in (
+            ("", "error against the converged reference"),
+            (SOLVER, "error against the tightest solution on the same mesh"),
+            (REFERENCE, "difference of the converged reference from the next coarser mesh"),
+        ):
             for quantity, what in ERRORS.items():
                 values = np.full(tuple(dataset.sizes[d] for d in dims), np.nan)
                 for e in own:
                     values[e.case.index] = e.errors.get(prefix + quantity, np.nan)
-                attrs = {"units": "1", "long_name": f"error against the {words}: {what}"}
+                attrs = {"units": "1", "long_name": f"{words}: {what}"}
                 slim[f"{prefix}error_{quantity}"] = (dims, values, attrs)
         slim["solve_seconds"].attrs["long_name"] = "time of the whole solve: processor time if made by this command"
         nodes[f"/{name}"] = slim

@@ -5,117 +5,136 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from rcstudy.report.precision import QUANTITIES, SOLVER, TARGETS, Row, median, worst_of
-from rcstudy.report.style import COLOURS, LINES, WIDTH
+from rcstudy.report.precision import QUANTITIES, SOLVER, Row, median, schemes, shown_tolerance, worst_of
+from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_SHOWN = ("force", "moment", "friction_power", "slip_area", "traction_max", "traction")
+_LEAST = 1e-5  # errors below are small by chance, and smaller than those of the references
+_SECONDS, _PRODUCTS = "processor time of the whole solve (s)", "products of the traction solver, all meshes"
+
+_OTHER = "0.45"  # colour of methods that are shown for comparison
+_SCHEMES: dict[str, dict[str, Any]] = {
+    "kalker": {"color": VERMILLION, "marker": "s"},
+    "aligned": {"color": BLUE, "marker": "o"},
+}
+
 
 def work_precision(rows: Sequence[Row]) -> Figure:
-    """Error of the tractions against seconds and products: along the meshes, and along the tolerances."""
+    """Errors against the reference and seconds, along the meshes, a panel for each quantity.
+
+    Lines are medians over the problems of one discretisation and coupling; dots are the one-way problems.
+    """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH, 6.6), layout="constrained")
-    halves: Any = figure.subfigures(2, 1)
-    for half, letters, draw in zip(halves, ("ab", "cd"), (_along_meshes, _along_tolerances), strict=True):
-        axes = half.subplots(1, 2, sharey=True)
-        draw(axes, rows)
-        costs = "processor time of the whole solve (s)", "products of the traction solver, all meshes"
-        for ax, letter, words in zip(axes, letters, costs, strict=True):
-            ax.set(xscale="log", yscale="log", xlabel=words)
-            ax.set_title(f"({letter})", loc="left", fontweight="bold")
-            ax.grid(True, which="major", linewidth=0.4, color="0.88")
-        half.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, handlelength=3.2)
+    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    panels = figure.subplots(2, 3, sharex=True, sharey=True)
+    rows = [r for r in rows if r.compared and (r.solved or r.method != "newton")]
+    for k, (ax, quantity) in enumerate(zip(panels.flat, _SHOWN, strict=True)):
+        for scheme in schemes(rows):
+            own = [r for r in rows if r.scheme == scheme]
+            own = [r for r in own if r.tolerance == shown_tolerance(own)]
+            for coupling in sorted({r.coupling for r in own}, reverse=True):
+                _medians(ax, [r for r in own if r.coupling == coupling], quantity)
+        ax.set(xscale="log", yscale="log", ylim=(_LEAST, 1.0))
+        ax.set_title(f"({'abcdef'[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
+        ax.grid(True, which="major", linewidth=0.4, color="0.88")
+    for ax in panels[1]:
+        ax.set_xlabel(_SECONDS)
+    for ax in panels[:, 0]:
+        ax.set_ylabel("relative error")
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, handlelength=3.6)
     return figure
 
 
-_COSTS: tuple[Callable[[Row], float], ...] = (lambda r: r.seconds, lambda r: r.products)
+def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
+    """Line through the medians of each mesh, in one panel with its cells; one-way problems are dots as well."""
+    rows = [r for r in rows if r.error(quantity) > 0.0]
+    groups = [[r for r in rows if r.cells == n] for n in sorted({r.cells for r in rows})]
+    if not groups:
+        return
+    first, one_way = rows[0], rows[0].coupling == "one-way"
+    look = dict(_SCHEMES.get(first.scheme, {"color": _OTHER, "marker": "D"}))
+    marker = look.pop("marker")
+    if one_way:
+        dots = {"linestyle": "none", "marker": marker, "markersize": 2.2, "alpha": 0.5, "markeredgewidth": 0}
+        ax.plot([r.seconds for r in rows], [r.error(quantity) for r in rows], **look, **dots, zorder=2)
+    else:
+        look |= {"linestyle": (0, (4, 1.5)), "markerfacecolor": "white"}
+    x = [median(r.seconds for r in group) for group in groups]
+    y = [median(r.error(quantity) for r in group) for group in groups]
+    name = f"{first.scheme}, {first.coupling}" if first.method == "newton" else first.scheme
+    ax.plot(x, y, **look, marker=marker, markersize=3.4, linewidth=1.3, zorder=3, label=name)
+    if quantity == "friction_power" and one_way and first.scheme == "aligned":  # there is room
+        for group, *place in zip(groups, x, y, strict=True):
+            _name_mesh(ax, group[0].cells, (place[0], place[1]), (9, 1), look["color"])
 
 
-def _along_meshes(axes: Sequence[Axes], rows: Sequence[Row]) -> None:
-    """Error against the reference along the meshes at one tolerance, worst over the creepages of each line."""
-    rows = [r for r in rows if np.isfinite(r.error("traction")) and (r.solved or r.method != "newton")]
-    names = list(dict.fromkeys(r.line for r in rows))
-    for k, name in enumerate(names):
-        own = [r for r in rows if r.line == name]
-        tolerance = _shown_tolerance(own)
-        groups = [[r for r in own if r.cells == n and r.tolerance == tolerance] for n in sorted({r.cells for r in own})]
-        look = _look(k)
-        if own[0].method != "newton":
-            look |= {"color": "0.45", "markerfacecolor": "white"}
-        for ax, cost in zip(axes, _COSTS, strict=True):
-            x = [median(map(cost, group)) for group in groups if group]
-            y = [worst_of(r.error("traction") for r in group) for group in groups if group]
-            ax.plot(x, y, label=name, **look)
-        if k == 0:
-            for group in filter(None, groups):
-                place = median(r.seconds for r in group), worst_of(r.error("traction") for r in group)
-                axes[0].annotate(
-                    f"{group[0].cells}", place, (-4, -3), textcoords="offset points", ha="right", va="top", fontsize=6
-                )
-    axes[0].set_ylabel("error of the tractions, L2\nagainst the converged reference")
-    axes[0].margins(x=0.1)
+def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[float, float], colour: str) -> None:
+    """Cells along a side, beside a point of a line, `away` points from it."""
+    ax.annotate(f"{cells}", place, away, textcoords="offset points", ha="center", fontsize=6, color=colour)
 
 
-def _shown_tolerance(rows: Sequence[Row]) -> float:
-    """The loosest tolerance but one: of those that count, the one that is enough for all meshes."""
-    found = sorted({r.tolerance for r in rows}, reverse=True)
-    return found[min(1, len(found) - 1)]
+def tolerances_figure(rows: Sequence[Row]) -> Figure:
+    """Solver's error along the tolerances against seconds and products: medians over the one-way problems."""
+    from matplotlib.figure import Figure
 
-
-def _along_tolerances(axes: Sequence[Axes], rows: Sequence[Row]) -> None:
-    """Solver's error along the tolerances: medians over the problems, a line a mesh and method."""
-    usable = [r for r in rows if np.isfinite(r.error(SOLVER + "traction")) and r.error(SOLVER + "traction") > 0.0]
-    k = 0
-    for method in sorted({r.method for r in usable}):
-        for cells in sorted({r.cells for r in usable if r.method == method}):
-            own = [r for r in usable if r.method == method and r.cells == cells and r.coupling == "one-way"]
+    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0 and r.coupling == "one-way"]
+    costs: tuple[Callable[[Row], float], ...] = (lambda r: r.seconds, lambda r: r.products)
+    for scheme in schemes(usable):
+        named = False
+        for cells in sorted({r.cells for r in usable if r.scheme == scheme}):
+            own = [r for r in usable if r.scheme == scheme and r.cells == cells]
             groups = [[r for r in own if r.tolerance == t] for t in sorted({r.tolerance for r in own}, reverse=True)]
-            look = _look(k)
-            if method != "newton":
-                look |= {"color": "0.45", "markerfacecolor": "white"}
-            for ax, cost in zip(axes, _COSTS, strict=True):
+            look = _SCHEMES.get(scheme, {"color": _OTHER, "marker": "D", "markerfacecolor": "white"})
+            y = [median(r.error(SOLVER + "traction") for r in group) for group in groups]
+            for ax, cost in zip(axes, costs, strict=True):
                 x = [median(map(cost, group)) for group in groups]
-                y = [median(r.error(SOLVER + "traction") for r in group) for group in groups]
-                ax.plot(x, y, label=f"{method}, {cells} x {cells}", **look)
-            k += 1
-    axes[0].set_ylabel("error of the tractions, L2\nagainst the same mesh's tightest solution")
+                ax.plot(x, y, **look, label=None if named else scheme)
+            if scheme == "kalker":
+                _name_mesh(axes[0], cells, (median(map(costs[0], groups[0])), y[0]), (0, 4), look["color"])
+            named = True
+    for ax, letter, words in zip(axes, "ab", (_SECONDS, _PRODUCTS), strict=True):
+        ax.set(xscale="log", yscale="log", xlabel=words)
+        ax.set_title(f"({letter})", loc="left", fontweight="bold")
+        ax.grid(True, which="major", linewidth=0.4, color="0.88")
+    axes[0].set_ylabel("error of the tractions, L2, against\nthe same mesh's tightest solution")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
 
 
 def quantities_figure(rows: Sequence[Row]) -> Figure:
-    """Worst error of each quantity over the Newton method's problems, against cells per radius and seconds."""
+    """Worst error of each quantity over the Newton method's one-way problems along the meshes, by discretisation."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    newton = [r for r in rows if r.method == "newton" and np.isfinite(r.error("pressure"))]
-    tolerance = _shown_tolerance(newton)
-    groups = [
-        [r for r in newton if r.cells == n and r.tolerance == tolerance] for n in sorted({r.cells for r in newton})
-    ]
-    groups = [group for group in groups if group]
-    for k, (name, words) in enumerate(QUANTITIES.items()):
-        y = [worst_of(r.error(name) for r in group) for group in groups]
-        for ax, cost in zip(axes, (lambda r: r.radius, lambda r: r.seconds), strict=True):
-            ax.plot([median(map(cost, group)) for group in groups], y, label=words, **_look(k))
-    for ax, letter, words in zip(axes, "ab", ("cells per contact radius", "processor time (s), median"), strict=True):
-        ax.set(xscale="log", yscale="log", xlabel=words)
-        ax.set_title(f"({letter})", loc="left", fontweight="bold")
-        for target in TARGETS:
-            ax.axhline(target, color="0.7", linewidth=0.6, linestyle=(0, (1, 2)), zorder=0)
-    axes[0].set_ylabel(f"worst error, tolerance {tolerance:.0e}")
-    handles = axes[0].get_legend_handles_labels()
-    figure.legend(*handles, loc="outside lower center", ncols=len(QUANTITIES), columnspacing=1.2)
+    newton = [r for r in rows if r.method == "newton" and r.compared and r.coupling == "one-way"]
+    tolerance = shown_tolerance(newton)
+    newton = [r for r in newton if r.tolerance == tolerance]
+    names = schemes(newton)
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+    for ax, name, letter in zip(panels, names, "abcd", strict=False):
+        own = [r for r in newton if r.scheme == name]
+        groups = [[r for r in own if r.cells == n] for n in sorted({r.cells for r in own})]
+        x = [median(r.radius for r in group) for group in groups]
+        for k, (quantity, words) in enumerate(QUANTITIES.items()):
+            ax.plot(x, [worst_of(r.error(quantity) for r in group) for group in groups], label=words, **_look(k))
+        ax.set(xscale="log", yscale="log", xlabel="cells per contact radius, median")
+        ax.set_title(f"({letter}) {name}", loc="left", fontweight="bold")
+        ax.grid(True, which="major", linewidth=0.4, color="0.88")
+    panels[0].set_ylabel(f"worst error, tolerance {tolerance:.0e}")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, columnspacing=1.6)
     return figure
 
 
 def _look(k: int) -> dict[str, Any]:
-    """The k-th look: those of the style, then the same lines in other colours."""
+    """The k-th look: those of the style, then the same lines in grey."""
     look = dict(LINES[k % len(LINES)])
     if k >= len(LINES):
-        look["color"] = COLOURS[(k + 3) % len(COLOURS)]
+        look |= {"color": _OTHER, "markerfacecolor": "white"}
     return look

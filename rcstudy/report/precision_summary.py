@@ -1,0 +1,398 @@
+"""Speed against error in tables and in words."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from rcstudy.report.precision import (
+    QUANTITIES,
+    REFERENCE,
+    SOLVER,
+    TARGETS,
+    Row,
+    Setting,
+    median,
+    schemes,
+    shown_tolerance,
+    worst_of,
+)
+from rcstudy.report.writers import Column, Value
+
+_FAR = 10_000
+"""Cells along a side that no solve will have."""
+
+Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
+"""Caption, columns, rows."""
+
+
+def errors_table(rows: Sequence[Row]) -> Table:
+    """All cases."""
+    columns = [
+        Column("grid", "Grid"),
+        Column("scheme", "Discretisation"),
+        Column("case", "Case"),
+        Column("status", "Status"),
+        *(Column(f"error_{name}", f"Error: {words}", form=".1e") for name, words in QUANTITIES.items()),
+        *(
+            Column(f"{SOLVER}error_{name}", f"Solver's error: {QUANTITIES[name]}", form=".1e")
+            for name in ("pressure", "traction")
+        ),
+        Column("products", "Products", form=".0f"),
+        Column("iterations_normal", "Steps, pressure", form=".0f"),
+        Column("iterations_tangential", "Steps, tractions", form=".0f"),
+        Column("seconds", "Seconds", form=".3g"),
+    ]
+    listed: list[dict[str, Value]] = []
+    for r in rows:
+        row: dict[str, Value] = {"grid": r.grid, "scheme": r.scheme, "case": r.label, "status": r.status}
+        row |= {f"error_{name}": r.error(name) for name in QUANTITIES}
+        row |= {f"{SOLVER}error_{name}": r.error(SOLVER + name) for name in ("pressure", "traction")}
+        row |= {"products": r.products, "iterations_normal": r.iterations_normal}
+        row |= {"iterations_tangential": r.iterations_tangential, "seconds": r.seconds}
+        listed.append(row)
+    caption = (
+        "Error of every case against the converged reference of its problem, and the solver's own error (against the "
+        "tightest solution on the same mesh); products on all meshes, preconditioner included; processor time of the "
+        "whole solve. Empty where the case is the reference, or has no numbers, or where the quantity is nil."
+    )
+    return caption, columns, listed
+
+
+def settings_table(chosen: Sequence[Setting]) -> Table:
+    """The settings found."""
+    columns = (
+        Column("coupling", "Coupling"),
+        Column("quantity", "Quantity"),
+        Column("target", "Target", form="g"),
+        Column("discretisation", "Discretisation"),
+        Column("cells", "Cells"),
+        Column("radius", "Cells per contact radius"),
+        Column("tolerance", "Tolerance", form=".0e"),
+        Column("worst", "Worst error", form=".1e"),
+        Column("products", "Products, median", form=".0f"),
+        Column("seconds", "Seconds, median", form=".2g"),
+    )
+    listed: list[dict[str, Value]] = []
+    names = list(QUANTITIES)
+    couplings = list(dict.fromkeys(s.coupling for s in chosen))
+    for s in sorted(chosen, key=lambda s: (couplings.index(s.coupling), names.index(s.quantity), -s.target)):
+        row: dict[str, Value] = {"coupling": s.coupling, "quantity": QUANTITIES[s.quantity], "target": s.target}
+        row |= {"discretisation": s.discretisation, "cells": _none(s)}
+        if s.cells:
+            row |= {
+                "cells": f"{s.cells} x {s.cells}",
+                "radius": f"{s.radius[0]:.0f} to {s.radius[1]:.0f}",
+                "tolerance": s.tolerance,
+                "worst": s.worst,
+                "products": s.products,
+                "seconds": s.seconds,
+            }
+        listed.append(row)
+    caption = (
+        "The coarsest mesh, and on it the loosest tolerance, that keeps every problem within the target, on that mesh "
+        "and all finer ones; medians over the problems. Errors include what the reference may be off by. About: none "
+        "of the meshes does; extrapolated by a power law."
+    )
+    return caption, columns, listed
+
+
+def _none(s: Setting) -> str:
+    return f"{_needed(s)} (order {s.order:.1f})" if np.isfinite(s.needed) else _needed(s)
+
+
+def _needed(s: Setting) -> str:
+    """How many cells a setting would have that was not found."""
+    if not np.isfinite(s.needed):
+        return "none"
+    if s.needed > _FAR:
+        return "far out of reach"
+    if s.needed > s.finest:
+        return f"about {float(f'{s.needed:.1g}'):.0f} along a side"
+    return f"more than {s.finest} along a side"
+
+
+def summary_text(
+    rows: Sequence[Row], chosen: Sequence[Setting], couplings: Sequence[tuple[str, dict[str, float]]]
+) -> str:
+    """The findings in words (Markdown)."""
+    lines = [
+        "# Speed against error",
+        "",
+        *_paragraph(
+            f"{len(rows)} cases of {len({r.problem for r in rows})} problems. Errors are differences from each "
+            "problem's finest mesh with the tightest tolerance, each relative to its own value (force: the vector, to "
+            "its magnitude). Pressure and tractions are compared on the case's own mesh in the L2 norm, the "
+            "reference's cells averaged over each of its cells. The pressure does not depend on the discretisation of "
+            "the slip, but for full coupling. Aligned cells find their tractions on moved rows and store them at the "
+            "mesh's own cell centres: what that interpolation loses counts as their error. Forces, moment, friction "
+            "power, slip area and largest traction come from the moved rows themselves. Seconds are processor time of "
+            "one whole solve, coefficients and pressure included."
+        ),
+        "",
+        "## Which setting",
+        "",
+        *_side_by_side(rows),
+        *_recommended(chosen),
+        "",
+        *_paragraph(
+            "Errors in this choice include what the reference itself may be off by (below). Cells for targets that are "
+            "not reached are extrapolated by a power law. All settings: [settings.md](settings.md); all cases: "
+            "[errors.md](errors.md)."
+        ),
+        "",
+        "![Errors against seconds](work_precision.png)",
+        "",
+        *_paragraph(
+            "Lines along the meshes (numbers: cells along a side): medians over the problems; dots: each problem with "
+            "one-way coupling. Single errors can be small by chance, where two of opposite sign meet."
+        ),
+        *_by_mesh(rows),
+        "",
+        "![Worst error of each quantity](quantities.png)",
+        *_reference(rows),
+        *_tolerances(rows),
+        "",
+        "![Error of the tractions along the tolerances](tolerances.png)",
+        *_methods(rows),
+        *_couplings(couplings),
+        *_unsolved(rows),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _paragraph(text: str) -> list[str]:
+    """`text` in lines; words that contain spaces or hyphens in Markdown stay whole."""
+    return textwrap.wrap(text, 118, break_long_words=False, break_on_hyphens=False)
+
+
+def _side_by_side(rows: Sequence[Row]) -> list[str]:
+    """By how much aligned cells are better than kalker's on the same mesh, and what they cost; if there are both."""
+    lines: list[str] = []
+    newton = [r for r in rows if r.method == "newton" and r.compared]
+    for coupling in sorted({r.coupling for r in newton}, reverse=True):
+        own = [r for r in newton if r.coupling == coupling]
+        own = [r for r in own if r.tolerance == shown_tolerance(own)]
+        both = [
+            [[r for r in own if (r.cells, r.scheme) == (n, s)] for s in ("kalker", "aligned")] for n in _meshes(own)
+        ]
+        both = [pair for pair in both if all(pair)]
+        if not both:
+            continue
+        parts = []
+        for quantity, words in QUANTITIES.items():
+            worst = [[worst_of(r.error(quantity) for r in group) for group in pair] for pair in both]
+            ratios = [kalker / aligned for kalker, aligned in worst if aligned > 0.0]
+            if ratios and not np.allclose(ratios, 1.0, atol=0.05):
+                parts.append(f"{words} {min(ratios):.1f} to {max(ratios):.1f}")
+        costs = [median(r.seconds for r in aligned) / median(r.seconds for r in kalker) for kalker, aligned in both]
+        lines += _paragraph(
+            f"With {coupling} coupling, on the same mesh the worst errors of `kalker` are larger than those of "
+            f"`aligned` by factors of: {'; '.join(parts)}. `aligned` costs {min(costs):.2g} to {max(costs):.2g} times "
+            "the time."
+        )
+        lines.append("")
+    return lines
+
+
+def _meshes(rows: Iterable[Row]) -> list[int]:
+    return sorted({r.cells for r in rows})
+
+
+def _recommended(chosen: Sequence[Setting]) -> list[str]:
+    """A point for each coupling and target, with one below it for each discretisation."""
+    lines = []
+    for coupling, target in dict.fromkeys((s.coupling, s.target) for s in chosen):
+        lines.append(f"- **{_per_cent(target)}, {coupling} coupling**")
+        own = [s for s in chosen if (s.coupling, s.target) == (coupling, target)]
+        for name in dict.fromkeys(s.discretisation for s in own):
+            lines.append(f"  - `{name}`: {_sentence([s for s in own if s.discretisation == name])}")
+    return lines
+
+
+def _sentence(chosen: Sequence[Setting]) -> str:
+    """Quantities by the setting that they take, cheapest first, then those that no setting keeps to the target."""
+    reached: dict[tuple[int, float], list[Setting]] = {}
+    missed: dict[str, list[Setting]] = {}
+    for s in sorted(chosen, key=lambda s: s.needed):
+        if s.cells:
+            reached.setdefault((s.cells, s.tolerance), []).append(s)
+        else:
+            missed.setdefault(_needed(s), []).append(s)
+    parts = []
+    for (cells, tolerance), group in sorted(reached.items(), key=lambda item: (item[0][0], -item[0][1])):
+        s = group[0]
+        where = f"{s.radius[0]:.0f} to {s.radius[1]:.0f} a contact radius"
+        cost = f"{s.products:.0f} products, {1e3 * s.seconds:.3g} ms"
+        parts.append(f"**{_names(group)}**: {cells} x {cells} cells ({where}), tolerance {tolerance:.0e}, {cost}")
+    if missed:
+        parts.append("not reached: " + "; ".join(f"{_names(group)}: {needed}" for needed, group in missed.items()))
+    return "; ".join(parts) + "."
+
+
+def _names(chosen: Iterable[Setting]) -> str:
+    return ", ".join(QUANTITIES[s.quantity] for s in chosen)
+
+
+def _per_cent(value: float) -> str:
+    return f"{100 * value:g} %"
+
+
+def _by_mesh(rows: Sequence[Row]) -> list[str]:
+    """Worst errors of each mesh, both discretisations side by side, a table for each coupling."""
+    newton = [r for r in rows if r.method == "newton" and r.compared]
+    lines = []
+    for coupling in sorted({r.coupling for r in newton}, reverse=True):
+        lines += ["", f"## Errors by mesh, {coupling} coupling", "", *mesh_table(newton, coupling)]
+    return lines
+
+
+def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
+    """Worst errors of the Newton method's problems with this coupling, by mesh and discretisation, in Markdown."""
+    own = [r for r in rows if r.method == "newton" and r.compared and r.coupling == coupling]
+    tolerance = shown_tolerance(own)
+    own = [r for r in own if r.tolerance == tolerance]
+    columns = [[r for r in own if r.cells == n] for n in _meshes(own)]
+    names = schemes(own)
+    radii = [f"{min(r.radius for r in c):.0f} to {max(r.radius for r in c):.0f}" for c in columns]
+    lines = [
+        f"Worst of {len({r.problem for r in own})} problems at tolerance {tolerance:.0e}, {' / '.join(names)}:",
+        "",
+        f"| cells a contact radius | {' | '.join(radii)} |",
+        "| --- |" + " --- |" * len(columns),
+    ]
+    for quantity, words in QUANTITIES.items():
+        cells = [[worst_of(r.error(quantity) for r in c if r.scheme == n) for n in names] for c in columns]
+        lines.append(f"| {words}, % | {_cells([[100.0 * e for e in c] for c in cells])} |")
+    times = [[1e3 * median(r.seconds for r in c if r.scheme == n) for n in names] for c in columns]
+    return [*lines, f"| processor time, ms | {_cells(times)} |"]
+
+
+def _cells(numbers: Sequence[Sequence[float]]) -> str:
+    """Cells of a row, the numbers in each side by side with two figures."""
+    return " | ".join(" / ".join(f"{float(f'{n:.2g}'):g}" for n in cell) for cell in numbers)
+
+
+def _reference(rows: Sequence[Row]) -> list[str]:
+    """How good the references are."""
+    doubts = {name: [r.error(REFERENCE + name) for r in rows if r.method == "newton"] for name in QUANTITIES}
+    if not any(np.isfinite(found).any() for found in doubts.values()):
+        return []
+    return [
+        "",
+        "## How good the references are",
+        "",
+        *_paragraph(
+            "Largest differences of the references from the same discretisation with half as many cells along a side: "
+            + "; ".join(f"{QUANTITIES[name]} {100 * worst_of(found):.2g} %" for name, found in doubts.items())
+            + ". Errors of first order halve from mesh to mesh, so that this is what a reference may be off by, and "
+            "errors much below it are not known. Of the two fields it is what the finest mesh shows; averaged over "
+            "larger cells it is less."
+        ),
+    ]
+
+
+def _tolerances(rows: Sequence[Row]) -> list[str]:
+    newton = [r for r in rows if r.method == "newton"]
+    lines = [
+        "",
+        "## Tolerance",
+        "",
+        "Difference from the tightest solution of the same discretisation on the same mesh, over meshes and problems:",
+        "",
+        "| Tolerance | Discretisation | Solved | Pressure, worst | Tractions, worst | Tractions, median "
+        "| Products, median |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    found: dict[float, float] = {}
+    for tolerance in sorted({r.tolerance for r in newton}, reverse=True):
+        for name in schemes(newton):
+            own = [r for r in newton if (r.tolerance, r.scheme) == (tolerance, name) and _several(r, newton)]
+            if not own:
+                continue
+            numbers = (
+                worst_of(r.error(SOLVER + "pressure") for r in own),
+                worst_of(r.error(SOLVER + "traction") for r in own),
+                median(r.error(SOLVER + "traction") for r in own),
+            )
+            texts = [f"{n:.1e}" if np.isfinite(n) else "-" for n in numbers]
+            products = median(r.products for r in own)
+            solved = f"{sum(r.solved for r in own)} of {len(own)}"
+            lines.append(f"| {tolerance:.0e} | {name} | {solved} | {' | '.join(texts)} | {products:.0f} |")
+            if np.isfinite(numbers[:2]).all():
+                found[tolerance] = max(found.get(tolerance, 0.0), *numbers[:2])
+    reach = [
+        f"{_per_cent(target)}: {max(t for t, e in found.items() if e <= target):.0e}"
+        for target in TARGETS
+        if any(e <= target for e in found.values())
+    ]
+    return [*lines, "", f"Tolerance that keeps both fields of every case within it: {'; '.join(reach) or 'none'}."]
+
+
+def _several(row: Row, rows: Sequence[Row]) -> bool:
+    """Whether `row` is on a mesh that has several tolerances."""
+    return len({r.tolerance for r in rows if r.problem == row.problem and r.cells == row.cells}) > 1
+
+
+def _methods(rows: Sequence[Row]) -> list[str]:
+    other = [r for r in rows if r.method != "newton" and np.isfinite(r.error(SOLVER + "traction"))]
+    lines = []
+    for method in sorted({r.method for r in other}):
+        own = [r for r in other if r.method == method]
+        tight = min(r.tolerance for r in own)
+        products = median(r.products for r in own if r.tolerance == tight)
+        lines += [
+            "",
+            f"## Method {method}",
+            "",
+            *_paragraph(
+                f"Its tractions differ by {_range(r.error(SOLVER + 'traction') for r in own)} (L2) from the discrete "
+                "Coulomb solution on the same mesh, whatever the tolerance; its forces, at "
+                f"{tight:.0e}, by {_range(r.error(SOLVER + 'force') for r in own if r.tolerance == tight)}, after "
+                f"{products:.0f} products (median). {sum(r.solved for r in own)} of {len(own)} cases pass their proof."
+            ),
+        ]
+    return lines
+
+
+def _range(errors: Iterable[float]) -> str:
+    found = list(errors)
+    return f"{100 * min(found):.2g} to {100 * max(found):.2g} %"
+
+
+def _couplings(couplings: Sequence[tuple[str, dict[str, float]]]) -> list[str]:
+    if not couplings:
+        return []
+    lines = [
+        "",
+        "## What one-way coupling leaves out",
+        "",
+        "References with `coupling: one-way` against those with `full`:",
+        "",
+        "| Problem | " + " | ".join(QUANTITIES.values()) + " |",
+        "| --- |" + " --- |" * len(QUANTITIES),
+    ]
+    for name, errors in couplings:
+        texts = [f"{100 * errors[q]:.2g} %" if np.isfinite(errors[q]) else "-" for q in QUANTITIES]
+        lines.append(f"| {name} | {' | '.join(texts)} |")
+    return lines
+
+
+def _unsolved(rows: Sequence[Row]) -> list[str]:
+    failed = [r for r in rows if not r.solved and r.method == "newton"]
+    if not failed:
+        return []
+    lines = [
+        "",
+        "## Not solved",
+        "",
+        "Cases of the Newton method that are not solved, and are not recommended above:",
+        "",
+    ]
+    for status in sorted({r.status for r in failed}):
+        own = [r for r in failed if r.status == status]
+        tolerances = ", ".join(f"{t:.0e}" for t in sorted({r.tolerance for r in own}, reverse=True))
+        lines.append(f"- {status}: {len(own)} (tolerance {tolerances}): {own[0].grid}, {own[0].label} and the like")
+    return lines
