@@ -167,14 +167,14 @@ def shifted_transform(padded: tuple[int, int], fields: int, rows: int) -> Shifte
 def good_length(n: int) -> int:
     """A transform length of at least `n` and at most a quarter more, chosen for speed.
 
-    Cost per point and log(length): 2, 4, 8 are the best factors, 3 and 5 cost a little more each, and a length that
-    is not a multiple of 4 costs the vector units half their speed or more (measured; the figures of the table are
-    ratios).
+    Cost per point and log(length): 2 is the best factor, 3, 5 and 7 cost a little more each, 11 and 13 a third, and a
+    length that is not a multiple of 4 costs the vector units half their speed or more (measured over all lengths to
+    800; the figures of the table are ratios).
     """
 
     def cost(length: int) -> float:
         rest, slowdown = length, 1.0
-        for factor, price in ((2, 1.0), (3, 1.12), (5, 1.12), (7, 1.3)):
+        for factor, price in ((2, 1.0), (3, 1.12), (5, 1.12), (7, 1.16), (11, 1.34), (13, 1.3)):
             while rest % factor == 0:
                 rest //= factor
                 slowdown *= price
