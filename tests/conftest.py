@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import numba
 import pytest
 
@@ -14,3 +16,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("heavy") is not None:
             item.add_marker(skip)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Take interrupts as a terminal's foreground does: a shell has its background jobs ignore them, and all they start.
+
+    Handlers are not inherited, so that processes which tests start have the default again.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
