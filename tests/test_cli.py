@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 import synthetic
 from typer.testing import CliRunner, Result
+from workers import gone
 
 from rcstudy import cli
 from rcstudy.cube import case_table, open_cube
@@ -251,17 +252,6 @@ def test_figures_and_tables(tmp_path: Path) -> None:
     assert {".csv", ".md", ".tex"} <= {entry.suffix for entry in (tmp_path / "tables").iterdir()}
     wrong = run("figures", path, "-o", tmp_path / "more", "--formats", "shoe")
     assert wrong.exit_code == cli.EXIT_BAD_INPUT, wrong.output
-
-
-def gone(group: int) -> bool:
-    """Whether all processes of a group come to an end; multiprocessing's own helper takes a moment to notice."""
-    for _ in range(100):
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.1)
-    return False
 
 
 def test_a_reader_that_goes_away(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ import cubes
 import numpy as np
 import pytest
 import workers
+from workers import gone
 
 from rcstudy import cli, cube_writer, publish, store, sweep, units
 from rcstudy.store import units_folder
@@ -252,17 +253,6 @@ def kept_now(folder: Path) -> int:
         return kept(folder)
     except FileNotFoundError:
         return 0
-
-
-def gone(group: int) -> bool:
-    """Whether all processes of a group come to an end."""
-    for _ in range(100):
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.1)
-    return False
 
 
 def test_a_worker_killed(folder: Path) -> None:

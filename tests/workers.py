@@ -94,3 +94,14 @@ def fails_to_travel(scenes: Sequence[Scene]) -> Iterator[Result]:
         if scene.load == DEADLY_LOAD and scene.creepage.lateral:
             result.reason = threading.Lock()  # type: ignore[assignment]
         yield result
+
+
+def gone(group: int) -> bool:
+    """Whether all processes of a group come to an end; multiprocessing's own helper takes a moment to notice."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False

@@ -18,6 +18,7 @@ from rcstudy.mechanics.convolution import (
     convolve,
     difference_symbols,
     padded_shape,
+    pressure_quadrants,
     symbols,
     traction_quadrants,
 )
@@ -96,8 +97,7 @@ class NormalContact:
     def _by_pressure(self, padded: tuple[int, int]) -> np.ndarray:
         """Symbols of the slips by pressure."""
         quadrant = self.influence.quadrant(padded[0] // 2 + 2, padded[1] // 2 + 1)
-        pair = [(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))]
-        return difference_symbols(pair, padded, self.influence.spacing[0])
+        return difference_symbols(pressure_quadrants(quadrant), padded, self.influence.spacing[0])
 
     @property
     def operator(self) -> SlipOperator:
@@ -217,7 +217,7 @@ def displacement_by_tractions(contact: NormalContact, rolling: RollingSolution, 
 
     def make() -> np.ndarray:
         quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-        return symbols([(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))], padded)
+        return symbols(pressure_quadrants(quadrant), padded)
 
     out = np.zeros(box.shape)
     for component, hat in enumerate(contact.influence.once(("lift", padded), make)):

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -57,6 +58,11 @@ class Box:
         return Box(max(0, self.i0 - i), min(window[0], self.i1 + i), max(0, self.j0 - j), min(window[1], self.j1 + j))
 
 
+_OPTIONS: dict[str, Any] = {"flags": ("FFTW_ESTIMATE",), "threads": 1}
+_SPENT: dict[str, Any] = {"flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": 1}
+_BACK: dict[str, Any] = {"direction": "FFTW_BACKWARD"}
+
+
 class Transform:
     """Real FFTs of `fields` zero-padded arrays at once, and back, stage by stage so that padding costs little.
 
@@ -73,14 +79,11 @@ class Transform:
         # rows beyond `rows` of the first stage stay zero for good; the last stage may destroy what it reads
         first = pyfftw.zeros_aligned((fields, px, half), dtype="complex128")
         last = pyfftw.zeros_aligned((fields, px, half), dtype="complex128")
-        options = {"flags": ("FFTW_ESTIMATE",), "threads": 1}
-        spent = {"flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": 1}
-        back = {"direction": "FFTW_BACKWARD"}
         # the plans keep their arrays alive; only their bound `execute` is called
-        self._along_y = pyfftw.FFTW(self.real, first[:, :rows], axes=(2,), **options).execute
-        self._along_x = pyfftw.FFTW(first, self.hat, axes=(1,), **options).execute
-        self._back_x = pyfftw.FFTW(self.hat, last, axes=(1,), **back, **options).execute
-        self._back_y = pyfftw.FFTW(last[:, :rows], self.real, axes=(2,), **back, **spent).execute
+        self._along_y = pyfftw.FFTW(self.real, first[:, :rows], axes=(2,), **_OPTIONS).execute
+        self._along_x = pyfftw.FFTW(first, self.hat, axes=(1,), **_OPTIONS).execute
+        self._back_x = pyfftw.FFTW(self.hat, last, axes=(1,), **_BACK, **_OPTIONS).execute
+        self._back_y = pyfftw.FFTW(last[:, :rows], self.real, axes=(2,), **_BACK, **_SPENT).execute
 
     @property
     def nbytes(self) -> int:
@@ -120,13 +123,10 @@ class ShiftedTransform:
         # columns beyond `rows` of the first stage stay zero for good; the last stage may destroy what it reads
         self._first = pyfftw.zeros_aligned((fields, half, py), dtype="complex128")
         self._last = pyfftw.zeros_aligned((fields, half, py), dtype="complex128")
-        options = {"flags": ("FFTW_ESTIMATE",), "threads": 1}
-        spent = {"flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": 1}
-        back = {"direction": "FFTW_BACKWARD"}
-        self._along_x = pyfftw.FFTW(self.real, self._first[:, :, :rows], axes=(1,), **options).execute
-        self._along_y = pyfftw.FFTW(self._first, self.hat, axes=(2,), **options).execute
-        self._back_y = pyfftw.FFTW(self.hat, self._last, axes=(2,), **back, **options).execute
-        self._back_x = pyfftw.FFTW(self._last[:, :, :rows], self.real, axes=(1,), **back, **spent).execute
+        self._along_x = pyfftw.FFTW(self.real, self._first[:, :, :rows], axes=(1,), **_OPTIONS).execute
+        self._along_y = pyfftw.FFTW(self._first, self.hat, axes=(2,), **_OPTIONS).execute
+        self._back_y = pyfftw.FFTW(self.hat, self._last, axes=(2,), **_BACK, **_OPTIONS).execute
+        self._back_x = pyfftw.FFTW(self._last[:, :, :rows], self.real, axes=(1,), **_BACK, **_SPENT).execute
 
     @property
     def nbytes(self) -> int:
@@ -245,6 +245,14 @@ TRACTION_PARITY = ((1, (1, 1)), (3, (-1, -1)), (2, (1, 1)))  # component of a co
 def traction_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int, int]]]:
     """The coefficients xx, xy, yy of `quadrant` [6, ...] (see `influence.py`) with their parities."""
     return [(quadrant[component], parity) for component, parity in TRACTION_PARITY]
+
+
+PRESSURE_PARITY = ((4, (-1, 1)), (5, (1, -1)))  # the same of xp, yp
+
+
+def pressure_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int, int]]]:
+    """The coefficients xp, yp (displacements along the surface by pressure) of `quadrant` with their parities."""
+    return [(quadrant[component], parity) for component, parity in PRESSURE_PARITY]
 
 
 class PairOperator:

@@ -34,7 +34,15 @@ from rcstudy.mechanics.contact import (
     solve_normal,
     solve_rolling,
 )
-from rcstudy.mechanics.convolution import Box, difference_symbols, good_length, padded_shape, symbols, transform
+from rcstudy.mechanics.convolution import (
+    Box,
+    difference_symbols,
+    good_length,
+    padded_shape,
+    pressure_quadrants,
+    symbols,
+    transform,
+)
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, coupled, tractions
 from rcstudy.mechanics.krylov import gmres
@@ -47,7 +55,15 @@ from rcstudy.mechanics.normal import (
     inverse_symbol,
     solve_pressure,
 )
-from rcstudy.mechanics.rolling import NewtonSystem, RollingSolution, SlipOperator, forcing_term, rigid_slip, within
+from rcstudy.mechanics.rolling import (
+    NewtonSystem,
+    RollingSolution,
+    SlipOperator,
+    forcing_term,
+    on_bound,
+    rigid_slip,
+    within,
+)
 from rcstudy.mechanics.scene import Scene, Tolerance
 
 _MAX_NEWTON = 30
@@ -80,7 +96,7 @@ class CoupledOperator:
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
         # the torus is the larger one where the box is a single cell wide
         quadrant = influence.quadrant(max(padded[0], torus[0]) // 2 + 2, max(padded[1], torus[1]) // 2 + 1)
-        along = [(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))]
+        along = pressure_quadrants(quadrant)
         self.by_pressure = difference_symbols(along, padded, influence.spacing[0])
         self.lift = -symbols(along, padded)  # by reciprocity
         self.gap = symbols([(quadrant[0], (1, 1))], padded)[0]
@@ -331,7 +347,6 @@ def _tractions(system: CoupledSystem) -> RollingSolution:
     kept = system.p > 0.0
     q, s, slip, normal = system.q[kept], system.s[kept], system.friction.slip[kept], system.friction.normal[kept]
     bound = system.scene.friction * system.p[kept]
-    off = slip & (np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12))
-    q = np.where(off[:, None], bound[:, None] * normal, within(q, bound * (1.0 + 1e-15)))
+    q = on_bound(q, slip, normal, bound)
     residual = system.residual_tangential
     return RollingSolution(q, s, slip, residual, 0, 0, residual <= system.scene.tolerance.tangential)

@@ -287,11 +287,17 @@ def solve_tractions(
             length *= 0.5
         q = trial
     # the last step may have left a cell that changed its state off the bound, by no more than the residual
-    off = system.slip & (np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12))
-    q = np.where(off[:, None], bound[:, None] * system.normal, within(q, bound * (1.0 + 1e-15)))
+    q = on_bound(q, system.slip, system.normal, bound)
     return RollingSolution(
         q, system.at_centres(s), system.slip, residual, iteration, system.products, residual <= tolerance
     )
+
+
+def on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    """`q` [m, 2], none beyond `bound` [m], and slip cells that fell short of it on it, along `normal` [m, 2]."""
+    off = slip & (np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12))
+    result: np.ndarray = np.where(off[:, None], bound[:, None] * normal, within(q, bound * (1.0 + 1e-15)))
+    return result
 
 
 def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
