@@ -11,7 +11,7 @@ from scipy.linalg import solve_toeplitz
 
 from rcstudy.mechanics import aligned
 from rcstudy.mechanics.aligned import AlignedContact
-from rcstudy.mechanics.contact import solve_normal
+from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.rolling import NewtonSystem
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Tolerance
 from rcstudy.result import CellState, Status
@@ -213,6 +213,23 @@ def test_ten_cells_a_radius_have_a_third_of_kalkers_errors_at_most(name):
     assert power < 0.008
     assert peak < 0.01
     assert ours.mean() < theirs.mean() / 3.0
+
+
+def test_friction_power_takes_slip_by_pressure_at_the_cells_centres():
+    """The mean of those half a cell ahead and behind, looked up cell by cell; the last cell of a row has its own."""
+    scene = steel(window((hertz_of(counterbody=None).a[0],) * 2, (11.0, 11.0)), creepage=SLOPING, counterbody=None)
+    contact = AlignedContact(solve_normal(scene))
+    rolling = solve_rolling(contact, scene)
+    dx, dy = scene.mesh.spacing
+    number = {(i, j): m for m, (i, j) in enumerate(contact.cells.tolist())}
+    x, y = contact.centres
+    power = 0.0
+    for (i, j), m in number.items():
+        behind = number.get((i - 1, j), m)
+        slip = 0.5 * (contact.slip_by_pressure[m] + contact.slip_by_pressure[behind])
+        slip += (SLOPING.longitudinal - SLOPING.spin * y[m], SLOPING.lateral + SLOPING.spin * x[m])
+        power -= float(rolling.q[m] @ slip) * dx * dy
+    assert contact.friction_power(rolling, scene) == pytest.approx(power, rel=1e-12)
 
 
 def test_spin_point_does_not_matter():

@@ -33,6 +33,7 @@ from rcstudy.mechanics.contact import NormalContact
 from rcstudy.mechanics.convolution import (
     PairOperator,
     padded_shape,
+    pressure_quadrants,
     shifted_transform,
     symbols,
     traction_quadrants,
@@ -120,10 +121,13 @@ class AlignedContact(NormalContact):
     @cached_property
     def ahead(self) -> np.ndarray:
         """Number [m] of the cell ahead of each cell, its own for a leading cell."""
-        out = np.empty(len(self.cells), dtype=np.int64)
-        before = np.vstack([self._index[:1], self._index[:-1]])
+        return self._neighbours(np.vstack([self._index[:1], self._index[:-1]]))
+
+    def _neighbours(self, moved: np.ndarray) -> np.ndarray:
+        """Number [m] that `moved`, the table of cells along the rows, has in each cell's place; its own where none."""
         taken = self._index >= 0
-        out[self._index[taken]] = before[taken]
+        out = np.arange(len(self.cells))
+        out[self._index[taken]] = np.where(moved >= 0, moved, self._index)[taken]
         return out
 
     @cached_property
@@ -135,8 +139,10 @@ class AlignedContact(NormalContact):
 
         def make() -> np.ndarray:
             quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-            pair = [(quadrant[4], (-1, 1)), (quadrant[5], (1, -1))]
-            return symbols(pair, padded, x_first=True) * upwind_factor(padded[0], self.influence.spacing[0])[:, None]
+            return (
+                symbols(pressure_quadrants(quadrant), padded, x_first=True)
+                * upwind_factor(padded[0], self.influence.spacing[0])[:, None]
+            )
 
         # first of all: of a contact one row wide the symbols are made in this very plan
         hat = self.influence.once(("by pressure, x first", padded), make)
@@ -184,12 +190,7 @@ class AlignedContact(NormalContact):
         """
         if scene.creepage is None:
             return 0.0
-        behind = np.arange(len(self.cells))
-        behind[self.ahead] = np.arange(len(self.cells))
-        leading = self.ahead == np.arange(len(self.cells))
-        last = np.ones(len(self.cells), dtype=np.bool_)
-        last[self.ahead[~leading]] = False
-        behind[last] = np.flatnonzero(last)
+        behind = self._neighbours(np.vstack([self._index[1:], np.full_like(self._index[:1], -1)]))
         by_pressure = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[behind])
         w = super().rigid_slip(scene.creepage, 0.0) + by_pressure
         dx, dy = self.scene.mesh.spacing
