@@ -16,8 +16,8 @@ import numpy as np
 from rcstudy.deflate import compress
 from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Item, Layout, lay_out, regions
 from rcstudy.publish import replacing
-from rcstudy.record import Keep, Packer, Record, Region, parse
-from rcstudy.result import Result, Status
+from rcstudy.record import SCALARS, Keep, Packer, Record, Region, parse
+from rcstudy.result import Result
 from rcstudy.steady import SteadyFile, interrupts_held
 
 if TYPE_CHECKING:
@@ -130,9 +130,11 @@ class _Group:
         self._group = group
         self._missing: dict[str, bytes] = {}
         self._variables: dict[str, h5py.Dataset] = {}
-        self._fields = {item.name: item for item in layout.items if item.field}
-        self._scalars: dict[str, np.ndarray] = {}
-        self._written = np.zeros(layout.case_shape, dtype=bool)
+        self._fields = [item for item in layout.items if item.field]
+        self._numbers = np.full((*layout.case_shape, len(SCALARS)), np.nan)
+        self._statuses = np.full(layout.case_shape, MISSING)
+        self._reasons = _empty("str", layout.case_shape)
+        self._scalars: dict[str, np.ndarray] = {}  # by name, once all cases are there
         for item in layout.items:
             self._variables[item.name] = self._create(group, item)
         scales = {dim: self._scale(group, dim, next(numbers)) for dim in layout.dims}
@@ -144,8 +146,6 @@ class _Group:
             variable.attrs.update(item.attrs)
             if item.values is not None:
                 variable[...] = item.values
-            elif not item.field:
-                self._scalars[item.name] = _empty(item.dtype, layout.case_shape)
         group.attrs.update(layout.attrs)
         coordinates = [i.name for i in layout.items if i.coordinate and i.name not in layout.dims]
         if coordinates:
@@ -180,21 +180,20 @@ class _Group:
 
     def add(self, case: Case, record: Record) -> None:
         """Take one case's record; its fields go to the disk now."""
-        where = f"{case.grid}, case {case.index}"
-        if self._written[case.index]:
-            raise ValueError(f"{where}: has two results")
+        if self._statuses[case.index] != MISSING:
+            raise ValueError(f"{case.grid}, case {case.index}: has two results")
         if record.cells != case.scene.mesh.cells:
-            raise ValueError(f"{where}: its result has {record.cells} cells, the mesh {case.scene.mesh.cells}")
-        for name, item in self._fields.items():
+            raise ValueError(
+                f"{case.grid}, case {case.index}: its result has {record.cells} cells, the mesh {case.scene.mesh.cells}"
+            )
+        place = (*case.index, 0, 0)
+        stored = self._stored[case.scene.mesh] if self._fields else record.region
+        for item in self._fields:
             # a case's field is a chunk: handed over as it was compressed, in half the time h5py takes for it
-            chunk = self._chunk(item, self._stored[case.scene.mesh], record)
-            self._variables[name].id.write_direct_chunk((*case.index, 0, 0), chunk)
-        for name, value in record.scalars.items():
-            if name in self._scalars:
-                self._scalars[name][case.index] = value
-        self._scalars["status"][case.index] = Status(record.status).value
-        self._scalars["status_reason"][case.index] = record.reason
-        self._written[case.index] = True
+            self._variables[item.name].id.write_direct_chunk(place, self._chunk(item, stored, record))
+        self._numbers[case.index] = record.numbers
+        self._statuses[case.index] = record.status.value
+        self._reasons[case.index] = record.reason
 
     def _chunk(self, item: Item, stored: Region, record: Record) -> bytes:
         """The bytes of one case's field at the group's size: missing values where the case has none, or fewer cells."""
@@ -204,7 +203,7 @@ class _Group:
             if item.name not in self._missing:
                 self._missing[item.name] = compress(_empty(item.dtype, shape))
             return self._missing[item.name]
-        if (record.region, record.shape, packed.dtype) == (stored, shape, item.dtype):
+        if record.region == stored and record.shape == shape and packed.dtype == item.dtype:
             return packed.stream
         slab = _empty(item.dtype, shape)
         slab[: stored[1] - stored[0], : stored[3] - stored[2]] = record.cut(item.name, stored)
@@ -212,24 +211,37 @@ class _Group:
 
     def finish(self) -> None:
         """Write the scalars; ValueError when a case has no result."""
-        missing = int(np.count_nonzero(~self._written))
+        missing = int(np.count_nonzero(self._statuses == MISSING))
         if missing:
-            raise ValueError(f"grid {self.layout.name}: {missing} of {self._written.size} cases have no result")
-        for name, values in self._scalars.items():
-            self._variables[name][...] = values
+            raise ValueError(f"grid {self.layout.name}: {missing} of {self._statuses.size} cases have no result")
+        known: dict[str, np.ndarray] = {name: self._numbers[..., k] for k, name in enumerate(SCALARS)}
+        known |= {"status": self._statuses, "status_reason": self._reasons}
+        for item in self.layout.items:
+            if item.values is None and not item.field:
+                self._scalars[item.name] = _typed(known[item.name], item.dtype)
+                self._variables[item.name][...] = self._scalars[item.name]
         keys = self.layout[CASE_KEY].values
         assert keys is not None
         self._group.attrs[CHECKSUM] = checksum({CASE_KEY: keys, **self._scalars})
 
     def fill_from(self, groups: list[_Group]) -> None:
         """Write this table's scalars from those of the grids, one after another."""
-        for name in self._scalars:
-            dtype = self.layout[name].dtype
-            parts = [
-                group._scalars[name].reshape(-1) if name in group._scalars else _empty(dtype, (group._written.size,))
-                for group in groups
-            ]
-            self._variables[name][...] = np.concatenate(parts)
+        for item in self.layout.items:
+            if item.values is None:
+                parts = [
+                    group._scalars[item.name].reshape(-1)
+                    if item.name in group._scalars
+                    else _empty(item.dtype, (group._statuses.size,))
+                    for group in groups
+                ]
+                self._variables[item.name][...] = np.concatenate(parts)
+
+
+def _typed(values: np.ndarray, dtype: str) -> np.ndarray:
+    """`values` in the type that they are stored in; where an integer has no value, MISSING."""
+    if dtype == "str" or dtype.startswith("f"):
+        return values if dtype == "str" else values.astype(dtype)
+    return np.where(np.isnan(values), MISSING, values).astype(dtype)
 
 
 def checksum(numbers: Mapping[str, np.ndarray]) -> str:

@@ -99,11 +99,7 @@ class _EarlierGrid:
     def record(self, flat: int, scene: Scene) -> Record:
         index = np.unravel_index(flat, self.shape)
         status = self.statuses[flat]
-        scalars = {}
-        for name, values in self.scalars.items():
-            value = float(values[flat])
-            if not (math.isnan(value) or (values.dtype.kind == "i" and value == MISSING)):
-                scalars[name] = value
+        numbers = tuple(self._number(name, flat) for name in SCALARS)
         region = (
             self._region(index, scene.mesh) if self.fields else (0, *scene.mesh.cells[:1], 0, *scene.mesh.cells[1:])
         )
@@ -114,7 +110,13 @@ class _EarlierGrid:
             packed = _field(dataset, index, region)
             if packed is not None:
                 fields[name] = packed
-        return Record(status, self.reasons[flat], scene.mesh.cells, region, scalars, fields)
+        return Record(status, self.reasons[flat], scene.mesh.cells, region, numbers, fields)
+
+    def _number(self, name: str, flat: int) -> float:
+        values = self.scalars.get(name)
+        if values is None or (values.dtype.kind == "i" and values[flat] == MISSING):
+            return math.nan
+        return float(values[flat])
 
     def _region(self, index: tuple[Any, ...], mesh: Mesh) -> Region:
         """The cells of the window that a case's fields hold, from the coordinates of their centres."""
@@ -144,9 +146,8 @@ def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region) -> Pac
     _, stream = dataset.id.read_direct_chunk((*(int(i) for i in index), 0, 0))
     shape = dataset.shape[-2:]
     dtype = dataset.dtype.str[1:]
-    whole = Record(Status.SOLVED, "", shape, (0, shape[0], 0, shape[1]), {}, {"": PackedField(dtype, stream)}).values(
-        ""
-    )
+    region_of_all = (0, shape[0], 0, shape[1])
+    whole = Record(Status.SOLVED, "", shape, region_of_all, (), {"": PackedField(dtype, stream)}).values("")
     held = (region[1] - region[0], region[3] - region[2])
     inner = whole[: held[0], : held[1]]
     if (np.isnan(inner) if dtype.startswith("f") else inner == MISSING).all():

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy.earlier import EarlierCube
-from rcstudy.record import DamagedRecord, Keep, Record, glance, parse
+from rcstudy.record import DamagedRecord, Form, Keep, Record, glance, parse
 from rcstudy.result import Status
 from rcstudy.units import BadUnit, Unit
 
@@ -32,7 +32,7 @@ class Index:
         self._scenes: dict[str, Scene] = {}
         for case in cases:
             self._scenes.setdefault(case.key, case.scene)
-        self._units: list[tuple[Path, tuple[str, ...]]] = []
+        self._units: list[tuple[Path, Form]] = []
         # status, number of the unit (-1: the cube), and offset and length (in the cube: grid and case)
         self._places: dict[str, tuple[Status, int, int, int]] = {}
         self._open: OrderedDict[int, int] = OrderedDict()
@@ -99,9 +99,9 @@ class Index:
                 continue
             body = data[offset : offset + length]
             try:
-                status, cells, keep = glance(body)
+                status, cells, keep = glance(body, unit.form)
                 if thoroughly:
-                    record = parse(body, unit.names)
+                    record = parse(body, unit.form)
                     for name in record.fields:
                         record.values(name)
             except DamagedRecord as error:
@@ -119,7 +119,7 @@ class Index:
 
     def _add(self, unit: Unit, found: Iterable[tuple[str, Status, int, int]]) -> None:
         number = len(self._units)
-        self._units.append((unit.path, unit.names))
+        self._units.append((unit.path, unit.form))
         for key, status, offset, length in found:
             self._put(key, (status, number, offset, length))
 

@@ -90,7 +90,7 @@ def _check_duplicates(index: Index, unit: Unit, data: bytes) -> None:
         if index.is_at(key, unit.path, offset) or index.status(key) is None:
             continue
         try:
-            here, there = parse(data[offset : offset + length], unit.names), index.record(key)
+            here, there = parse(data[offset : offset + length], unit.form), index.record(key)
             differ = here.contradicts(there)
         except DamagedRecord as error:
             raise UserError(f"{unit.path}: case {key[:12]}: {error}") from error

@@ -1,18 +1,18 @@
 """A result as bytes: what workers send, units keep, and cubes are made from.
 
-A record is plain data with its lengths, nothing in it is ever executed: a JSON head, the scalars as doubles, and each
-field compressed as a cube stores it, so that its bytes are made once, where the case is solved, and only copied from
-then on. Fields of cropped outputs are cut to the box of the case's own contact, outside of which they are zero.
+A record is plain data, nothing in it is ever executed: a head of numbers, the scalars as doubles, and each field
+compressed as a cube stores it, so that its bytes are made once, where the case is solved, and only copied from then on.
+Fields of cropped outputs are cut to the box of the case's own contact, outside of which they are zero.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import struct
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,10 +27,9 @@ SCALARS = tuple(name for name, v in VARIABLES.items() if v.kind == "scalar" and 
 
 FIELDS = tuple(name for name, v in VARIABLES.items() if v.kind == "field")
 
-_HEAD = struct.Struct("<I")
-_NUMBERS = struct.Struct(f"<{len(SCALARS)}d")
 _SCALARS, _FIELDS = frozenset(SCALARS), frozenset(FIELDS)
-_KINDS = {"f8": 8, "f4": 4, "i1": 1}
+_KINDS = ("f8", "f4", "i1")  # types of fields; a record has their numbers, from 1 on
+_BEFORE_FIELDS = 8  # numbers of a head
 _MOST_CELLS = 2**28  # of a window, in a file that may be hostile
 
 Region = tuple[int, int, int, int]
@@ -39,6 +38,23 @@ Region = tuple[int, int, int, int]
 
 class DamagedRecord(ValueError):
     """Bytes that are no record."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """What records consist of: the names of their scalars and fields, in the order in which they stand there."""
+
+    scalars: tuple[str, ...] = SCALARS
+    fields: tuple[str, ...] = FIELDS
+
+    @cached_property
+    def head(self) -> struct.Struct:
+        """Status, cells, region, length of the reason; the type (0: not there) and length of each field; scalars."""
+        return struct.Struct(f"<B7I{'BI' * len(self.fields)}{len(self.scalars)}d")
+
+
+FORM = Form()
+"""That of the records of this version."""
 
 
 @dataclass(frozen=True)
@@ -71,14 +87,22 @@ class PackedField(NamedTuple):
 
 @dataclass(frozen=True)
 class Record:
-    """A record read back. `cells` of the window, `region` of it that the fields hold (outside they are zero)."""
+    """A record read back. `cells` of the window, `region` of it that the fields hold (outside they are zero).
+
+    `numbers`: the scalars in the order of SCALARS, NaN where there is none.
+    """
 
     status: Status
     reason: str
     cells: tuple[int, int]
     region: Region
-    scalars: dict[str, float]
-    fields: dict[str, PackedField]
+    numbers: tuple[float, ...]
+    fields: Mapping[str, PackedField]
+
+    @property
+    def scalars(self) -> dict[str, float]:
+        """The scalars that have a value, by name."""
+        return {name: x for name, x in zip(SCALARS, self.numbers, strict=True) if x == x}
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -90,7 +114,7 @@ class Record:
         """Field `name` on the region. Raises DamagedRecord when its bytes are not those that were written."""
         packed = self.fields[name]
         try:
-            data = decompress(packed.stream, math.prod(self.shape) * _KINDS[packed.dtype])
+            data = decompress(packed.stream, math.prod(self.shape) * int(packed.dtype[1]))
         except ValueError as error:
             raise DamagedRecord(f"{name}: {error}") from error
         return np.frombuffer(data, dtype=packed.dtype).reshape(self.shape)
@@ -120,8 +144,9 @@ class Record:
         """
         if Status.SOLVED not in (self.status, other.status) or self.status != other.status:
             return ""  # a failure does not say that a solution is wrong
+        ours, theirs = self.scalars, other.scalars
         for name in SCALARS:
-            if not VARIABLES[name].timing and self.scalars.get(name) != other.scalars.get(name):
+            if not VARIABLES[name].timing and ours.get(name) != theirs.get(name):
                 return name
         whole = (0, self.cells[0], 0, self.cells[1])
         for name in self.fields.keys() & other.fields.keys():
@@ -129,18 +154,6 @@ class Record:
             if not np.array_equal(self.cut(name, whole).astype(dtype), other.cut(name, whole).astype(dtype)):
                 return name
         return ""
-
-    def body(self) -> bytes:
-        """The record as bytes."""
-        # written out by hand: a third of the time that an encoder takes
-        fields = ",".join(f'["{name}","{f.dtype}",{len(f.stream)}]' for name, f in self.fields.items())
-        reason = json.dumps(self.reason) if self.reason else '""'
-        text = (
-            f'{{"status":{self.status.value},"reason":{reason},"cells":{[*self.cells]},"region":{[*self.region]},'
-            f'"fields":[{fields}]}}'
-        ).encode()
-        numbers = _NUMBERS.pack(*[self.scalars.get(name, math.nan) for name in SCALARS])
-        return b"".join((_HEAD.pack(len(text)), text, numbers, *(f.stream for f in self.fields.values())))
 
 
 class Packing:
@@ -168,6 +181,7 @@ class Packer:
 
     def __init__(self, keep: Keep) -> None:
         self.keep = keep
+        self._kinds = {name: _KINDS.index(field_type(name, keep.precision)) + 1 for name in FIELDS}
         self._pressure = np.empty((0, 0))
         self._stream = b""
 
@@ -180,17 +194,24 @@ class Packer:
             if values.shape != cells:
                 raise ValueError(f"{name} has shape {values.shape}, the mesh {cells}")
         fields = result.fields if self.keep.fields else {}
-        region = contact_box(fields.values()) if self.keep.crop and fields else (0, cells[0], 0, cells[1])
-        i0, i1, j0, j1 = region
-        packed = {}
-        for name, values in fields.items():
-            dtype = VARIABLES[name].dtype
-            dtype = "f4" if dtype == "f8" and self.keep.precision == "float32" else dtype
-            inner = np.ascontiguousarray(values[i0:i1, j0:j1], dtype=dtype)
-            packed[name] = PackedField(dtype, self._shared(inner) if name == "pressure" else compress(inner))
-        scalars = {name: value for name, value in result.scalars.items() if math.isfinite(value)}
-        record = Record(Status(result.status), result.reason, cells, region, scalars, packed)
-        return Packed(record.status.value, record.reason, record.body())
+        i0, i1, j0, j1 = contact_box(fields.values()) if self.keep.crop and fields else (0, cells[0], 0, cells[1])
+        entries: list[int] = []
+        streams = []
+        for name in FIELDS:
+            if name not in fields:
+                entries += (0, 0)
+                continue
+            kind = self._kinds[name]
+            inner = np.ascontiguousarray(fields[name][i0:i1, j0:j1], dtype=_KINDS[kind - 1])
+            stream = self._shared(inner) if name == "pressure" else compress(inner)
+            entries += (kind, len(stream))
+            streams.append(stream)
+        scalars = [result.scalars.get(name, math.nan) for name in SCALARS]
+        numbers = [x if math.isfinite(x) else math.nan for x in scalars]
+        reason = result.reason.encode(errors="backslashreplace")
+        status = Status(result.status).value
+        head = FORM.head.pack(status, *cells, i0, i1, j0, j1, len(reason), *entries, *numbers)
+        return Packed(status, result.reason, b"".join((head, reason, *streams)))
 
     def _shared(self, pressure: np.ndarray) -> bytes:
         """The stream of `pressure`; that of the last one if it is the same, bit for bit."""
@@ -209,49 +230,60 @@ def contact_box(fields: Iterable[np.ndarray]) -> Region:
     return int(i[0]), int(i[-1]) + 1, int(j[0]), int(j[-1]) + 1
 
 
-def glance(body: bytes) -> tuple[Status, tuple[int, int], Keep]:
+def field_type(name: str, precision: str) -> str:
+    """The type ("f8", "f4" or "i1") of a field that is kept in `precision`."""
+    dtype = VARIABLES[name].dtype
+    return "f4" if dtype == "f8" and precision == "float32" else dtype
+
+
+def glance(body: bytes, form: Form = FORM) -> tuple[Status, tuple[int, int], Keep]:
     """Status, number of cells and what was kept of a record, from its head alone.
 
     Raises DamagedRecord if it has none.
     """
-    try:
-        (size,) = _HEAD.unpack_from(body)
-        head = json.loads(body[_HEAD.size : _HEAD.size + size])
-        nx, ny = map(int, head["cells"])
-        types = {name: dtype for name, dtype, _ in head["fields"]}
-        keep = Keep("pressure" in types, "float64" if types.get("pressure") == "f8" else "float32")
-        return Status(head["status"]), (nx, ny), keep
-    except (ValueError, KeyError, TypeError, struct.error, RecursionError) as error:
-        raise DamagedRecord(f"{type(error).__name__}: {error}") from error
+    status, nx, ny, *_ = head = _head(body, form)
+    kind = head[_BEFORE_FIELDS + 2 * form.fields.index("pressure")] if "pressure" in form.fields else 0
+    return Status(status), (nx, ny), Keep(kind != 0, "float64" if kind == 1 else "float32")
 
 
-def parse(body: bytes, names: Sequence[str] = SCALARS) -> Record:
-    """The record of these bytes; `names` are those of the scalars when it was written.
+def parse(body: bytes, form: Form = FORM) -> Record:
+    """The record of these bytes; `form` is that of the version that wrote it.
 
     Raises DamagedRecord unless the bytes are a record; the streams of its fields are looked into when they are used.
     """
+    head = _head(body, form)
+    status, nx, ny, i0, i1, j0, j1, size = head[:_BEFORE_FIELDS]
+    if not (i0 <= i1 <= nx and j0 <= j1 <= ny and nx * ny <= _MOST_CELLS):
+        raise DamagedRecord("its cells are not those of a mesh")
+    at = form.head.size
     try:
-        (size,) = _HEAD.unpack_from(body)
-        head = json.loads(body[_HEAD.size : _HEAD.size + size])
-        at = _HEAD.size + size
-        numbers = struct.unpack_from(f"<{len(names)}d", body, at)
-        at += 8 * len(names)
-        fields = {}
-        for name, dtype, length in head["fields"]:
-            if name not in _FIELDS or dtype not in _KINDS or not 0 <= length <= len(body) - at:
-                raise DamagedRecord("a field is not what it should be")
-            fields[name] = PackedField(dtype, body[at : at + length])
-            at += length
-        if at != len(body):
-            raise DamagedRecord("it is not as long as it says")
-        nx, ny = map(int, head["cells"])
-        i0, i1, j0, j1 = map(int, head["region"])
-        if not (0 <= i0 <= i1 <= nx and 0 <= j0 <= j1 <= ny and nx * ny <= _MOST_CELLS):
-            raise DamagedRecord("its cells are not those of a mesh")
-        status, reason = Status(head["status"]), str(head["reason"])
-        scalars = {name: x for name, x in zip(names, numbers, strict=True) if x == x}  # NaN: no value
-        return Record(status, reason, (nx, ny), (i0, i1, j0, j1), scalars, fields)
-    except DamagedRecord:
-        raise
-    except (ValueError, KeyError, TypeError, struct.error, RecursionError) as error:
+        reason = body[at : at + size].decode()
+    except UnicodeDecodeError as error:
+        raise DamagedRecord(f"its reason is no text: {error}") from error
+    at += size
+    fields = {}
+    for k, name in enumerate(form.fields):
+        kind, length = head[_BEFORE_FIELDS + 2 * k : _BEFORE_FIELDS + 2 * k + 2]
+        if kind == 0:
+            continue
+        if name not in _FIELDS or kind > len(_KINDS):
+            raise DamagedRecord("a field is not what it should be")
+        fields[name] = PackedField(_KINDS[kind - 1], body[at : at + length])
+        at += length
+    if at != len(body):
+        raise DamagedRecord("it is not as long as it says")
+    numbers = head[_BEFORE_FIELDS + 2 * len(form.fields) :]
+    if form.scalars != SCALARS:
+        of_name = dict(zip(form.scalars, numbers, strict=True))
+        numbers = tuple(of_name.get(name, math.nan) for name in SCALARS)
+    return Record(Status(status), reason, (nx, ny), (i0, i1, j0, j1), numbers, fields)
+
+
+def _head(body: bytes, form: Form) -> tuple[Any, ...]:
+    """The numbers of a record's head."""
+    try:
+        head = form.head.unpack_from(body)
+        Status(head[0])
+    except (struct.error, ValueError) as error:
         raise DamagedRecord(f"{type(error).__name__}: {error}") from error
+    return head

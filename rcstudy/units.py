@@ -18,10 +18,10 @@ from pathlib import Path
 
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.publish import write_whole
-from rcstudy.record import SCALARS
+from rcstudy.record import FORM, Form
 
 SUFFIX = ".unit"
-_MAGIC = b"rcstudy unit 1\n"
+_MAGIC = b"rcstudy unit 2\n"
 _HEAD = struct.Struct("<I")
 _CASE = struct.Struct("<32sQ")  # key, length of the record
 _DIGEST = 32
@@ -36,18 +36,18 @@ class BadUnit(ValueError):
 class Unit:
     """A unit on the disk, found to be whole: `entries` are key, offset and length of each record in it.
 
-    `names` are those of the scalars in its records.
+    `form` is that of its records.
     """
 
     path: Path
-    names: tuple[str, ...]
+    form: Form
     entries: tuple[tuple[str, int, int], ...]
     size: int
 
 
 def write_unit(folder: Path, number: int, cases: Sequence[tuple[str, bytes]]) -> Unit:
     """Write the records of `cases` (key, record) as unit `number`; raises OSError when that fails, leaving nothing."""
-    text = json.dumps({"solver": SOLVER_VERSION, "scalars": SCALARS}).encode()
+    text = json.dumps({"solver": SOLVER_VERSION, "scalars": FORM.scalars, "fields": FORM.fields}).encode()
     parts = [_MAGIC, _HEAD.pack(len(text)), text]
     at = sum(map(len, parts))
     entries = []
@@ -61,7 +61,7 @@ def write_unit(folder: Path, number: int, cases: Sequence[tuple[str, bytes]]) ->
     parts.append(digest.digest())
     path = folder / f"{number:06d}-{digest.hexdigest()[:12]}{SUFFIX}"
     write_whole(path, parts)
-    return Unit(path, SCALARS, tuple(entries), at + _DIGEST)
+    return Unit(path, FORM, tuple(entries), at + _DIGEST)
 
 
 def read_unit(path: Path) -> tuple[Unit, bytes]:
@@ -78,13 +78,13 @@ def read_unit(path: Path) -> tuple[Unit, bytes]:
         (size,) = _HEAD.unpack_from(data, len(_MAGIC))
         start = len(_MAGIC) + _HEAD.size
         head = json.loads(data[start : start + size])
-        solver, names = str(head["solver"]), tuple(map(str, head["scalars"]))
+        solver, form = str(head["solver"]), Form(tuple(map(str, head["scalars"])), tuple(map(str, head["fields"])))
         entries = tuple(_entries(data, start + size))
     except (ValueError, KeyError, TypeError, struct.error, RecursionError) as error:
         raise BadUnit(f"not a proper unit: {error}") from error
     if solver != SOLVER_VERSION:
         raise BadUnit(f"of solver version {solver}, this is {SOLVER_VERSION}")
-    return Unit(path, names, entries, len(data)), data
+    return Unit(path, form, entries, len(data)), data
 
 
 def _entries(data: bytes, at: int) -> Iterator[tuple[str, int, int]]:

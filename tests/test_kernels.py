@@ -709,11 +709,14 @@ def test_gmres_update(k: int) -> None:
 # --- deflate ---
 
 
-def deflated(data: np.ndarray) -> bytes:
-    """What the kernel makes of bytes."""
+def deflated(data: np.ndarray, *, by_words: bool = False) -> bytes:
+    """What the kernel for runs of bytes, or that for runs of words, makes of bytes."""
     out = np.full(data.size * 9 // 8 + 24, 255, dtype=np.uint8)
     words = data[: data.size // 8 * 8].view(np.int64)
-    return out[: deflate.deflate_runs(data, words, *deflating._codes(), out)].tobytes()
+    codes = deflating._codes()
+    if by_words:
+        return out[: deflate.deflate_words(data, words, *codes[2:], out)].tobytes()
+    return out[: deflate.deflate_runs(data, words, *codes, out)].tobytes()
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 7, 8, 9, 16, 31, 257, 258, 259, 260, 261, 262, 516, 517, 520, 1300])
@@ -726,6 +729,44 @@ def test_deflate_runs(n: int) -> None:
     for data in (rng.integers(0, 256, n), rng.integers(0, 2, n), inside, at_end, np.zeros(n)):
         data = data.astype(np.uint8)
         assert zlib.decompress(deflated(data)) == data.tobytes()
+
+
+@pytest.mark.parametrize("n", [*range(40), 63, 64, 65, 257, 264, 265, 272, 288, 289, 290, 296, 297, 298, 528, 552, 600])
+def test_deflate_words(n: int) -> None:
+    """Against zlib, for noise, zeros, a run of another word, runs inside and at the ends, single and paired words."""
+    rng = np.random.default_rng(n)
+    noise = rng.integers(0, 256, n).astype(np.uint8)
+    nans = np.resize(np.full(1, np.nan).view(np.uint8), n)
+    inside, around, runs_of_two = noise.copy(), noise.copy(), np.repeat(rng.integers(0, 9, n), 16)[:n].astype(np.uint8)
+    inside[n // 4 : n // 2] = 0
+    around[: n // 3] = nans[: n // 3]
+    around[n // 2 :] = 0
+    for data in (noise, np.zeros(n, dtype=np.uint8), nans, inside, around, around[::-1].copy(), runs_of_two):
+        stream = deflated(data, by_words=True)
+        assert zlib.decompress(stream) == data.tobytes()
+        assert len(stream) <= data.size * 9 // 8 + 24
+
+
+def test_deflate_words_makes_runs_small() -> None:
+    """Of zeros, and of missing values; what is stored grows by no more than the heads of its blocks."""
+    field = np.zeros((64, 64))
+    field[20:40, 24:44] = np.random.default_rng(3).random((20, 20))
+    for missing in (0.0, np.nan):
+        filled = np.where(field == 0.0, missing, field)
+        assert len(deflated(filled.reshape(-1).view(np.uint8), by_words=True)) < 400 * 8 + 21 * 30 + 300
+    rough = np.random.default_rng(4).random(40_000).view(np.uint8)
+    stream = deflated(rough, by_words=True)
+    assert zlib.decompress(stream) == rough.tobytes()
+    assert len(stream) < rough.size + 50
+
+
+def test_adler() -> None:
+    data = np.random.default_rng(5).integers(0, 256, 70_000).astype(np.uint8)
+    for start, stop in ((0, 0), (0, 1), (3, data.size), (0, data.size)):
+        low, high = deflate.adler(data, start, stop, 1, 0)
+        assert high * 65536 + low == zlib.adler32(data[start:stop])
+        middle = (start + stop) // 2
+        assert deflate.adler(data, middle, stop, *deflate.adler(data, start, middle, 1, 0)) == (low, high)
 
 
 # --- pressure and tractions together ---

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 import zlib
 from collections.abc import Iterator, Sequence
 
@@ -12,7 +13,7 @@ import synthetic
 
 from rcstudy.deflate import compress, decompress
 from rcstudy.mechanics.scene import Scene
-from rcstudy.record import SCALARS, DamagedRecord, Keep, Packer, Packing, contact_box, parse
+from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Form, Keep, Packer, Packing, contact_box, parse
 from rcstudy.result import Result, Status
 
 CELLS = synthetic.MESH.cells
@@ -126,19 +127,36 @@ def test_bytes_that_are_no_record() -> None:
                 record.values(name)
         except DamagedRecord:
             pass
-    at = body.index(b'"cells":[32, 24]')
-    with pytest.raises(DamagedRecord, match="mesh"):
-        parse(body[:at] + b'"cells":[32, -4]' + body[at + 16 :])
+    cells = struct.pack("<2I", *CELLS)
+    for other in ((32, 4), (2**16, 2**16)):
+        with pytest.raises(DamagedRecord, match="mesh"):
+            parse(body.replace(cells, struct.pack("<2I", *other), 1))
 
 
-def test_names_of_another_version() -> None:
-    record = parse(packed(), (*SCALARS[:-1], "of_tomorrow"))
-    assert "of_tomorrow" not in record.scalars or SCALARS[-1] not in record.scalars
+def test_records_of_another_version() -> None:
+    """Scalars in another order, one of them unknown here; a field that is unknown here."""
+    record = parse(packed())
+    names = (*reversed(SCALARS[1:]), "of_tomorrow")
+    other = parse(packed(), Form(names))
+    assert other.scalars == {
+        name: x for name, x in zip(names, record.numbers, strict=True) if name in SCALARS and not math.isnan(x)
+    }
+    assert other.fields == record.fields
+    with pytest.raises(DamagedRecord, match="field"):
+        parse(packed(), Form(fields=(*FIELDS[:-1], "of_tomorrow")))
+    with pytest.raises(DamagedRecord):
+        parse(packed(), Form(SCALARS[1:]))
+
+
+def test_a_reason_that_is_no_proper_text() -> None:
+    assert parse(packed(result=Result(Status.ERROR, "x\ud800y"))).reason == "x\\ud800y"
 
 
 def test_streams() -> None:
     data = np.arange(1000, dtype="f8")
+    data[300:700] = 0.0
     stream = compress(data)
+    assert len(stream) < 4900
     assert decompress(stream, 8000) == data.tobytes()
     for size in (7999, 8001):
         with pytest.raises(ValueError, match="not the bytes"):
