@@ -1,58 +1,118 @@
 """The cube from the results that are on the disk: case by case, in bounded memory, in the study's own order.
 
 The order makes two cubes of one study the same to the last byte, whatever order their cases were solved in, but for
-times and what is told of the run.
+times and what is told of the run. Cases are solved in about that order too, so most of the cube is there when the last
+one is solved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import contextlib
+import sys
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
 
-from rcstudy.cube_writer import write_cube
+from rcstudy.cube_writer import AT_ONCE, CubeWriter, writing
 from rcstudy.errors import UserError
-from rcstudy.record import DamagedRecord, Record, Region
+from rcstudy.record import DamagedRecord, Region
 
 if TYPE_CHECKING:
-    from rcstudy.cases import Case, Expansion
-    from rcstudy.index import Index
+    from rcstudy.cases import Expansion
     from rcstudy.mechanics.scene import Mesh
+    from rcstudy.store import Store
     from rcstudy.study import Study
 
 
-def assemble(
-    output: Path,
-    study: Study,
-    expansion: Expansion,
-    index: Index,
-    provenance: Mapping[str, str | int | float],
-    started: float,
-    check_interrupts: Callable[[], None] = lambda: None,
-) -> None:
-    """Publish the cube `output` from the records in `index`, which has one for each case.
+class Assembly:
+    """A cube in the making from the results in `store`, perhaps while others are still being solved.
 
-    `started`: time.monotonic() of the sweep's begin. Raises UserError when the cube cannot be written, or a record
-    that was whole when it was found can no longer be read.
+    When something goes wrong before the end, the file is dropped, so that a disk that is full has room for results; it
+    is made anew by :meth:`finish`, which publishes it. A block that is left without that leaves no trace.
     """
 
-    def records() -> Iterator[tuple[Case, Record]]:
-        for case in expansion.cases:
-            check_interrupts()
-            yield case, index.record(case.key)
+    def __init__(self, output: Path, study: Study, expansion: Expansion, store: Store) -> None:
+        self.output = output
+        self._study, self._expansion, self._store = study, expansion, store
+        self._cube: CubeWriter | None = None
+        self._open = contextlib.ExitStack()
+        self._taken = 0  # the first so many cases are in the cube
 
-    try:
-        cropped = contacts(expansion, index) if study.outputs.crop == "contact" else None
-        write_cube(output, study, expansion, records(), provenance, started=started, cropped=cropped)
-    except DamagedRecord as error:
-        raise UserError(f"{output}: not written, a result can no longer be read: {error}") from error
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._drop()
+
+    def begin(self) -> None:
+        """Create the file, unless it is there or what it holds of a case depends on others."""
+        if self._cube is None and self._study.outputs.crop != "contact":
+            with contextlib.suppress(UserError):
+                self._create(None)
+
+    def go_on(self) -> None:
+        """Take the next few cases, if their results are final."""
+        cases = self._expansion.cases[self._taken : self._taken + AT_ONCE]
+        if self._cube is None or not cases or not all(self._store.is_final(case.key) for case in reversed(cases)):
+            return
+        try:
+            self._take()
+        except (OSError, DamagedRecord):
+            self._drop()
+
+    def finish(
+        self,
+        provenance: Mapping[str, str | int | float],
+        started: float,
+        check_interrupts: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Take all cases that are left, and publish the cube. `started`: time.monotonic() of the sweep's begin.
+
+        Raises UserError when the cube cannot be written, or a record that was whole when it was found can no longer be
+        read.
+        """
+        if self._cube is None:
+            self._create(contacts(self._expansion, self._store) if self._study.outputs.crop == "contact" else None)
+        assert self._cube is not None
+        try:
+            with self._open:
+                while self._taken < len(self._expansion.cases):
+                    check_interrupts()
+                    self._take()
+                self._cube.finish(provenance, started)
+        except DamagedRecord as error:
+            raise UserError(f"{self.output}: not written, a result can no longer be read: {error}") from error
+
+    def _create(self, cropped: Mapping[str, Mapping[Mesh, Region]] | None) -> None:
+        self._taken = 0
+        self._cube = self._open.enter_context(writing(self.output, self._study, self._expansion, cropped))
+
+    def _take(self) -> None:
+        assert self._cube is not None
+        cases = self._expansion.cases[self._taken : self._taken + AT_ONCE]
+        self._cube.add([(case, self._store.record(case.key)) for case in cases])
+        self._taken += len(cases)
+
+    def _drop(self) -> None:
+        """Remove the file, if it is not published."""
+        self._cube = None
+        try:
+            raise _Dropped
+        except _Dropped:
+            with contextlib.suppress(_Dropped, UserError):
+                self._open.__exit__(*sys.exc_info())
 
 
-def contacts(expansion: Expansion, index: Index) -> dict[str, dict[Mesh, Region]]:
+class _Dropped(Exception):
+    """Ends the writing of a file that is not wanted."""
+
+
+def contacts(expansion: Expansion, store: Store) -> dict[str, dict[Mesh, Region]]:
     """The smallest box of cells, for each mesh of each grid, that holds the contacts of all its cases."""
     found: dict[str, dict[Mesh, Region]] = {grid.name: {} for grid in expansion.grids}
     for case in expansion.cases:
-        record = index.record(case.key)
+        record = store.record(case.key)
         whole = record.shape == record.cells
         i0, i1, j0, j1 = record.contact() if whole else record.region
         if i0 == i1:

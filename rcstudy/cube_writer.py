@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import itertools
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Mesh
     from rcstudy.study import Study
 
-_AT_ONCE = 16  # cases handed to HDF5 before it is asked how it goes
+AT_ONCE = 16  # cases handed to HDF5 before it is asked how it goes
 _COMPRESSION = 1  # of deflate, as the file says; streams come from rcstudy.deflate
 
 
@@ -37,61 +37,23 @@ def write_cube(
     provenance: Mapping[str, str | int | float],
     *,
     started: float | None = None,
-    cropped: Mapping[str, Mapping[Mesh, Region]] | None = None,
 ) -> None:
     """Write all results of a study to a netCDF-4 file at `path`, replacing what is there only when all is written.
 
     `results` may be lazy and come in any order; each case of `expansion` exactly once. The file is created before
-    the first result is asked for, so an unwritable place is found out early. Fields go to the disk as they come;
-    scalars (some hundred bytes a case) are kept until the end. `provenance` becomes root attributes, together
-    with the study's text and hash and the wall time since `started` (time.monotonic(); by default now). `cropped`:
-    the cells that fields are cut to, of each mesh of a grid.
+    the first result is asked for, so an unwritable place is found out early.
 
     Raises UserError when the file cannot be written, ValueError when a case has no result, two, or one whose
     names or shapes are not those of its grid.
     """
     started = time.monotonic() if started is None else started
-    outputs = study.outputs
-    layouts, root = lay_out(expansion, fields=outputs.fields, precision=outputs.precision, cropped=cropped)
-    of_grid: dict[str, list[Case]] = {layout.name: [] for layout in layouts}
-    for case in expansion.cases:
-        of_grid[case.grid].append(case)
-    stored = {name: regions(cases, (cropped or {}).get(name)) for name, cases in of_grid.items()}
-    packer = Packer(Keep(outputs.fields, outputs.precision))
-    attrs: dict[str, Any] = {
-        "title": study.name,
-        "study": study.name,
-        "description": study.description or "",
-        "study_text": study.text,
-        "study_sha256": study.sha256,
-        SCHEMA_ATTRIBUTE: SCHEMA,
-        **provenance,
-    }
-    with replacing(path) as temporary, SteadyFile(temporary) as storage, _created(storage) as file:
-        with interrupts_held():
-            numbers = itertools.count()
-            table = _Group(file, root, numbers) if root is not None else None
-            grids = {
-                layout.name: _Group(
-                    file if root is None else file.create_group(layout.name), layout, numbers, stored[layout.name]
-                )
-                for layout in layouts
-            }
-        storage.check()
+    packer = Packer(Keep(study.outputs.fields, study.outputs.precision))
+    with writing(path, study, expansion) as cube:
         records = ((case, _record(packer, case, r) if isinstance(r, Result) else r) for case, r in results)
-        while some := list(itertools.islice(records, _AT_ONCE)):
-            with interrupts_held():
-                for case, record in some:
-                    grids[case.grid].add(case, record)
-            del some, record
-            storage.check()
-        with interrupts_held():
-            for group in grids.values():
-                group.finish()
-            if table is not None:
-                table.fill_from(list(grids.values()))
-            attrs["wall_seconds"] = round(time.monotonic() - started, 3)
-            file.attrs.update(attrs)
+        while some := list(itertools.islice(records, AT_ONCE)):
+            cube.add(some)
+            del some
+        cube.finish(provenance, started)
 
 
 def _record(packer: Packer, case: Case, result: Result) -> Record:
@@ -99,6 +61,31 @@ def _record(packer: Packer, case: Case, result: Result) -> Record:
         return parse(packer.pack(result, case.scene.mesh.cells).body)
     except ValueError as error:
         raise ValueError(f"{case.grid}, case {case.index}: {error}") from error
+
+
+@contextlib.contextmanager
+def writing(
+    path: Path | str,
+    study: Study,
+    expansion: Expansion,
+    cropped: Mapping[str, Mapping[Mesh, Region]] | None = None,
+) -> Iterator[CubeWriter]:
+    """The cube `path` in the making. It takes the place of what is there when the block ends, if that is without error.
+
+    `cropped`: the cells that fields are cut to, of each mesh of a grid. Raises UserError when the file cannot be
+    written.
+    """
+    outputs = study.outputs
+    layouts, root = lay_out(expansion, fields=outputs.fields, precision=outputs.precision, cropped=cropped)
+    of_grid: dict[str, list[Case]] = {layout.name: [] for layout in layouts}
+    for case in expansion.cases:
+        of_grid[case.grid].append(case)
+    stored = {name: regions(cases, (cropped or {}).get(name)) for name, cases in of_grid.items()}
+    with replacing(path) as temporary, SteadyFile(temporary) as storage, _created(storage) as file:
+        cube = CubeWriter(study, file, storage, layouts, root, stored)
+        yield cube
+        if not cube.finished:
+            raise ValueError(f"{path}: left unfinished")
 
 
 @contextlib.contextmanager
@@ -112,6 +99,67 @@ def _created(storage: SteadyFile) -> Iterator[h5py.File]:
         with interrupts_held():
             file.close()
     storage.check()
+
+
+class CubeWriter:
+    """Takes the cases of a cube, and at last what is told of all: see :func:`writing`.
+
+    Fields go to the disk as they come; scalars (some hundred bytes a case) are kept until the end.
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        file: h5py.File,
+        storage: SteadyFile,
+        layouts: Sequence[Layout],
+        root: Layout | None,
+        stored: Mapping[str, Mapping[Mesh, Region]],
+    ) -> None:
+        self.finished = False
+        self._study, self._file, self._storage = study, file, storage
+        with interrupts_held():
+            numbers = itertools.count()
+            self._table = _Group(file, root, numbers) if root is not None else None
+            self._grids = {
+                layout.name: _Group(
+                    file if root is None else file.create_group(layout.name), layout, numbers, stored[layout.name]
+                )
+                for layout in layouts
+            }
+        storage.check()
+
+    def add(self, some: Sequence[tuple[Case, Record]]) -> None:
+        """Take some cases, few enough that Ctrl-C may wait: AT_ONCE. Raises OSError when the file cannot be written."""
+        with interrupts_held():
+            for case, record in some:
+                self._grids[case.grid].add(case, record)
+        self._storage.check()
+
+    def finish(self, provenance: Mapping[str, str | int | float], started: float) -> None:
+        """Write scalars and attributes: `provenance`, the study's, and the wall time since `started` (monotonic).
+
+        Raises ValueError when a case has no result.
+        """
+        study = self._study
+        with interrupts_held():
+            for group in self._grids.values():
+                group.finish()
+            if self._table is not None:
+                self._table.fill_from(list(self._grids.values()))
+            self._file.attrs.update(
+                {
+                    "title": study.name,
+                    "study": study.name,
+                    "description": study.description or "",
+                    "study_text": study.text,
+                    "study_sha256": study.sha256,
+                    SCHEMA_ATTRIBUTE: SCHEMA,
+                    **provenance,
+                    "wall_seconds": round(time.monotonic() - started, 3),
+                }
+            )
+        self.finished = True
 
 
 class _Group:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rcstudy import provenance
-from rcstudy.assemble import assemble
+from rcstudy.assemble import Assembly
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
 from rcstudy.index import Index
@@ -54,7 +54,8 @@ def merge(
                 + "\n  ".join(names)
                 + more
             )
-        assemble(output, study, expansion, store.index, provenance.collect(command), started)
+        with Assembly(output, study, expansion, store) as cube:
+            cube.finish(provenance.collect(command), started)
         failed = failures(expansion, expansion.cases, store.index)
         store.clear()
     count = len(expansion.cases)

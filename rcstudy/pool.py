@@ -1,9 +1,9 @@
 """Solves batches of cases in worker processes: single-threaded, spawned, replaced when they die.
 
-Each worker holds one batch at a time and sends its results every tenth of a second. Once a worker has died, and the
-cases it held go to others, all send a result as soon as they have one, so that it is known which case a worker dies
-of. That case is tried once more; if its worker dies again it gets status ERROR, and the rest of its batch goes on in
-another worker.
+All workers start at once, but the others wait for the first one to compile the kernels, if that has to be done. Each
+holds one batch at a time and sends its results every tenth of a second. Once a worker has died, and the cases it held
+go to others, all send a result as soon as they have one, so that it is known which case a worker dies of. That case is
+tried once more; if its worker dies again it gets status ERROR, and the rest of its batch goes on in another worker.
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ _PATIENCE = 0.1  # seconds that results may wait for others to be sent with
 class _Worker:
     process: Any
     connection: Connection
+    compiles: bool  # has scenes to warm up with, for which others wait
     ready: bool = False
     batch: deque[Case] = field(default_factory=deque)  # whose results are not here yet
     at_once: bool = False  # sends each result as it has it: the first case of the batch is the one being solved
@@ -51,20 +52,20 @@ def solve_in_processes(
     workers: int,
     solve: Callable[[Sequence[Scene]], Iterator[Any]],
     warm_up: Sequence[Scene] = (),
+    meanwhile: Callable[[], None] = lambda: None,
 ) -> Iterator[tuple[Case, Any]]:
     """Solve `batches` (cases sharing a normal problem) in `workers` processes; yield results as they come.
 
     A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers.
-    The first worker solves the scenes of `warm_up` before the others start, so that kernels are compiled once.
-    Closing the iterator ends the workers. Raises UserError when worker processes do not start.
+    The first worker solves the scenes of `warm_up` before the others begin, so that kernels are compiled once.
+    `meanwhile` is called while workers start. Closing the iterator ends the workers. Raises UserError when worker
+    processes do not start.
     """
     pool = _Pool(solve, deque(list(batch) for batch in batches))
-    finished = False
     try:
-        yield from pool.run(workers, warm_up)
-        finished = True
+        yield from pool.run(workers, warm_up, meanwhile)
     finally:
-        pool.stop(gently=finished)
+        pool.stop()
 
 
 class _Pool:
@@ -76,9 +77,10 @@ class _Pool:
         self.failed_starts = 0
         self.patience = _PATIENCE
 
-    def run(self, workers: int, warm_up: Sequence[Scene]) -> Iterator[tuple[Case, Any]]:
-        if self.waiting:
-            self._start(warm_up)
+    def run(self, workers: int, warm_up: Sequence[Scene], meanwhile: Callable[[], None]) -> Iterator[tuple[Case, Any]]:
+        for k in range(min(workers, len(self.waiting))):
+            self._start(() if k else warm_up)
+        meanwhile()
         while self.waiting or any(worker.batch for worker in self.workers):
             for connection in wait([worker.connection for worker in self.workers]):
                 worker = next(w for w in self.workers if w.connection is connection)
@@ -89,13 +91,12 @@ class _Pool:
                     continue
                 if message is None:
                     worker.ready = True
+                    worker.compiles = False
                     self.failed_starts = 0
                 solved = [(worker.batch.popleft(), result) for result in message or ()]
-                self._give(worker)  # first, so that it need not wait
+                self._give_all()  # first, so that they need not wait
                 yield from solved
-            warmed = any(worker.ready for worker in self.workers)
-            missing = min(workers, len(self.workers) + len(self.waiting)) if warmed else 1
-            while self.waiting and len(self.workers) < missing:
+            while len(self.workers) < min(workers, len(self.workers) + len(self.waiting)):
                 self._start(())
 
     def _start(self, warm_up: Sequence[Scene]) -> None:
@@ -108,11 +109,16 @@ class _Pool:
         with limited_threads(), _interrupts_held():
             process.start()
         theirs.close()
-        self.workers.append(_Worker(process, ours))
+        self.workers.append(_Worker(process, ours, compiles=bool(warm_up)))
+
+    def _give_all(self) -> None:
+        """Give batches to all workers that have none, unless kernels are still being compiled."""
+        if not any(worker.compiles for worker in self.workers):
+            for worker in self.workers:
+                if worker.ready and not worker.batch and self.waiting:
+                    self._give(worker)
 
     def _give(self, worker: _Worker) -> None:
-        if worker.batch or not self.waiting:
-            return
         batch = self.waiting.popleft()
         worker.batch = deque(batch)
         worker.at_once = self.patience == 0.0
@@ -142,16 +148,13 @@ class _Pool:
                 yield case, Result(Status.ERROR, f"the worker process died {deaths} times at this case: {how}")
         if worker.batch:
             self.waiting.appendleft(list(worker.batch))
+        self._give_all()  # those that waited for this one
 
-    def stop(self, *, gently: bool) -> None:
-        """End all workers: those of a finished run leave by themselves, others are terminated, at last killed."""
+    def stop(self) -> None:
+        """End all workers. They hold nothing that is wanted, and to leave by themselves would take them a while."""
         for worker in self.workers:
-            if gently:
-                with contextlib.suppress(OSError):
-                    worker.connection.send(None)
-            else:
-                worker.process.terminate()
-        deadline = time.monotonic() + (5.0 if gently else 1.0)
+            worker.process.terminate()
+        deadline = time.monotonic() + 1.0
         for worker in self.workers:
             worker.process.join(max(0.0, deadline - time.monotonic()))
             if worker.process.is_alive():
@@ -162,15 +165,15 @@ class _Pool:
 
 
 def _work(connection: Connection, solve: Callable[[Sequence[Scene]], Iterator[Any]], warm_up: list[Scene]) -> None:
-    """A worker's life: ready, then a batch in, its results out, until told to end or the parent is gone."""
+    """A worker's life: ready, then a batch in, its results out, until it is ended or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where they could not be held back from the start
-    for scene in warm_up:
-        for _ in solve([scene]):
+    for scenes in ([], *([scene] for scene in warm_up)):  # with no scene, what solves is loaded
+        for _ in solve(scenes):
             pass
     try:
         connection.send(None)
-        while (work := connection.recv()) is not None:
-            scenes, patience = work
+        while True:
+            scenes, patience = connection.recv()
             results, sent = [], time.monotonic()
             for result in solve(scenes):
                 results.append(result)

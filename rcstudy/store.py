@@ -1,8 +1,9 @@
 """The folder beside a cube in which results are kept as they are solved, until the cube is published from them.
 
 `paper.nc` has `paper.nc.units`. Units are written when a thousand cases or some megabytes have come together, and after
-five seconds whatever there is; small ones are put together now and then, so that slow studies do not end with a file a
-case. Once the cube stands, it is itself the place to take solved cases from, and the units are removed.
+five seconds whatever there is, the first ones sooner; small ones are put together now and then, so that slow studies do
+not end with a file a case. Once the cube stands, it is itself the place to take solved cases from, and the units are
+removed.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import contextlib
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ from rcstudy.errors import UserError
 from rcstudy.index import Index
 from rcstudy.lock import locked
 from rcstudy.publish import remove_leftovers, sync
-from rcstudy.record import Keep, Packed
+from rcstudy.record import Keep, Packed, Record
 from rcstudy.result import Status
 from rcstudy.steady import interrupts_held
 from rcstudy.units import BadUnit, Unit, number_of, read_unit, unit_paths, write_unit
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 UNIT_CASES = 1024
 UNIT_BYTES = 8 * 2**20
-UNIT_SECONDS = 5.0
+UNIT_SECONDS = (0.5, 1.0, 2.0, 5.0)  # results wait no longer than that: for the first unit, the second, ..., all others
 _PUT_TOGETHER = 8  # small units of one level into one of the next
 _SET_ASIDE = ".set-aside"
 _FRESH = "fresh"
@@ -51,9 +52,11 @@ class Store:
         self.folder = folder
         self.index = index
         self.kept = 0  # results written by this store
+        self._expected: set[str] = set()
         self._pending: list[tuple[str, Packed]] = []
         self._bytes = 0
         self._since = 0.0
+        self._units = 0  # written by this store, without those put together
         self._number = max([0, *map(number_of, unit_paths(folder))])
         self._small: list[tuple[int, Unit, tuple[Status, ...]]] = []  # level, unit, statuses of its cases
         self._lock = threading.RLock()
@@ -61,6 +64,19 @@ class Store:
         self._closing = threading.Event()
         self._timer = threading.Thread(target=self._watch, name="rcstudy units", daemon=True)
         self._timer.start()
+
+    def expect(self, keys: Iterable[str]) -> None:
+        """Say which cases are to be solved: what there is of them is not final, see :meth:`is_final`."""
+        self._expected.update(keys)
+
+    def is_final(self, key: str) -> bool:
+        """Whether the result of a case is on the disk, and is not to be solved any more."""
+        return key not in self._expected
+
+    def record(self, key: str) -> Record:
+        """The record of a case: as in :meth:`Index.record`."""
+        with self._lock:  # else its unit might be put together with others meanwhile
+            return self.index.record(key)
 
     def add(self, key: str, result: Packed) -> None:
         """Take a result; it reaches the disk within some seconds. Raises UserError when units cannot be written."""
@@ -104,10 +120,12 @@ class Store:
         self.index.close()
 
     def _watch(self) -> None:
-        """Write, from a thread of its own, what has waited for UNIT_SECONDS."""
-        while not self._closing.wait(UNIT_SECONDS / 5.0):
+        """Write, from a thread of its own, what has waited for long enough."""
+        seconds = UNIT_SECONDS[0]
+        while not self._closing.wait(seconds / 5.0):
             with self._lock:
-                if self._pending and time.monotonic() - self._since >= UNIT_SECONDS:
+                seconds = UNIT_SECONDS[min(self._units, len(UNIT_SECONDS) - 1)]
+                if self._pending and time.monotonic() - self._since >= seconds:
                     with contextlib.suppress(UserError):  # kept for the next one who adds or flushes
                         self.flush()
 
@@ -123,6 +141,8 @@ class Store:
         statuses = tuple(Status(result.status) for _, result in self._pending)
         unit = self._written(cases, statuses)
         self.kept += len(cases)
+        self._units += 1
+        self._expected.difference_update(key for key, _ in cases)
         self._pending.clear()
         self._bytes = 0
         self._small.append((0, unit, statuses))

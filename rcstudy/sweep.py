@@ -1,7 +1,7 @@
 """Runs a study: cases in batches that share a normal problem, solved here or in other processes, into a cube.
 
 Results go to the disk as they come (:mod:`rcstudy.store`); what is there already is not solved again. The cube is made
-from them at the end.
+from them, in the study's order, while others are being solved (:mod:`rcstudy.assemble`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy import cluster, pool, provenance
-from rcstudy.assemble import assemble
+from rcstudy.assemble import Assembly
 from rcstudy.errors import UserError
 from rcstudy.layout import case_label, check_names
 from rcstudy.mechanics.scene import Mesh, Scene
@@ -134,13 +134,15 @@ def run(
             summary.kept = len(cases) - len(pending)
             if summary.kept:
                 say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
-            with _interrupts(cases, store) as check_interrupts:
-                results = _results(pending, workers, scheduler, Packing(solve or solve_batch, keep))
+            store.expect(case.key for case in pending)
+            in_parts = contextlib.nullcontext() if shard else Assembly(summary.output, study, expansion, store)
+            with _interrupts(cases, store) as check_interrupts, in_parts as cube:
+                packing = Packing(solve or solve_batch, keep)
+                results = _results(pending, workers, scheduler, packing, cube.begin if cube else lambda: None)
                 with contextlib.closing(results):
-                    _keep_all(results, pending, store, progress or Silent(), check_interrupts)
-                if shard is None:
-                    attributes = provenance.collect(command)
-                    assemble(summary.output, study, expansion, store.index, attributes, started, check_interrupts)
+                    _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube)
+                if cube is not None:
+                    cube.finish(provenance.collect(command), started, check_interrupts)
                     store.clear()
         else:
             summary.kept = len(cases)
@@ -217,8 +219,9 @@ def _keep_all(
     store: Store,
     reporter: Progress,
     check_interrupts: Callable[[], None],
+    cube: Assembly | None,
 ) -> None:
-    """Put all results into the store, keeping the progress up to date."""
+    """Put all results into the store, and from there into the cube, keeping the progress up to date."""
     packer = Packer(store.index.keep)
     like = Counter(case.key for case in pending)
     reporter.begin(len(pending))
@@ -229,28 +232,36 @@ def _keep_all(
             store.add(case.key, packed)
             for _ in range(like[case.key]):
                 reporter.advance(failed=packed.status != Status.SOLVED)
+            if cube is not None:
+                cube.go_on()
         store.flush()
     finally:
         reporter.end()
 
 
 def _results(
-    pending: Sequence[Case], workers: int | None, scheduler: cluster.Scheduler | None, solve: Packing
+    pending: Sequence[Case],
+    workers: int | None,
+    scheduler: cluster.Scheduler | None,
+    solve: Packing,
+    meanwhile: Callable[[], None],
 ) -> Generator[tuple[Case, Result | Packed], None, None]:
-    """Results of all cases as they come; of cases with one key a single one."""
+    """Results of all cases as they come, of cases with one key a single one; `meanwhile` is for while workers start."""
     cases = list({case.key: case for case in pending}.values())
     if scheduler is not None:
+        meanwhile()
         yield from cluster.solve_on_cluster(make_batches(cases, 1), scheduler, solve)
         return
     wanted = workers or provenance.available_cores()
     batches = make_batches(cases, wanted)
     warm_up: Sequence[Scene] = ()
     if workers is None or wanted == 1:
+        meanwhile()
         batches = yield from _solved_here(batches, solve, hand_over=wanted > 1)
     else:
         warm_up = warm_up_scenes(cases)
     if batches:
-        yield from pool.solve_in_processes(batches, min(wanted, len(batches)), solve, warm_up)
+        yield from pool.solve_in_processes(batches, min(wanted, len(batches)), solve, warm_up, meanwhile)
 
 
 def _solved_here(

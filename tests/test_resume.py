@@ -289,7 +289,7 @@ def test_another_solver_version_solves_all_again(sweeps: Sweeps, monkeypatch: py
 
 def test_what_is_solved_reaches_the_disk_in_time(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also while one case takes long: by a thread of its own."""
-    monkeypatch.setattr(store, "UNIT_SECONDS", 0.1)
+    monkeypatch.setattr(store, "UNIT_SECONDS", (0.1,))
     seen = []
 
     def slow(scenes: Sequence[Scene]) -> Iterator[Result]:
