@@ -25,6 +25,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rcstudy.mechanics import newton
 from rcstudy.mechanics.cascade import coarser_scene, interpolated_pressure
 from rcstudy.mechanics.contact import (
     NormalContact,
@@ -59,7 +60,6 @@ from rcstudy.mechanics.rolling import (
     NewtonSystem,
     RollingSolution,
     SlipOperator,
-    forcing_term,
     on_bound,
     rigid_slip,
     within,
@@ -69,9 +69,7 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 _MAX_NEWTON = 30
 _MAX_TURNS = 60
 _TURN = 0.3  # how far a turn is solved, over the error of the last one
-_LOOSEST = 0.2  # linear residual of a Newton step, over its first one
 _PATIENCE = 2  # Newton steps without a gain of a tenth before steps are shortened (plates need it)
-_SHORTEST = 0.05  # step length
 _MAX_STEPS = 100  # of one linear system
 _WEIGHT = 3.0  # of gaps against slips; 0.3 to 10 make less than a tenth of a difference to the products
 _LEAST = 1e-6  # least bound of a cell that has just come into contact, over the largest
@@ -153,11 +151,8 @@ class CoupledSystem:
         self.products = 0
         self._cells = np.empty((x.size * y.size, 2), dtype=np.int64)
 
-    def look(self, stress: np.ndarray) -> float:
-        """Take `stress` as the state: cells in contact, stick and slip, residuals.
-
-        Returns the larger of the two residuals, in units of their tolerances.
-        """
+    def look(self, stress: np.ndarray) -> None:
+        """Take `stress` as the state: cells in contact, stick and slip, residuals."""
         tolerance, operator = self.scene.tolerance, self.operator
         self.products += 1
         self.stress = stress
@@ -167,29 +162,33 @@ class CoupledSystem:
         self.cells = self._cells[:m].copy()
         self.p, self.q, self.s = np.empty(m), np.empty((m, 2)), np.empty((m, 2))
         coupled.gather_contact(stress, self.response, self.cells, self.p, self.q, self.s)
-        closing = np.empty(m)
-        operator.closing(self.response[2], self.cells, 1.0, closing)
-        self.residual_normal = float(np.linalg.norm(closing) / np.linalg.norm(self.p))
+        self.closing = np.empty(m)
+        operator.closing(self.response[2], self.cells, 1.0, self.closing)
+        self.residual_normal = float(np.linalg.norm(self.closing) / np.linalg.norm(self.p))
         bound = self.scene.friction * self.p
         w = self.scale[:, self.cells[:, 0], self.cells[:, 1]].T
         self.friction = NewtonSystem(operator.slip, self.cells, np.maximum(bound, _LEAST * bound.max()), w)
         self.residual_tangential = self.friction.classify(self.q, self.s)
+
+    @property
+    def residual(self) -> float:
+        """The larger of the two residuals, in units of their tolerances."""
+        tolerance = self.scene.tolerance
         return max(self.residual_normal / tolerance.normal, self.residual_tangential / tolerance.tangential)
 
     @property
-    def converged(self) -> bool:
+    def solved(self) -> bool:
         """Whether both residuals meet their tolerances, and no cell overlaps without pressure."""
-        tolerance = self.scene.tolerance
-        met = self.residual_normal <= tolerance.normal and self.residual_tangential <= tolerance.tangential
-        return met and self.settled
+        return self.residual <= 1.0 and self.settled
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [3 m], into `out`."""
         self.products += 1
         m, f, plan = len(self.cells), self.friction, self.operator.plan
-        coupled.scatter_unknowns(v, self.cells, f.slip, f.normal, self.scene.friction, plan.real)
+        coupled.scatter_unknowns(v, self.cells, f.slip, f.normal, self.scene.friction, f.unit, plan.real)
         self.operator.multiply()
-        tractions.gather_slip(plan.real[:2], v[m:], self.cells, f.slip, f.normal, f.curvature, out[m:])
+        slips = np.empty(2 * m)  # not wanted: the step's end is cut and scaled, so that they are another's
+        tractions.gather_slip(plan.real[:2], v[m:], self.cells, f.slip, f.normal, f.curvature, slips, out[m:])
         self.operator.closing(plan.real[2], self.cells, self.unit, out[:m])
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
@@ -199,49 +198,37 @@ class CoupledSystem:
         np.divide(v[:m], self.unit, out=out[:m])
         self.friction.precondition(v[m:], out[m:])
 
-    def step(self, forcing: float) -> np.ndarray:
-        """Stresses after the Newton step, the linear system solved to `forcing` of its first residual."""
-        self.products += 1
-        m, f = len(self.cells), self.friction
-        p, q, s = self.p.copy(), np.empty((m, 2)), np.empty((m, 2))
-        tractions.tangent_start(self.q, f.slip, f.normal, self.scene.friction * p, q)
-        stress = np.empty_like(self.stress)
-        coupled.scatter_contact(p, q, self.cells, stress)
-        response = self.operator.responses(stress) + self.rigid
-        coupled.gather_contact(stress, response, self.cells, p, q, s)
+    def step(self, forcing: float) -> None:
+        """Take the Newton step, the linear system solved to `forcing` of its first residual."""
+        self._before = self.stress
+        self._after = self._stepped(forcing)
+        self.look(self._after)
+
+    def shorten(self, length: float) -> None:
+        """Take no more than the part `length` of the last Newton step."""
+        self.look(self._before + length * (self._after - self._before))
+
+    def _stepped(self, forcing: float) -> np.ndarray:
+        """Stresses after the full step."""
+        m, f, friction = len(self.cells), self.friction, self.scene.friction
         residual = np.empty(3 * m)
-        self.operator.closing(response[2], self.cells, -self.unit, residual[:m])
-        tractions.newton_residual(s, self.q, f.slip, f.normal, f.curvature, residual[m:])
-        change = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS)
-        coupled.move_contact(change, f.slip, f.normal, self.scene.friction, self.total, p, q)
+        np.multiply(self.closing, -self.unit, out=residual[:m])
+        tractions.newton_residual(
+            self.s, self.q, f.slip, f.normal, f.curvature, friction * self.p, f.unit, residual[m:]
+        )
+        change, _ = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS)
+        p, q, stress = self.p.copy(), self.q.copy(), np.empty_like(self.stress)
+        coupled.move_contact(change, f.slip, f.normal, friction, f.unit, self.total, p, q)
         coupled.scatter_contact(p, q, self.cells, stress)
         return stress
 
     def solve(self, stress: np.ndarray) -> int:
-        """Newton's method from `stress` to the scene's tolerances, as in `solve_tractions`. Returns the steps taken."""
+        """Newton's method from `stress` to the scene's tolerances. Returns the steps taken."""
         without_tractions = stress * np.array([0.0, 0.0, 1.0])[:, None, None]
         self.scale = (self.operator.responses(without_tractions) + self.rigid)[:2]
         self.products += 1
-        residual = self.look(stress)
-        previous, best, loosest = np.inf, np.inf, _LOOSEST
-        iteration = since_best = 0
-        while not (residual <= 1.0 and self.settled) and iteration < _MAX_NEWTON:
-            if residual > 0.7 * previous:
-                loosest = max(0.2 * loosest, 1e-4)
-            if residual < 0.9 * best:
-                best, since_best = residual, 0
-            since_best += 1
-            start = self.stress
-            full = self.step(forcing_term(residual, previous, 1.0, loosest))
-            iteration += 1
-            previous = residual
-            length = 1.0
-            while True:
-                residual = self.look(full if length == 1.0 else start + length * (full - start))
-                if since_best < _PATIENCE or residual < previous or length < _SHORTEST:
-                    break
-                length *= 0.5
-        return iteration
+        self.look(stress)
+        return newton.solve(self, _MAX_NEWTON, _PATIENCE)
 
 
 def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[NormalContact, RollingSolution]:
@@ -265,7 +252,7 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
         stress = np.zeros_like(stress)
         stress[:, *box.slices] = system.stress
         touched = Box.around(stress[2] > 0.0)
-        if not system.converged and not taken_in_turn:
+        if not system.solved and not taken_in_turn:
             stress, box, turns, more = _in_turn(scene, influence, start)
             taken_in_turn = True
             iterations += turns

@@ -11,6 +11,9 @@ the cell sticks, s = 0; elsewhere q = mu p n + tau m with n = t/|t|, m across it
 
     m.s + d tau = 0,   d = (|t| - mu p)/(rho mu p)   (at the solution |s|/(mu p)).
 
+Iterates stay off the bound by what they miss of it: bringing them onto it would take a product to know their slips, and
+no fewer steps. Slips, linear in q, are known from the linear system's own products.
+
 The linear systems are solved by GMRES. Its preconditioner treats stick cells first: B is the upwind difference of a
 convolution, so its inverse is nearly a sum along each row from the leading edge followed by the inverse convolution.
 Then the slip cells, with what is left of their residual: the inverse of (B + d) with one d for all. Both work on a
@@ -24,6 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rcstudy.mechanics import newton
 from rcstudy.mechanics.convolution import (
     ShiftedTransform,
     Transform,
@@ -38,14 +42,13 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
-from rcstudy.mechanics.krylov import gmres
+from rcstudy.mechanics.krylov import Room, gmres
 from rcstudy.mechanics.scene import Creepage
 
 _MAX_NEWTON = 60
-_LOOSEST = 0.2  # linear residual of a Newton step, over its first one
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
-_SHORTEST = 0.05  # step length
 _MAX_STEPS = 100  # of one linear system
+_WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
 
 
 @dataclass
@@ -151,6 +154,7 @@ class NewtonSystem:
         self.weight = np.zeros(n)
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.rho = 1.0 / operator.diagonal
+        self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
         self._scale = self.rho * float(np.linalg.norm(w))
         self.slip = np.zeros(n, dtype=np.bool_)
         self.normal = np.zeros((n, 2))
@@ -159,6 +163,8 @@ class NewtonSystem:
         self.diagonal = np.zeros(n)
         self.products = 0
         self._no_slip = np.zeros(n, dtype=np.bool_)
+        self._leaned = np.empty(2 * n)  # slips at cell centres: not wanted but on the way
+        self._room = Room()
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
@@ -175,7 +181,8 @@ class NewtonSystem:
     def slips(self, q: np.ndarray) -> np.ndarray:
         """Slip [m, 2] under tractions `q` [m, 2]."""
         s = np.empty(q.shape)
-        self._multiply(q.reshape(-1), self._no_slip, s.reshape(-1))
+        self._multiply(q.reshape(-1), self._no_slip)
+        tractions.gather(self.operator.plan.real, self.cells, s.reshape(-1))
         s += self.w
         return s
 
@@ -188,19 +195,24 @@ class NewtonSystem:
         return out
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
-        """Product of the system's matrix with a vector of unknowns `v` [2 m], into `out`."""
-        self._multiply(v, self.slip, out)
+        """Product of the system's matrix with a vector of unknowns `v` [2 m], and the slips, into `out` [4 m]."""
+        rows, slips = out[: v.size], out[v.size :]
+        self._multiply(v, self.slip)
+        field = self.operator.plan.real
+        if self.ahead is not None:
+            tractions.gather(field, self.cells, slips)
+            tractions.lean_back(field, self.cells, self.slip, self.weight)
+            slips = self._leaned
+        tractions.gather_slip(field, v, self.cells, self.slip, self.normal, self.curvature, slips, rows)
 
-    def _multiply(self, v: np.ndarray, slip: np.ndarray, out: np.ndarray) -> None:
+    def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
+        """Slips by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
         self.products += 1
         plan = self.operator.plan
-        tractions.scatter_traction(v, self.cells, slip, self.normal, plan.real)
+        tractions.scatter_traction(v, self.cells, slip, self.normal, self.unit, plan.real)
         plan.forward()
         arrays.multiply_2x2(plan.hat, self.operator.symbol)
         plan.backward()
-        if self.ahead is not None:
-            tractions.lean_back(plan.real, self.cells, slip, self.weight)
-        tractions.gather_slip(plan.real, v, self.cells, slip, self.normal, self.curvature, out)
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
         """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick, then slip cells with what is left."""
@@ -212,7 +224,7 @@ class NewtonSystem:
         plan.forward()
         arrays.multiply_2x2(plan.hat, operator.torus_inverse)
         plan.backward()
-        tractions.keep_stick(plan.real, v, cells, slip, out)
+        tractions.keep_known(plan.real, v, cells, slip, normal, self.unit, out)
         plan.forward()
         arrays.multiply_2x2(plan.hat, operator.torus_symbol)
         plan.backward()
@@ -222,15 +234,20 @@ class NewtonSystem:
         plan.backward()
         tractions.gather_slip_traction(plan.real, cells, slip, normal, self.diagonal, 2.0 * operator.diagonal, out)
 
-    def step(self, q: np.ndarray, forcing: float) -> np.ndarray:
-        """Tractions after the Newton step from `q`, the linear system solved to `forcing` of its first residual."""
-        slip, normal = self.slip, self.normal
-        start, residual = np.empty(q.shape), np.empty(q.size)
-        tractions.tangent_start(q, slip, normal, self.bound, start)
-        tractions.newton_residual(self.at_centres(self.slips(start)), q, slip, normal, self.curvature, residual)
-        change = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS)
-        tractions.add_step(change, slip, normal, self.bound, start)
-        return start
+    def step(self, q: np.ndarray, s: np.ndarray, forcing: float) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions and slips [m, 2] after the Newton step from `q` and `s`.
+
+        The linear system is solved to `forcing` of its first residual. Slips are linear in tractions, and the linear
+        system's products tell those of the step: no other product is needed.
+        """
+        residual = np.empty(q.size)
+        tractions.newton_residual(
+            self.at_centres(s), q, self.slip, self.normal, self.curvature, self.bound, self.unit, residual
+        )
+        change, slips = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS, self._room, q.size)
+        after = np.empty(q.shape)
+        tractions.add_step(q, change, self.slip, self.normal, self.unit, after)
+        return after, s + slips.reshape(s.shape)
 
 
 def slip_at_centres(s: np.ndarray, slip: np.ndarray, ahead: np.ndarray) -> np.ndarray:
@@ -261,42 +278,49 @@ def solve_tractions(
     ||q - Proj(q - rho s)|| over the smaller of ||q|| and rho ||w||, 1/rho being the diagonal of B: the tractions,
     and the slip, are then right to about that fraction of their own size.
     """
-    system = NewtonSystem(operator, cells, bound, w, ahead)
-    q = np.zeros(w.shape) if guess is None else guess
-    s = w if guess is None else system.slips(q)
-    residual = system.classify(q, s)
-    previous, best, loosest = np.inf, np.inf, _LOOSEST
-    iteration = since_best = 0
-    while residual > tolerance and iteration < _MAX_NEWTON:
-        if residual > 0.7 * previous:  # a step that gained little was perhaps solved too loosely
-            loosest = max(0.2 * loosest, 1e-4)
-        if residual < 0.9 * best:
-            best, since_best = residual, 0
-        since_best += 1
-        full = system.step(q, forcing_term(residual, previous, tolerance, loosest))
-        iteration += 1
-        previous = residual
-        # full steps as long as they get anywhere; then shorter ones, which break a cycle of active sets
-        length = 1.0
-        while True:
-            trial = full if length == 1.0 else within(q + length * (full - q), bound)
-            s = system.slips(trial)
-            residual = system.classify(trial, s)
-            if since_best < _PATIENCE or residual < previous or length < _SHORTEST:
-                break
-            length *= 0.5
-        q = trial
-    # the last step may have left a cell that changed its state off the bound, by no more than the residual
-    q = on_bound(q, system.slip, system.normal, bound)
-    return RollingSolution(
-        q, system.at_centres(s), system.slip, residual, iteration, system.products, residual <= tolerance
-    )
+    state = _Tractions(NewtonSystem(operator, cells, bound, w, ahead), guess, tolerance)
+    iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
+    system, residual = state.system, state.residual * tolerance
+    # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
+    q = on_bound(state.q, system.slip, system.normal, bound)
+    s = system.at_centres(state.s)
+    return RollingSolution(q, s, system.slip, residual, iterations, system.products, state.solved)
+
+
+class _Tractions:
+    """Tractions `q` and slips `s` [m, 2] on their way to Coulomb's law: a `newton.State`."""
+
+    def __init__(self, system: NewtonSystem, guess: np.ndarray | None, tolerance: float) -> None:
+        self.system, self._tolerance = system, tolerance
+        self._take(np.zeros(system.w.shape), system.w) if guess is None else self._take(guess, system.slips(guess))
+
+    def _take(self, q: np.ndarray, s: np.ndarray) -> None:
+        self.q, self.s = q, s
+        self.residual = self.system.classify(q, s) / self._tolerance
+
+    @property
+    def solved(self) -> bool:
+        return self.residual <= 1.0
+
+    def step(self, forcing: float) -> None:
+        self._before = self.q
+        self._take(*self.system.step(self.q, self.s, forcing))
+        self._after = self.q
+
+    def shorten(self, length: float) -> None:
+        q = within(self._before + length * (self._after - self._before), self.system.bound)
+        self._take(q, self.system.slips(q))
 
 
 def on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """`q` [m, 2], none beyond `bound` [m], and slip cells that fell short of it on it, along `normal` [m, 2]."""
-    off = slip & (np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12))
-    result: np.ndarray = np.where(off[:, None], bound[:, None] * normal, within(q, bound * (1.0 + 1e-15)))
+    """`q` [m, 2], none beyond `bound` [m], and slip cells that fell short of it on it, along `normal` [m, 2].
+
+    What misses the bound by rounding alone stays as it is.
+    """
+    size = np.hypot(q[:, 0], q[:, 1])
+    result = q * np.where(size > bound * (1.0 + 1e-15), bound / np.maximum(size, 1e-300), 1.0)[:, None]
+    off = slip & (size < bound * (1.0 - 1e-12))
+    result[off] = bound[off, None] * normal[off]
     return result
 
 
@@ -310,14 +334,3 @@ def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
 def _relative(size: float, scale: float) -> float:
     """size/scale, with 0/0 = 0: no creepage, no tractions, no residual."""
     return size / scale if scale > 0.0 else (np.inf if size > 0.0 else 0.0)
-
-
-def forcing_term(residual: float, previous: float, tolerance: float, loosest: float) -> float:
-    """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
-
-    As far as the last Newton step got on with the nonlinear problem, no looser than `loosest`, never past the
-    tolerance.
-    """
-    if not np.isfinite(previous):
-        return loosest
-    return min(loosest, max(0.5 * (residual / previous) ** 2, 0.5 * tolerance / residual))

@@ -100,11 +100,17 @@ def scatter_contact(p: np.ndarray, q: np.ndarray, cells: np.ndarray, out: np.nda
 
 @jit
 def scatter_unknowns(
-    v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, friction: float, out: np.ndarray
+    v: np.ndarray,
+    cells: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    friction: float,
+    unit: float,
+    out: np.ndarray,
 ) -> None:
     """Stresses of a vector of unknowns [3 m] into out [3, nx, py], zeros elsewhere; slip cells' bounds move with p.
 
-    slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
+    slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there; unit: of tractions along it.
     """
     out[:, :, :] = 0.0
     n = cells.shape[0]
@@ -112,7 +118,8 @@ def scatter_unknowns(
         i, j = cells[m, 0], cells[m, 1]
         p, x, y = v[m], v[n + 2 * m], v[n + 2 * m + 1]
         if slip[m]:
-            x, y = friction * p * normal[m, 0] - y * normal[m, 1], friction * p * normal[m, 1] + y * normal[m, 0]
+            along = friction * p + unit * x
+            x, y = along * normal[m, 0] - y * normal[m, 1], along * normal[m, 1] + y * normal[m, 0]
         out[0, i, j] = x
         out[1, i, j] = y
         out[2, i, j] = p
@@ -148,11 +155,12 @@ def move_contact(
     slip: np.ndarray,
     normal: np.ndarray,
     friction: float,
+    unit: float,
     total: float,
     p: np.ndarray,
     q: np.ndarray,
 ) -> None:
-    """Pressures p [m] and tractions q [m, 2] (`tangent_start`), in place, after the unknowns' change [3 m].
+    """Pressures p [m] and tractions q [m, 2], in place, after the unknowns' change [3 m].
 
     Pressures are cut at zero and scaled to the sum `total`, slip cells put on their new bounds; no pressure, no
     traction.
@@ -170,9 +178,9 @@ def move_contact(
             q[m, 1] = 0.0
         elif slip[m]:
             bound = friction * p[m]
-            tau = change[n + 2 * m + 1]
-            x = q[m, 0] + (bound - old) * normal[m, 0] - tau * normal[m, 1]
-            y = q[m, 1] + (bound - old) * normal[m, 1] + tau * normal[m, 0]
+            along, tau = bound - old + unit * change[n + 2 * m], change[n + 2 * m + 1]
+            x = q[m, 0] + along * normal[m, 0] - tau * normal[m, 1]
+            y = q[m, 1] + along * normal[m, 1] + tau * normal[m, 0]
             size = math.sqrt(x * x + y * y)
             shrink = bound / size if size > 0.0 else 1.0
             q[m, 0] = x * shrink

@@ -1,7 +1,8 @@
 """Newton steps for the tractions (`rolling.py`) and the transfer between meshes (`cascade.py`).
 
-Vectors of unknowns hold two numbers a contact cell, [2 m] and [2 m + 1]: (qx, qy) in a stick cell, (0, tau) in a slip
-cell, tau being the component across the direction (nx, ny) of the bound. cells [m, 2]: i, j in the box.
+Vectors of unknowns hold two numbers a contact cell, [2 m] and [2 m + 1]: (qx, qy) in a stick cell, (a/unit, tau) in a
+slip cell, a being the component along the direction (nx, ny) of the bound, tau the one across it. The row of a/unit is
+the identity. cells [m, 2]: i, j in the box.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from rcstudy.mechanics.jit import jit
 
 
 @jit
-def scatter_traction(v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, out: np.ndarray) -> None:
+def scatter_traction(
+    v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, unit: float, out: np.ndarray
+) -> None:
     """Tractions of a vector of unknowns into two padded arrays out [2, nx, py], zeros elsewhere.
 
     slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
@@ -23,8 +26,9 @@ def scatter_traction(v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal:
     for m in range(cells.shape[0]):
         i, j = cells[m, 0], cells[m, 1]
         if slip[m]:
-            out[0, i, j] = -normal[m, 1] * v[2 * m + 1]
-            out[1, i, j] = normal[m, 0] * v[2 * m + 1]
+            a = unit * v[2 * m]
+            out[0, i, j] = normal[m, 0] * a - normal[m, 1] * v[2 * m + 1]
+            out[1, i, j] = normal[m, 1] * a + normal[m, 0] * v[2 * m + 1]
         else:
             out[0, i, j] = v[2 * m]
             out[1, i, j] = v[2 * m + 1]
@@ -38,21 +42,31 @@ def gather_slip(
     slip: np.ndarray,
     normal: np.ndarray,
     diagonal: np.ndarray,
+    s: np.ndarray,
     out: np.ndarray,
 ) -> None:
     """Rows of the Newton system from slips in two padded arrays: s in stick cells, t.s + diagonal tau in slip cells.
 
-    v: the vector the slips belong to; diagonal [m]: see `rolling.py`. The first unknown of a slip cell is idle: its
-    row is out = v.
+    v: the vector the slips belong to; diagonal [m]: see `rolling.py`; s [2 m]: the slips, for use later on.
     """
     for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
+        x, y = field[0, cells[m, 0], cells[m, 1]], field[1, cells[m, 0], cells[m, 1]]
+        s[2 * m] = x
+        s[2 * m + 1] = y
         if slip[m]:
             out[2 * m] = v[2 * m]
-            out[2 * m + 1] = -normal[m, 1] * field[0, i, j] + normal[m, 0] * field[1, i, j] + diagonal[m] * v[2 * m + 1]
+            out[2 * m + 1] = -normal[m, 1] * x + normal[m, 0] * y + diagonal[m] * v[2 * m + 1]
         else:
-            out[2 * m] = field[0, i, j]
-            out[2 * m + 1] = field[1, i, j]
+            out[2 * m] = x
+            out[2 * m + 1] = y
+
+
+@jit
+def gather(field: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
+    """Two padded arrays at the cells, into out [2 m]."""
+    for m in range(cells.shape[0]):
+        out[2 * m] = field[0, cells[m, 0], cells[m, 1]]
+        out[2 * m + 1] = field[1, cells[m, 0], cells[m, 1]]
 
 
 @jit
@@ -177,47 +191,38 @@ def slip_rows(
 
 
 @jit
-def tangent_start(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray, out: np.ndarray) -> None:
-    """Tractions [m, 2] the Newton step starts from: q in stick cells, mu p n and q's part across it in slip cells."""
-    for m in range(q.shape[0]):
-        if slip[m]:
-            tau = -normal[m, 1] * q[m, 0] + normal[m, 0] * q[m, 1]
-            out[m, 0] = bound[m] * normal[m, 0] - tau * normal[m, 1]
-            out[m, 1] = bound[m] * normal[m, 1] + tau * normal[m, 0]
-        else:
-            out[m, 0] = q[m, 0]
-            out[m, 1] = q[m, 1]
-
-
-@jit
 def newton_residual(
-    s: np.ndarray, q: np.ndarray, slip: np.ndarray, normal: np.ndarray, curvature: np.ndarray, out: np.ndarray
+    s: np.ndarray,
+    q: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    curvature: np.ndarray,
+    bound: np.ndarray,
+    unit: float,
+    out: np.ndarray,
 ) -> None:
-    """Right-hand side of the Newton step: -s in stick cells, -(t.s + d tau) in slip cells, with tau = t.q."""
+    """Right-hand side of the Newton step: -s in stick cells; (bound - n.q)/unit and -(t.s + d t.q) in slip cells."""
     for m in range(q.shape[0]):
         if slip[m]:
-            tx, ty = -normal[m, 1], normal[m, 0]
-            out[2 * m] = 0.0
-            out[2 * m + 1] = -(tx * s[m, 0] + ty * s[m, 1]) - curvature[m] * (tx * q[m, 0] + ty * q[m, 1])
+            nx, ny = normal[m, 0], normal[m, 1]
+            out[2 * m] = (bound[m] - nx * q[m, 0] - ny * q[m, 1]) / unit
+            out[2 * m + 1] = ny * s[m, 0] - nx * s[m, 1] + curvature[m] * (ny * q[m, 0] - nx * q[m, 1])
         else:
             out[2 * m] = -s[m, 0]
             out[2 * m + 1] = -s[m, 1]
 
 
 @jit
-def add_step(change: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray, q: np.ndarray) -> None:
-    """q [m, 2] plus the unknowns' change [2 m]; slip cells, which leave the circle by second order, back onto it."""
+def add_step(
+    q: np.ndarray, change: np.ndarray, slip: np.ndarray, normal: np.ndarray, unit: float, out: np.ndarray
+) -> None:
+    """Tractions q [m, 2] plus the unknowns' change [2 m], into out [m, 2]."""
     for m in range(q.shape[0]):
+        x, y = change[2 * m], change[2 * m + 1]
         if slip[m]:
-            x = q[m, 0] - change[2 * m + 1] * normal[m, 1]
-            y = q[m, 1] + change[2 * m + 1] * normal[m, 0]
-            size = math.sqrt(x * x + y * y)
-            scale = bound[m] / size if size > 0.0 else 1.0
-            q[m, 0] = x * scale
-            q[m, 1] = y * scale
-        else:
-            q[m, 0] += change[2 * m]
-            q[m, 1] += change[2 * m + 1]
+            x, y = normal[m, 0] * unit * x - normal[m, 1] * y, normal[m, 1] * unit * x + normal[m, 0] * y
+        out[m, 0] = q[m, 0] + x
+        out[m, 1] = q[m, 1] + y
 
 
 @jit
@@ -254,24 +259,34 @@ def integrate_rows(
 
 
 @jit
-def keep_stick(field: np.ndarray, v: np.ndarray, cells: np.ndarray, slip: np.ndarray, out: np.ndarray) -> None:
-    """Stick cells' tractions from two padded arrays into the unknowns out [2 m]; `field` keeps those and nothing else.
-
-    Idle unknowns of slip cells take their residual v; the others are left to `gather_slip_traction`.
+def keep_known(
+    field: np.ndarray,
+    v: np.ndarray,
+    cells: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    unit: float,
+    out: np.ndarray,
+) -> None:
+    """Stick cells' tractions from two padded arrays into the unknowns out [2 m]; slip cells' along the bound's
+    direction are the residual v. `field` keeps these and nothing else: components across are yet to come.
     """
     for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
         if slip[m]:
             out[2 * m] = v[2 * m]
             out[2 * m + 1] = 0.0
         else:
-            out[2 * m] = field[0, i, j]
-            out[2 * m + 1] = field[1, i, j]
+            out[2 * m] = field[0, cells[m, 0], cells[m, 1]]
+            out[2 * m + 1] = field[1, cells[m, 0], cells[m, 1]]
     field[:, :, :] = 0.0
     for m in range(cells.shape[0]):
-        if not slip[m]:
-            field[0, cells[m, 0], cells[m, 1]] = out[2 * m]
-            field[1, cells[m, 0], cells[m, 1]] = out[2 * m + 1]
+        i, j = cells[m, 0], cells[m, 1]
+        if slip[m]:
+            field[0, i, j] = normal[m, 0] * unit * out[2 * m]
+            field[1, i, j] = normal[m, 1] * unit * out[2 * m]
+        else:
+            field[0, i, j] = out[2 * m]
+            field[1, i, j] = out[2 * m + 1]
 
 
 @jit
@@ -340,37 +355,40 @@ def interpolate_cells(
 
 @jit
 def arnoldi_step(v: np.ndarray, k: int, w: np.ndarray, h: np.ndarray, rotation: np.ndarray, g: np.ndarray) -> float:
-    """One step of GMRES: w orthogonalised against v[0..k] (modified Gram-Schmidt), column k of the Hessenberg
-    matrix brought to triangular form by Givens rotations, v[k+1] = w/|w|.
+    """One step of GMRES: v[k+1] = w orthogonalised against v[0..k] (modified Gram-Schmidt), of norm 1; column k of the
+    Hessenberg matrix brought to triangular form by Givens rotations.
 
-    v [k_max + 1, n], w [n] (destroyed), h [k_max + 1, k_max], rotation [2, k_max], g [k_max + 1]: right-hand side
+    v [k_max + 1, n], w [>= n], h [k_max + 1, k_max], rotation [2, k_max], g [k_max + 1]: right-hand side
     under the rotations. Returns |g[k+1]|, the residual's norm.
     """
-    n = w.size
+    n = v.shape[1]
     even = n - n % 4
+    new = v[k + 1]
+    for m in range(n):
+        new[m] = w[m]
     for i in range(k + 1):
         row = v[i]
         # four sums at once: a strict sum would wait for itself at each term
         a = b = c = d = 0.0
         for m in range(0, even, 4):
-            a += row[m] * w[m]
-            b += row[m + 1] * w[m + 1]
-            c += row[m + 2] * w[m + 2]
-            d += row[m + 3] * w[m + 3]
+            a += row[m] * new[m]
+            b += row[m + 1] * new[m + 1]
+            c += row[m + 2] * new[m + 2]
+            d += row[m + 3] * new[m + 3]
         for m in range(even, n):
-            a += row[m] * w[m]
+            a += row[m] * new[m]
         dot = (a + b) + (c + d)
         h[i, k] = dot
         for m in range(n):
-            w[m] -= dot * row[m]
+            new[m] -= dot * row[m]
     a = b = c = d = 0.0
     for m in range(0, even, 4):
-        a += w[m] * w[m]
-        b += w[m + 1] * w[m + 1]
-        c += w[m + 2] * w[m + 2]
-        d += w[m + 3] * w[m + 3]
+        a += new[m] * new[m]
+        b += new[m + 1] * new[m + 1]
+        c += new[m + 2] * new[m + 2]
+        d += new[m + 3] * new[m + 3]
     for m in range(even, n):
-        a += w[m] * w[m]
+        a += new[m] * new[m]
     norm = math.sqrt((a + b) + (c + d))
     for i in range(k):
         upper = rotation[0, i] * h[i, k] + rotation[1, i] * h[i + 1, k]
@@ -386,7 +404,7 @@ def arnoldi_step(v: np.ndarray, k: int, w: np.ndarray, h: np.ndarray, rotation: 
     g[k] = cosine * g[k]
     inverse = 1.0 / norm if norm > 0.0 else 0.0
     for m in range(n):
-        v[k + 1, m] = w[m] * inverse
+        new[m] *= inverse
     return abs(g[k + 1])
 
 

@@ -1,0 +1,68 @@
+"""Newton's method for contact and friction: how far linear systems are solved, and what is done when steps fail.
+
+Common to tractions alone (`rolling.py`) and to pressure and tractions together (`coupled.py`).
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+_LOOSEST = 0.2  # linear residual of a Newton step, over its first one
+_TIGHTEST = 1e-4  # to which that comes down where steps gain little
+_SHORTEST = 0.05  # step length
+
+
+class State(Protocol):
+    """Where Newton's method stands."""
+
+    @property
+    def residual(self) -> float:
+        """Residual in units of its tolerance."""
+
+    @property
+    def solved(self) -> bool:
+        """Whether nothing is left to do."""
+
+    def step(self, forcing: float) -> None:
+        """Take a full step, its linear system solved to `forcing` of its first residual."""
+
+    def shorten(self, length: float) -> None:
+        """Go back, and take no more than the part `length` of the last full step."""
+
+
+def solve(state: State, max_steps: int, patience: int) -> int:
+    """Newton's method from `state` until it is solved, or for `max_steps` steps. Returns the steps taken.
+
+    Full steps as long as they get anywhere: a gain of a tenth in `patience` steps. Then shorter ones, down to where
+    the residual falls, which break a cycle of active sets.
+    """
+    previous, best, loosest = np.inf, np.inf, _LOOSEST
+    steps = since_best = 0
+    while not state.solved and steps < max_steps:
+        residual = state.residual
+        if residual > 0.7 * previous:  # a step that gained little was perhaps solved too loosely
+            loosest = max(0.2 * loosest, _TIGHTEST)
+        if residual < 0.9 * best:
+            best, since_best = residual, 0
+        since_best += 1
+        state.step(forcing_term(residual, previous, loosest))
+        steps += 1
+        previous = residual
+        length = 1.0
+        while since_best >= patience and state.residual >= previous and length >= _SHORTEST:
+            length *= 0.5
+            state.shorten(length)
+    return steps
+
+
+def forcing_term(residual: float, previous: float, loosest: float) -> float:
+    """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
+
+    As far as the last Newton step got on with the nonlinear problem, no looser than `loosest`, never past the
+    tolerance, the unit of `residual` and the `previous` one.
+    """
+    if not np.isfinite(previous):
+        return loosest
+    return min(loosest, max(0.5 * (residual / previous) ** 2, 0.5 / residual))
