@@ -8,11 +8,10 @@ and the rest takes the fixed codes of deflate. That is 20 % larger than zlib at 
 from __future__ import annotations
 
 import zlib
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-
-from rcstudy.mechanics.kernels.deflate import deflate_runs, deflate_words
 
 
 def compress(values: np.ndarray) -> bytes:
@@ -21,10 +20,11 @@ def compress(values: np.ndarray) -> bytes:
     words = data[: data.size // 8 * 8].view(np.int64)
     out = np.empty(data.size * 9 // 8 + 24, dtype=np.uint8)
     literal, literal_bits, run, run_bits = _codes()
+    by_bytes, by_words = _kernels()
     if values.itemsize == 1:
-        size = deflate_runs(data, words, literal, literal_bits, run, run_bits, out)
+        size = by_bytes(data, words, literal, literal_bits, run, run_bits, out)
     else:
-        size = deflate_words(data, words, run, run_bits, out)
+        size = by_words(data, words, run, run_bits, out)
     return out[:size].tobytes()
 
 
@@ -38,6 +38,14 @@ def decompress(stream: bytes, size: int) -> bytes:
     if len(data) != size or not decoder.eof or decoder.unused_data:
         raise ValueError("not the bytes that were compressed")
     return data
+
+
+@cache
+def _kernels() -> tuple[Callable[..., int], Callable[..., int]]:
+    """Loaded when they are used: a process that hands all solving to others has no need of a compiler."""
+    from rcstudy.mechanics.kernels.deflate import deflate_runs, deflate_words
+
+    return deflate_runs, deflate_words
 
 
 @cache

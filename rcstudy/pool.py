@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from rcstudy.errors import UserError
 from rcstudy.result import Result, Status
@@ -41,139 +41,155 @@ _PATIENCE = 0.1  # seconds that results may wait for others to be sent with
 class _Worker:
     process: Any
     connection: Connection
-    compiles: bool  # has scenes to warm up with, for which others wait
     ready: bool = False
+    compiles: bool = False  # solves scenes that nobody wants but for the kernels; others wait for that
     batch: deque[Case] = field(default_factory=deque)  # whose results are not here yet
     at_once: bool = False  # sends each result as it has it: the first case of the batch is the one being solved
 
 
-def solve_in_processes(
-    batches: Iterable[Sequence[Case]],
-    workers: int,
-    solve: Callable[[Sequence[Scene]], Iterator[Any]],
-    warm_up: Sequence[Scene] = (),
-    meanwhile: Callable[[], None] = lambda: None,
-) -> Iterator[tuple[Case, Any]]:
-    """Solve `batches` (cases sharing a normal problem) in `workers` processes; yield results as they come.
+class Pool:
+    """Worker processes that run `solve`; they end with the ``with`` block.
 
-    A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers.
-    The first worker solves the scenes of `warm_up` before the others begin, so that kernels are compiled once.
-    `meanwhile` is called while workers start. Closing the iterator ends the workers. Raises UserError when worker
-    processes do not start.
+    They may be started before it is known what there is to solve, and load what they need meanwhile.
     """
-    pool = _Pool(solve, deque(list(batch) for batch in batches))
-    try:
-        yield from pool.run(workers, warm_up, meanwhile)
-    finally:
-        pool.stop()
 
+    def __init__(self, solve: Callable[[Sequence[Scene]], Iterator[Any]]) -> None:
+        self._solve = solve
+        self._warm_up: list[Scene] = []
+        self._waiting: deque[list[Case]] = deque()
+        self._workers: list[_Worker] = []
+        self._deaths: dict[tuple[str, tuple[int, ...]], int] = {}
+        self._failed_starts = 0
+        self._patience = _PATIENCE
 
-class _Pool:
-    def __init__(self, solve: Callable[[Sequence[Scene]], Iterator[Any]], waiting: deque[list[Case]]) -> None:
-        self.solve = solve
-        self.waiting = waiting
-        self.workers: list[_Worker] = []
-        self.deaths: dict[tuple[str, tuple[int, ...]], int] = {}
-        self.failed_starts = 0
-        self.patience = _PATIENCE
+    def __enter__(self) -> Self:
+        return self
 
-    def run(self, workers: int, warm_up: Sequence[Scene], meanwhile: Callable[[], None]) -> Iterator[tuple[Case, Any]]:
-        for k in range(min(workers, len(self.waiting))):
-            self._start(() if k else warm_up)
-        meanwhile()
-        while self.waiting or any(worker.batch for worker in self.workers):
-            for connection in wait([worker.connection for worker in self.workers]):
-                worker = next(w for w in self.workers if w.connection is connection)
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def start(self, workers: int) -> None:
+        """See to it that at least so many workers have been started."""
+        while len(self._workers) < workers:
+            self._start()
+
+    def solve(
+        self, batches: Iterable[Sequence[Case]], workers: int, warm_up: Sequence[Scene] = ()
+    ) -> Iterator[tuple[Case, Any]]:
+        """Solve `batches` (cases sharing a normal problem) in `workers` processes; yield results as they come.
+
+        A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers. The first
+        worker solves the scenes of `warm_up` before the others begin, so that kernels are compiled once.
+        Raises UserError when worker processes do not start.
+        """
+        self._waiting = deque(list(batch) for batch in batches)
+        self._warm_up = list(warm_up)
+        self.start(min(workers, len(self._waiting)))
+        self._give_all()
+        while self._waiting or any(worker.batch for worker in self._workers):
+            for connection in wait([worker.connection for worker in self._workers]):
+                worker = next(w for w in self._workers if w.connection is connection)
                 try:
                     message = worker.connection.recv()
                 except (EOFError, OSError):
                     yield from self._bury(worker)
                     continue
                 if message is None:
-                    worker.ready = True
-                    worker.compiles = False
-                    self.failed_starts = 0
+                    worker.ready, worker.compiles = True, False
+                    self._failed_starts = 0
                 solved = [(worker.batch.popleft(), result) for result in message or ()]
                 self._give_all()  # first, so that they need not wait
                 yield from solved
-            while len(self.workers) < min(workers, len(self.workers) + len(self.waiting)):
-                self._start(())
+            self.start(min(workers, len(self._workers) + len(self._waiting)))
 
-    def _start(self, warm_up: Sequence[Scene]) -> None:
+    def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
-        process = context.Process(target=_work, args=(theirs, self.solve, list(warm_up)), daemon=True)
+        process = context.Process(target=_work, args=(theirs, self._solve), daemon=True)
         # Ctrl-C goes to every process of the terminal: it is this one's to handle. Starting multiprocessing's own
         # helper lets interrupts through again, so that comes first.
         resource_tracker.ensure_running()
         with limited_threads(), _interrupts_held():
             process.start()
         theirs.close()
-        self.workers.append(_Worker(process, ours, compiles=bool(warm_up)))
+        self._workers.append(_Worker(process, ours))
 
     def _give_all(self) -> None:
-        """Give batches to all workers that have none, unless kernels are still being compiled."""
-        if not any(worker.compiles for worker in self.workers):
-            for worker in self.workers:
-                if worker.ready and not worker.batch and self.waiting:
-                    self._give(worker)
+        """Give work to all workers that have none: first to compile, and when that is done batches."""
+        for worker in self._workers:
+            if any(other.compiles for other in self._workers):
+                return
+            if not worker.ready or worker.batch:
+                continue
+            if self._warm_up:
+                worker.ready, worker.compiles = False, True
+                self._send(worker, self._warm_up, None)
+                self._warm_up = []
+            elif self._waiting:
+                self._give(worker)
 
     def _give(self, worker: _Worker) -> None:
-        batch = self.waiting.popleft()
+        batch = self._waiting.popleft()
         worker.batch = deque(batch)
-        worker.at_once = self.patience == 0.0
+        worker.at_once = self._patience == 0.0
+        self._send(worker, [case.scene for case in batch], self._patience)
+
+    def _send(self, worker: _Worker, scenes: Sequence[Scene], patience: float | None) -> None:
         # a worker that has just died is found out at the next wait
         with contextlib.suppress(OSError):
-            worker.connection.send(([case.scene for case in batch], self.patience))
+            worker.connection.send((scenes, patience))
 
     def _bury(self, worker: _Worker) -> Iterator[tuple[Case, Result]]:
         """Deal with a dead worker: its case again or given up, the rest of its batch to others."""
-        self.workers.remove(worker)
+        self._workers.remove(worker)
         worker.connection.close()
         worker.process.join()
         how = _how_it_died(worker.process.exitcode)
-        self.patience = 0.0
+        self._patience = 0.0
         if not worker.ready:
-            self.failed_starts += 1
-            if self.failed_starts >= _FAILED_STARTS and not any(w.ready for w in self.workers):
+            self._failed_starts += 1
+            if self._failed_starts >= _FAILED_STARTS and not any(w.ready for w in self._workers):
                 raise UserError(
                     f"worker processes do not start ({how}); in a script, call rcstudy under "
                     'if __name__ == "__main__", or use one worker'
                 )
         if worker.batch and worker.at_once:
             case = worker.batch[0]
-            deaths = self.deaths[case.grid, case.index] = self.deaths.get((case.grid, case.index), 0) + 1
+            deaths = self._deaths[case.grid, case.index] = self._deaths.get((case.grid, case.index), 0) + 1
             if deaths >= ATTEMPTS:
                 worker.batch.popleft()
                 yield case, Result(Status.ERROR, f"the worker process died {deaths} times at this case: {how}")
         if worker.batch:
-            self.waiting.appendleft(list(worker.batch))
+            self._waiting.appendleft(list(worker.batch))
         self._give_all()  # those that waited for this one
 
     def stop(self) -> None:
         """End all workers. They hold nothing that is wanted, and to leave by themselves would take them a while."""
-        for worker in self.workers:
+        for worker in self._workers:
             worker.process.terminate()
         deadline = time.monotonic() + 1.0
-        for worker in self.workers:
+        for worker in self._workers:
             worker.process.join(max(0.0, deadline - time.monotonic()))
             if worker.process.is_alive():
                 worker.process.kill()
                 worker.process.join()
             worker.connection.close()
-        self.workers.clear()
+        self._workers.clear()
 
 
-def _work(connection: Connection, solve: Callable[[Sequence[Scene]], Iterator[Any]], warm_up: list[Scene]) -> None:
-    """A worker's life: ready, then a batch in, its results out, until it is ended or the parent is gone."""
+def _work(connection: Connection, solve: Callable[[Sequence[Scene]], Iterator[Any]]) -> None:
+    """A worker's life: ready, then scenes in, their results out, until it is ended or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where they could not be held back from the start
-    for scenes in ([], *([scene] for scene in warm_up)):  # with no scene, what solves is loaded
-        for _ in solve(scenes):
-            pass
+    for _ in solve([]):  # nothing to solve: what solves is loaded
+        pass
     try:
         connection.send(None)
         while True:
             scenes, patience = connection.recv()
+            if patience is None:
+                _warm_up(scenes, solve)
+                connection.send(None)
+                continue
             results, sent = [], time.monotonic()
             for result in solve(scenes):
                 results.append(result)
@@ -184,6 +200,13 @@ def _work(connection: Connection, solve: Callable[[Sequence[Scene]], Iterator[An
                 connection.send(results)
     except (EOFError, OSError):
         pass  # the parent has gone, and with it whoever wanted the results
+
+
+def _warm_up(scenes: Sequence[Scene], solve: Callable[[Sequence[Scene]], Iterator[Any]]) -> None:
+    """Solve scenes that have nothing in common for what is compiled or loaded on the way."""
+    for scene in scenes:
+        for _ in solve([scene]):
+            pass
 
 
 def _how_it_died(code: int | None) -> str:

@@ -117,15 +117,21 @@ def run(
         raise UserError("either workers of this machine or a scheduler, whose workers are started by themselves")
     if fresh and shard is not None:
         raise UserError("a shard cannot start over: others have begun; remove the folder of units before all of them")
-    expansion = expand(study)
-    keep = keep_of(study.outputs)
-    check_names(expansion)
-    cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
-    summary = Summary(Path(output), len(cases))
     say = tell or (lambda text: None)
-    with opened(
-        summary.output, expansion.cases, keep, tell=say, fresh=fresh, shard=shard, take_over=take_over
-    ) as store:
+    packing = Packing(solve or solve_batch, keep_of(study.outputs))
+    with contextlib.ExitStack() as stack:
+        processes = stack.enter_context(pool.Pool(packing))
+        if workers is not None and workers > 1:  # they load what they need while the study is made ready here
+            processes.start(min(workers, sum(grid.size for grid in study.grids)))
+        expansion = expand(study)
+        check_names(expansion)
+        cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
+        summary = Summary(Path(output), len(cases))
+        store = stack.enter_context(
+            opened(
+                summary.output, expansion.cases, packing.keep, tell=say, fresh=fresh, shard=shard, take_over=take_over
+            )
+        )
         pending = unsolved(cases, store.index)
         if pending or not _is_published(store, study, expansion, shard):
             if damaged := store.index.check_cube():
@@ -135,15 +141,15 @@ def run(
             if summary.kept:
                 say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
             store.expect(case.key for case in pending)
-            in_parts = contextlib.nullcontext() if shard else Assembly(summary.output, study, expansion, store)
-            with _interrupts(cases, store) as check_interrupts, in_parts as cube:
-                packing = Packing(solve or solve_batch, keep)
-                results = _results(pending, workers, scheduler, packing, cube.begin if cube else lambda: None)
-                with contextlib.closing(results):
-                    _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube)
-                if cube is not None:
-                    cube.finish(provenance.collect(command), started, check_interrupts)
-                    store.clear()
+            check_interrupts = stack.enter_context(_interrupts(cases, store))
+            cube = None if shard else stack.enter_context(Assembly(summary.output, study, expansion, store))
+            attributes = provenance.collect(command)
+            results = _results(pending, workers, scheduler, processes, packing)
+            with contextlib.closing(results):
+                _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube)
+            if cube is not None:
+                cube.finish(attributes, started, check_interrupts)
+                store.clear()
         else:
             summary.kept = len(cases)
         summary.failures = failures(expansion, cases, store.index)
@@ -224,6 +230,8 @@ def _keep_all(
     """Put all results into the store, and from there into the cube, keeping the progress up to date."""
     packer = Packer(store.index.keep)
     like = Counter(case.key for case in pending)
+    if cube is not None:
+        cube.begin()
     reporter.begin(len(pending))
     try:
         for case, result in results:
@@ -243,25 +251,23 @@ def _results(
     pending: Sequence[Case],
     workers: int | None,
     scheduler: cluster.Scheduler | None,
+    processes: pool.Pool,
     solve: Packing,
-    meanwhile: Callable[[], None],
 ) -> Generator[tuple[Case, Result | Packed], None, None]:
-    """Results of all cases as they come, of cases with one key a single one; `meanwhile` is for while workers start."""
+    """Results of all cases as they come; of cases with one key a single one."""
     cases = list({case.key: case for case in pending}.values())
     if scheduler is not None:
-        meanwhile()
         yield from cluster.solve_on_cluster(make_batches(cases, 1), scheduler, solve)
         return
     wanted = workers or provenance.available_cores()
     batches = make_batches(cases, wanted)
     warm_up: Sequence[Scene] = ()
     if workers is None or wanted == 1:
-        meanwhile()
         batches = yield from _solved_here(batches, solve, hand_over=wanted > 1)
     else:
         warm_up = warm_up_scenes(cases)
     if batches:
-        yield from pool.solve_in_processes(batches, min(wanted, len(batches)), solve, warm_up, meanwhile)
+        yield from processes.solve(batches, wanted, warm_up)
 
 
 def _solved_here(

@@ -2,6 +2,9 @@
 
 import subprocess
 import sys
+from pathlib import Path
+
+SMALL = Path(__file__).parent.parent / "configs" / "small.yaml"
 
 
 def run_python(code):
@@ -74,3 +77,17 @@ print(square(np.full((2, 2), 2.0))[0, 0], "scipy.linalg" in sys.modules)
 """
     # with the JIT off numpy multiplies, and nothing is loaded
     assert run_python(code)[:2] == ["False", "8.0"]
+
+
+def test_a_process_that_hands_all_cases_to_others_loads_no_compiler(tmp_path):
+    """Its workers do, while it makes the study ready."""
+    code = f"""
+import sys
+from rcstudy import sweep
+from rcstudy.study import load_study
+done = sweep.run(load_study({str(SMALL)!r}), {str(tmp_path / "c.nc")!r}, workers=2)
+print(done.failed, *sorted(sys.modules))
+"""
+    failed, *loaded = run_python(code)
+    assert failed == "0"
+    assert {"numba", "pyfftw", "scipy", "rcstudy.solve"}.isdisjoint(loaded)

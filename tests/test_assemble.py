@@ -1,0 +1,171 @@
+"""A cube that is made while its cases are being solved is the one that is made at the end."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import cubes
+import pytest
+import synthetic
+import workers
+
+from rcstudy import assemble, cube_writer, store, sweep
+from rcstudy.errors import UserError
+from rcstudy.mechanics.scene import Scene
+from rcstudy.result import Result, Status
+from rcstudy.study import Study, study_from_text
+from rcstudy.units import unit_paths
+
+STUDY = """
+study: assembled
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [1, 1], cells: [24, 20]}
+  load: 100
+outputs: {crop: none}
+grids:
+  loads:
+    axes:
+      load: [20, 40, 60, 80]
+      creepage: [{longitudinal: 0.001}, {lateral: 0.002}, {spin: 0.01}]
+  bare:
+    axes: {radius: [30, 40]}
+"""
+CASES = 14
+
+
+@pytest.fixture
+def study(monkeypatch: pytest.MonkeyPatch) -> Study:
+    """A study of 14 cases; units of two cases, which go to the cube one by one."""
+    monkeypatch.setattr(store, "UNIT_CASES", 2)
+    monkeypatch.setattr(assemble, "AT_ONCE", 1)
+    return study_from_text(STUDY, "s.yaml")
+
+
+@pytest.fixture
+def at_the_end(study: Study, tmp_path: Path) -> Path:
+    """Its cube, made when all cases were solved."""
+    path = tmp_path / "end" / "c.nc"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assemble.Assembly, "go_on", lambda _: None)
+        sweep.run(study, path, workers=1, solve=workers.made_up)
+    return path
+
+
+@pytest.fixture
+def taken(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Cases in the order in which cubes take them: their grid and index."""
+    found = []
+    add = cube_writer.CubeWriter.add
+
+    def noted(self: cube_writer.CubeWriter, some: Sequence) -> None:
+        found.extend(f"{case.grid} {case.index}" for case, _ in some)
+        add(self, some)
+
+    monkeypatch.setattr(cube_writer.CubeWriter, "add", noted)
+    return found
+
+
+def order(study: Study) -> list[str]:
+    from rcstudy.cases import expand
+
+    return [f"{case.grid} {case.index}" for case in expand(study).cases]
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir() if path.is_file())
+
+
+def test_most_of_it_is_there_when_the_last_case_is_solved(
+    study: Study, at_the_end: Path, tmp_path: Path, taken: list[str]
+) -> None:
+    seen = []
+
+    def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            seen.append(len(taken))
+            yield synthetic.made_up_result(scene)
+
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=solve)
+    # two by two, as their units are written; before the last result is asked for, those before it were taken
+    assert seen[-1] >= CASES - 4
+    assert seen == sorted(seen)
+    assert taken == order(study)
+    cubes.assert_same(tmp_path / "c.nc", at_the_end)
+    assert files(tmp_path) == ["c.nc"]
+
+
+def test_a_case_that_failed_before_waits_for_its_result(
+    study: Study, at_the_end: Path, tmp_path: Path, taken: list[str]
+) -> None:
+    """The failure that stands in a unit is not what goes into the cube."""
+
+    def first(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            if scene.radius[0] == 40.0:  # the last
+                raise KeyboardInterrupt
+            yield synthetic.made_up_result(scene, Status.REFUSED if scene.load == 40.0 else Status.SOLVED)
+
+    with pytest.raises(sweep.Interrupted):
+        sweep.run(study, tmp_path / "c.nc", workers=1, solve=first)
+    assert files(tmp_path) == []
+    taken.clear()
+    done = sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    assert (done.kept, done.failed) == (CASES - 4, 0)
+    assert taken == order(study)
+    cubes.assert_same(tmp_path / "c.nc", at_the_end)
+
+
+def test_a_cube_that_cannot_be_written_meanwhile_is_made_at_the_end(
+    study: Study, at_the_end: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The disk is full while cases are solved: their results have the room, and there is some at the end."""
+    add = cube_writer.CubeWriter.add
+    seen = []
+
+    def full(self: cube_writer.CubeWriter, some: Sequence) -> None:
+        add(self, some)
+        if len(seen) < 5:
+            seen.append(files(tmp_path))
+            if len(seen) == 5:
+                raise OSError(errno.ENOSPC, "No space left on device")
+
+    def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            if len(seen) == 5:
+                seen.append(files(tmp_path))
+            yield synthetic.made_up_result(scene)
+
+    monkeypatch.setattr(cube_writer.CubeWriter, "add", full)
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=solve)
+    assert all(len(names) == 1 and names[0].startswith("c.nc.tmp-") for names in seen[:5])
+    assert seen[5] == []
+    cubes.assert_same(tmp_path / "c.nc", at_the_end)
+
+
+def test_a_cube_that_cannot_be_written_at_all(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: cube_writer.CubeWriter, some: Sequence) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(cube_writer.CubeWriter, "add", full)
+    with pytest.raises(UserError, match="No space left on device\n14 of 14 cases are kept"):
+        sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    assert files(tmp_path) == []
+    assert unit_paths(store.units_folder(tmp_path / "c.nc"))
+
+
+def test_fields_cut_to_the_contact_need_all_cases_first(study: Study, tmp_path: Path, taken: list[str]) -> None:
+    cropped = study_from_text(STUDY.replace("crop: none", "crop: contact"), "s.yaml")
+    seen = []
+
+    def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            seen.append(len(taken))
+            yield synthetic.made_up_result(scene)
+
+    sweep.run(cropped, tmp_path / "c.nc", workers=1, solve=solve)
+    assert set(seen) == {0}
+    assert taken == order(study)
