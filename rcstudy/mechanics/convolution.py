@@ -20,7 +20,7 @@ from rcstudy.mechanics.keeping import keep_within
 from rcstudy.mechanics.kernels import arrays
 
 PLAN_BYTES = 256 * 2**20
-"""Held by plans of either kind that are kept: those of one solve on 512 x 512 cells, all of smaller meshes."""
+"""Held by plans of each kind that are kept: those of one solve on 512 x 512 cells, all of smaller meshes."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,43 @@ class Transform:
 def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
     """The plans for `fields` arrays with `rows` rows in use of a `padded` shape, made once per process."""
     return Transform(padded, fields, rows)
+
+
+class PairTransform:
+    """FFTs of pairs (a, b) of real arrays on a torus, as one of complex numbers a + i b, and back.
+
+    `field` [px, py, 2] is transformed, and left as it is, into `hat` [px, py]; `result` [px, py, 2] comes back from it.
+    Faster than two real transforms: FFTW's complex ones make use of the vector units. Unnormalised.
+    """
+
+    def __init__(self, torus: tuple[int, int]) -> None:
+        field, between, self.hat, last, result = (pyfftw.zeros_aligned(torus, dtype="complex128") for _ in range(5))
+        self.field, self.result = (a.view(np.float64).reshape(*torus, 2) for a in (field, result))
+        self._along_y = pyfftw.FFTW(field, between, axes=(1,), **_OPTIONS).execute
+        self._along_x = pyfftw.FFTW(between, self.hat, axes=(0,), **_OPTIONS).execute
+        self._back_x = pyfftw.FFTW(self.hat, last, axes=(0,), **_BACK, **_SPENT).execute
+        self._back_y = pyfftw.FFTW(last, result, axes=(1,), **_BACK, **_SPENT).execute
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all buffers."""
+        return int(5 * self.hat.nbytes)
+
+    def forward(self) -> None:
+        """From `field` to `hat`."""
+        self._along_y()
+        self._along_x()
+
+    def backward(self) -> None:
+        """From `hat`, which is spent, to `result`."""
+        self._back_x()
+        self._back_y()
+
+
+@keep_within(PLAN_BYTES)
+def pair_transform(torus: tuple[int, int]) -> PairTransform:
+    """The plans for pairs on a `torus`, made once per process."""
+    return PairTransform(torus)
 
 
 class ShiftedTransform:

@@ -34,6 +34,7 @@ from rcstudy.mechanics.convolution import (
     difference_symbols,
     good_length,
     padded_shape,
+    pair_transform,
     shifted_transform,
     symbols,
     traction_quadrants,
@@ -104,11 +105,12 @@ class SlipOperator:
         else:
             self.symbol = difference_symbols(coefficients, padded, spacing[0])
             self.plan = transform(padded, 2, shape[0])
-        self.torus_symbol = difference_symbols(coefficients, torus, spacing[0])
-        self.torus_inverse = _inverse(symbols(coefficients, torus), 0.0, torus)
-        self.torus_shifted = _inverse(self.torus_symbol, self.diagonal, torus)
-        self.torus_plan = transform(torus, 2, torus[0])
-        self.edge = np.zeros((2, torus[1]))
+        difference = difference_symbols(coefficients, torus, spacing[0])
+        self.torus_symbol = _packed(difference)
+        self.torus_inverse = _packed(_inverse(symbols(coefficients, torus), 0.0, torus))
+        self.torus_shifted = _packed(_inverse(difference, self.diagonal, torus))
+        self.torus_plan = pair_transform(torus)
+        self.edge = np.zeros((torus[1], 2))
 
     def moved(self, shift: np.ndarray) -> SlipOperator:
         """The operator for rows moved by `shift` [ny] cells along x; the preconditioner does without."""
@@ -122,9 +124,16 @@ class SlipOperator:
 def _inverse(pair: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:
     """Symbols xx, xy, yy of the inverse of a symmetric pair operator plus `shift` times the identity."""
     size = padded[0] * padded[1]
-    xx, xy, yy = pair[0] + shift / size, pair[1], pair[2] + shift / size
-    result: np.ndarray = np.stack([yy, -xy, xx]) / ((xx * yy - xy * xy) * size**2)
-    return result
+    out = np.empty_like(pair)
+    arrays.inverse_symbol(pair, shift / size, float(size), out)
+    return out
+
+
+def _packed(pair: np.ndarray) -> np.ndarray:
+    """Symbols xx, xy, yy as a `PairTransform` wants them."""
+    out = np.empty_like(pair)
+    arrays.packed_symbol(pair, out)
+    return out
 
 
 def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -> np.ndarray:
@@ -220,19 +229,20 @@ class NewtonSystem:
         operator = self.operator
         plan = operator.torus_plan
         cells, slip, normal = self.cells, self.slip, self.normal
-        tractions.integrate_rows(v, cells, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.real)
+        # what is outside the cells stays zero in plan.field from the first of these on
+        tractions.integrate_rows(v, cells, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.field)
         plan.forward()
-        arrays.multiply_2x2(plan.hat, operator.torus_inverse)
+        arrays.multiply_packed(plan.hat, operator.torus_inverse)
         plan.backward()
-        tractions.keep_known(plan.real, v, cells, slip, normal, self.unit, out)
+        tractions.keep_known(plan.result, v, cells, slip, normal, self.unit, out, plan.field)
         plan.forward()
-        arrays.multiply_2x2(plan.hat, operator.torus_symbol)
+        arrays.multiply_packed(plan.hat, operator.torus_symbol)
         plan.backward()
-        tractions.slip_residual(plan.real, v, cells, slip, normal)
+        tractions.slip_residual(plan.result, v, cells, slip, normal, plan.field)
         plan.forward()
-        arrays.multiply_2x2(plan.hat, operator.torus_shifted)
+        arrays.multiply_packed(plan.hat, operator.torus_shifted)
         plan.backward()
-        tractions.gather_slip_traction(plan.real, cells, slip, normal, self.diagonal, 2.0 * operator.diagonal, out)
+        tractions.gather_slip_traction(plan.result, cells, slip, normal, self.diagonal, 2.0 * operator.diagonal, out)
 
     def step(self, q: np.ndarray, s: np.ndarray, forcing: float) -> tuple[np.ndarray, np.ndarray]:
         """Tractions and slips [m, 2] after the Newton step from `q` and `s`.

@@ -83,6 +83,50 @@ def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
 
 
 @jit
+def packed_symbol(pair: np.ndarray, out: np.ndarray) -> None:
+    """The symmetric matrix pair = (xx, xy, yy) as alpha, beta, gamma of `multiply_packed`, into out [3, ...]."""
+    for i in range(pair.shape[1]):
+        for j in range(pair.shape[2]):
+            half = 0.5 * (pair[0, i, j] - pair[2, i, j])
+            out[0, i, j] = 0.5 * (pair[0, i, j] + pair[2, i, j])
+            out[1, i, j] = half + 1j * pair[1, i, j]
+            out[2, i, j] = half - 1j * pair[1, i, j]
+
+
+@jit
+def inverse_symbol(pair: np.ndarray, shift: float, size: float, out: np.ndarray) -> None:
+    """The inverse, into out [3, ...], of the symmetric matrix pair = (xx, xy, yy) plus shift, over size^2."""
+    for i in range(pair.shape[1]):
+        for j in range(pair.shape[2]):
+            xx, xy, yy = pair[0, i, j] + shift, pair[1, i, j], pair[2, i, j] + shift
+            factor = 1.0 / ((xx * yy - xy * xy) * size * size)
+            out[0, i, j] = yy * factor
+            out[1, i, j] = -xy * factor
+            out[2, i, j] = xx * factor
+
+
+@jit
+def multiply_packed(hat: np.ndarray, k: np.ndarray) -> None:
+    """Multiply a pair (a, b) of real arrays by a symmetric matrix, in place, in the transform hat [px, py] of a + i b.
+
+    With z = hat[k] and c = hat[-k]*, the transforms of a and b are (z + c)/2 and (z - c)/2i: from the matrix's xx, xy,
+    yy follows that z becomes alpha z + beta c, and c becomes gamma z + alpha c (`packed_symbol`). k [3, px, py//2+1].
+    """
+    px, py = hat.shape
+    for i in range(px):
+        opposite = px - i if i > 0 else 0
+        # columns that are their own mirror images hold both waves of each pair
+        first = 0 if i <= px // 2 else 1
+        last = py // 2 if i <= px // 2 or py % 2 == 1 else py // 2 - 1
+        for j in range(first, last + 1):
+            mirrored = py - j if j > 0 else 0
+            z = hat[i, j]
+            c = hat[opposite, mirrored].conjugate()
+            hat[opposite, mirrored] = (k[2, i, j] * z + k[0, i, j] * c).conjugate()
+            hat[i, j] = k[0, i, j] * z + k[1, i, j] * c
+
+
+@jit
 def turn(hat: np.ndarray, phase: np.ndarray, sense: int) -> None:
     """Multiply hat [fields, k, >= rows], in place, by phase [k, rows], or by its conjugate if `sense` is -1."""
     for f in range(hat.shape[0]):

@@ -240,7 +240,7 @@ def integrate_rows(
 
     v: residuals as rows of the Newton system; cells ordered by i, so that walking them backwards goes from the
     leading edge to the trailing one. Through slip cells the displacement dies out: only its part across the bound
-    goes on, by the factor damping [m]. out [2, nx, py], zero elsewhere; edge [2, py]: work array.
+    goes on, by the factor damping [m]. out [px, py, 2], zero elsewhere; edge [py, 2]: work array.
     """
     out[:, :, :] = 0.0
     edge[:, :] = 0.0
@@ -248,14 +248,14 @@ def integrate_rows(
         i, j = cells[m, 0], cells[m, 1]
         if slip[m]:
             tx, ty = -normal[m, 1], normal[m, 0]
-            t = (tx * edge[0, j] + ty * edge[1, j]) * damping[m]
-            edge[0, j] = t * tx
-            edge[1, j] = t * ty
+            t = (tx * edge[j, 0] + ty * edge[j, 1]) * damping[m]
+            edge[j, 0] = t * tx
+            edge[j, 1] = t * ty
         else:
-            edge[0, j] += dx * v[2 * m]
-            edge[1, j] += dx * v[2 * m + 1]
-        out[0, i, j] = edge[0, j]
-        out[1, i, j] = edge[1, j]
+            edge[j, 0] += dx * v[2 * m]
+            edge[j, 1] += dx * v[2 * m + 1]
+        out[i, j, 0] = edge[j, 0]
+        out[i, j, 1] = edge[j, 1]
 
 
 @jit
@@ -267,42 +267,46 @@ def keep_known(
     normal: np.ndarray,
     unit: float,
     out: np.ndarray,
+    known: np.ndarray,
 ) -> None:
-    """Stick cells' tractions from two padded arrays into the unknowns out [2 m]; slip cells' along the bound's
-    direction are the residual v. `field` keeps these and nothing else: components across are yet to come.
+    """Stick cells' tractions from field [px, py, 2] into the unknowns out [2 m]; slip cells' along the bound's
+    direction are the residual v.
+
+    The cells of known [px, py, 2] take these, as vectors: components across are yet to come.
     """
     for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
         if slip[m]:
             out[2 * m] = v[2 * m]
             out[2 * m + 1] = 0.0
+            known[i, j, 0] = normal[m, 0] * unit * v[2 * m]
+            known[i, j, 1] = normal[m, 1] * unit * v[2 * m]
         else:
-            out[2 * m] = field[0, cells[m, 0], cells[m, 1]]
-            out[2 * m + 1] = field[1, cells[m, 0], cells[m, 1]]
-    field[:, :, :] = 0.0
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
-        if slip[m]:
-            field[0, i, j] = normal[m, 0] * unit * out[2 * m]
-            field[1, i, j] = normal[m, 1] * unit * out[2 * m]
-        else:
-            field[0, i, j] = out[2 * m]
-            field[1, i, j] = out[2 * m + 1]
+            x, y = field[i, j, 0], field[i, j, 1]
+            out[2 * m] = x
+            out[2 * m + 1] = y
+            known[i, j, 0] = x
+            known[i, j, 1] = y
 
 
 @jit
-def slip_residual(field: np.ndarray, v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray) -> None:
-    """Slip cells' residuals v less the slips in `field`, across the bound, back into `field` [2, nx, py] as vectors."""
-    n = cells.shape[0]
-    rest = np.empty(n)
-    for m in range(n):
+def slip_residual(
+    field: np.ndarray, v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, out: np.ndarray
+) -> None:
+    """Slip cells' residuals v less the slips in field [px, py, 2], across the bound, as vectors into the cells of out.
+
+    out [px, py, 2]: zero in stick cells.
+    """
+    for m in range(cells.shape[0]):
         i, j = cells[m, 0], cells[m, 1]
-        rest[m] = v[2 * m + 1] + normal[m, 1] * field[0, i, j] - normal[m, 0] * field[1, i, j]
-    field[:, :, :] = 0.0
-    for m in range(n):
         if slip[m]:
-            i, j = cells[m, 0], cells[m, 1]
-            field[0, i, j] = -normal[m, 1] * rest[m]
-            field[1, i, j] = normal[m, 0] * rest[m]
+            tx, ty = -normal[m, 1], normal[m, 0]
+            rest = v[2 * m + 1] - tx * field[i, j, 0] - ty * field[i, j, 1]
+            out[i, j, 0] = rest * tx
+            out[i, j, 1] = rest * ty
+        else:
+            out[i, j, 0] = 0.0
+            out[i, j, 1] = 0.0
 
 
 @jit
@@ -315,14 +319,14 @@ def gather_slip_traction(
     shift: float,
     out: np.ndarray,
 ) -> None:
-    """Slip cells' unknowns from two padded arrays; scaled down where d exceeds the shift the arrays were made with.
+    """Slip cells' unknowns from field [px, py, 2]; scaled down where d exceeds the shift it was made with.
 
     diagonal [m]: diagonal of the system; shift: its value in a cell with d equal to the shift.
     """
     for m in range(cells.shape[0]):
         if slip[m]:
             i, j = cells[m, 0], cells[m, 1]
-            tau = -normal[m, 1] * field[0, i, j] + normal[m, 0] * field[1, i, j]
+            tau = -normal[m, 1] * field[i, j, 0] + normal[m, 0] * field[i, j, 1]
             out[2 * m + 1] = tau * min(1.0, shift / diagonal[m])
 
 
