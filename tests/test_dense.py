@@ -35,6 +35,7 @@ from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tole
 STEEL = Material(210000.0, 0.3)
 SOFT = Material(70000.0, 0.2)
 COATED = (Layer(105000.0, 0.35, 0.06), Layer(420000.0, 0.25, 0.03))
+PLATE = (Layer(4200000.0, 0.25, 0.03), Layer(1050000.0, 0.3, 0.02))
 PARITIES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 SHAPES = [(1, 1), (1, 7), (6, 1), (5, 4), (7, 6), (2, 9)]
 
@@ -271,6 +272,8 @@ NORMAL = {
     "one row": Scene(STEEL, (50.0, 50.0), 5.0, Mesh((0.8, 0.05), (15, 1))),
     "one column": Scene(STEEL, (50.0, 50.0), 5.0, Mesh((0.05, 0.8), (1, 15))),
     "one cell": Scene(STEEL, (50.0, 50.0), 1.0, Mesh((0.05, 0.05), (1, 1))),
+    "plate": Scene(STEEL, (40.0, 50.0), 60.0, Mesh((0.5, 0.55), (14, 13)), layers=PLATE),
+    "one row of a plate": Scene(STEEL, (50.0, 50.0), 5.0, Mesh((0.8, 0.05), (15, 1)), layers=PLATE),
     "four cells of many": Scene(STEEL, (50.0, 50.0), 0.001, Mesh((2.0, 2.0), (12, 12))),
     "over the edge": Scene(STEEL, (50.0, 50.0), 100.0, Mesh((0.4, 0.36), (9, 8))),
 }
@@ -317,7 +320,7 @@ def test_pressure(name: str) -> None:
     check_pressure(name, gap, wrong)
 
 
-@pytest.mark.parametrize("name", ["sphere", "layered"])
+@pytest.mark.parametrize("name", ["sphere", "layered", "plate"])
 def test_pressure_on_a_rough_gap(name: str) -> None:
     """Spots of contact, some of a single cell, far outside the estimate's box."""
     gap = initial_gap(NORMAL[name])

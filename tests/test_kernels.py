@@ -375,7 +375,7 @@ def test_normal_residual_of_no_cell() -> None:
     shape = (2, 3)
     mask, r, out = np.ones(shape, dtype=np.bool_), np.ones(shape), padded_like(shape)
     found = pressure.normal_residual(np.zeros(shape), np.ones(shape), 0.5, mask, r, np.zeros(shape), out)
-    assert found == (0.0, 0, 0)
+    assert found == (0.5, 0, 0)
     assert not mask.any()
     assert not out.any()
 
@@ -451,6 +451,38 @@ def test_normal_step(shape: tuple[int, int], definite: bool) -> None:
     assert found[1] == pytest.approx(scale, rel=1e-12)
     np.testing.assert_allclose(p, scale * expected, rtol=1e-12)
     np.testing.assert_allclose(g, expected_g, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_displacements_of_single_cells(shape: tuple[int, int]) -> None:
+    """Between cells, and by pressures on some of them, from coefficients at offsets >= 0."""
+    rng = np.random.default_rng(14)
+    coefficients = rng.normal(size=(shape[0] + 1, shape[1] + 2))
+    p = random_pressure(rng, shape)
+    cells = np.argwhere(rng.random(shape) < 0.7)
+    offsets = np.abs(cells[:, None] - cells[None, :])
+    matrix = np.full((len(cells), len(cells)), np.nan)
+    pressure.displacement_matrix(coefficients, cells, matrix)
+    lower = np.tril(np.ones(matrix.shape, dtype=bool))
+    np.testing.assert_array_equal(matrix[lower], coefficients[offsets[..., 0], offsets[..., 1]][lower])
+    assert np.isnan(matrix[~lower]).all()
+    before = rng.normal(size=len(cells))
+    out = before.copy()
+    loaded = np.argwhere(p)
+    pressure.add_displacement(coefficients, p, loaded, cells, out)
+    offsets = np.abs(cells[:, None] - loaded[None, :])
+    expected = before + coefficients[offsets[..., 0], offsets[..., 1]] @ p[p > 0.0]
+    np.testing.assert_allclose(out, expected, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("n", [1, 2, 9])
+def test_solve_factorised(n: int) -> None:
+    rng = np.random.default_rng(15)
+    root = rng.normal(size=(n, n)) + n * np.eye(n)
+    matrix, x = root @ root.T, rng.normal(size=n)
+    solution = x.copy()
+    pressure.solve_factorised(np.linalg.cholesky(matrix), solution)
+    np.testing.assert_allclose(matrix @ solution, x, rtol=1e-11, atol=1e-12)
 
 
 # --- tractions ---
@@ -539,7 +571,7 @@ def test_classify(m: int) -> None:
     slip = rng.random(m) < 0.5
     normal, diagonal = np.full((m, 2), 7.0), np.full(m, 7.0)
     before = slip.copy()
-    changed, square = tractions.classify(q, s, bound, rho, slip, normal, diagonal)
+    changed, square = tractions.classify(q, s, bound, rho, slip, normal, diagonal, 0.0)
     expected_square = 0.0
     for k in range(m):
         t = q[k] - rho * s[k]
@@ -559,6 +591,17 @@ def test_classify(m: int) -> None:
         assert slip.any()
     assert changed == (slip != before).sum()
     assert square == pytest.approx(expected_square, rel=1e-12)
+
+
+def test_classify_keeps_slip_cells_a_little_below_the_bound() -> None:
+    bound, size = np.full(4, 2.0), np.array([1.97, 1.99, 1.99, 2.01])
+    slip = np.array([True, True, False, False])
+    q = np.stack((size, np.zeros(4)), axis=1)
+    arrays = np.full((4, 2), np.nan), np.full(4, np.nan)
+    changed, square = tractions.classify(q, np.zeros((4, 2)), bound, 1.0, slip, *arrays, 0.01)
+    np.testing.assert_array_equal(slip, [False, True, False, True])
+    assert changed == 2
+    assert square == pytest.approx(0.01**2)
 
 
 def test_slip_rows() -> None:

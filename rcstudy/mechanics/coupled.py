@@ -53,9 +53,9 @@ from rcstudy.mechanics.normal import (
     cell_centres,
     clear_of_sides,
     initial_gap,
-    inverse_symbol,
     solve_pressure,
 )
+from rcstudy.mechanics.normal_operator import inverse_symbol
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
     RollingSolution,

@@ -102,6 +102,11 @@ class Influence:
         self._quadrant = self._layer_part = np.zeros((6, 0, 0))
         self._made: dict[Hashable, Any] = {}
 
+    @property
+    def layered(self) -> bool:
+        """Whether there are layers."""
+        return bool(self._layers)
+
     def normal_response(self, alpha: np.ndarray) -> np.ndarray:
         """Frequency response u_z by p (mm/MPa) of both bodies together at wave numbers `alpha` [n] (1/mm)."""
         response: np.ndarray = frequency_response(self._substrate, self._layers, alpha)[0]

@@ -2,7 +2,8 @@
 
 Find p >= 0 with gap = h + A p - approach >= 0, p gap = 0 and sum(p) dx dy = load (the paper's Eqs 1 to 4). The
 quadratic programme behind it is solved by conjugate gradients that keep p >= 0 and the load (Polonsky and Keer 1999),
-preconditioned by the inverse symbol of the operator (Vollebregt 2014, NormCG), on a box around the contact.
+preconditioned by the inverse symbol of the operator (Vollebregt 2014, NormCG), on a box around the contact. Layers that
+bend like plates make these slow, and the rim of the contact is then solved for directly (`rim.py`).
 """
 
 from __future__ import annotations
@@ -13,17 +14,19 @@ from functools import lru_cache
 
 import numpy as np
 
-from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbols, transform
+from rcstudy.mechanics.convolution import Box, transform
 from rcstudy.mechanics.exact import hertz_contact
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
+from rcstudy.mechanics.normal_operator import NormalOperator
+from rcstudy.mechanics.rim import BoxSolution, RimSolver
 from rcstudy.mechanics.scene import Layer, Material, Scene
 
 _MAX_ITERATIONS = 400
-_SOUND = 1e-5  # smallest over largest value of a symbol that needs no second look
 _MARGIN = 1.35  # of the first box over the estimated semi-axes
 _HOPELESS = 0.1  # tolerance over what rounding allows at which no step is taken (residuals end at 0.1 to 20 times that)
+_PLATE = 5.0  # compliance to long waves over that to short ones, from which on the rim is solved for directly
 _PATIENCE = 30  # steps without a smaller residual, where rounding may be what stops them
 
 
@@ -117,19 +120,19 @@ def solve_pressure(
     p = guess * (scene.load / (guess.sum() * dx * dy))
     iterations = products = 0
     while True:
-        local, approach, residual, its, prods, converged, attainable = _conjugate_gradients(
-            scene, influence, box, gap[box.slices], np.ascontiguousarray(p[box.slices])
-        )
-        iterations += its
-        products += prods
+        found = _on_box(scene, influence, box, gap[box.slices], np.ascontiguousarray(p[box.slices]))
+        iterations += found.iterations
+        products += found.products
         p = np.zeros((nx, ny))
-        p[box.slices] = local
+        p[box.slices] = found.p
         touched = Box.around(p > 0.0)
         if clear_of_sides(touched, box, (nx, ny)):
             break
         box = touched.grown(touched.shape[0] // 2 + 2, touched.shape[1] // 2 + 2, (nx, ny))
     edge = at_edge(touched, (nx, ny))
-    return NormalSolution(p, approach, residual, iterations, products, converged, edge, attainable)
+    return NormalSolution(
+        p, found.approach, found.residual, iterations, products, found.converged, edge, found.attainable
+    )
 
 
 def clear_of_sides(touched: Box, box: Box, window: tuple[int, int]) -> bool:
@@ -148,100 +151,80 @@ def at_edge(touched: Box, window: tuple[int, int]) -> bool:
     return touched.i0 == 0 or touched.j0 == 0 or touched.i1 == window[0] or touched.j1 == window[1]
 
 
-def _conjugate_gradients(
-    scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np.ndarray
-) -> tuple[np.ndarray, float, float, int, int, bool, float]:
-    """Bound-constrained conjugate gradients on one box.
+def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np.ndarray) -> BoxSolution:
+    """The pressure on one box from pressures `p`, by the method that suits the layers."""
+    total = scene.load / (scene.mesh.spacing[0] * scene.mesh.spacing[1])
+    tolerance = scene.tolerance.normal
+    operator = NormalOperator.of(influence, box.shape)
+    first: BoxSolution | None = None
+    if influence.once(("bends", box.shape), lambda: _bends(influence, box.shape)):
+        solver = RimSolver(operator, gap, p, total)
+        if tolerance >= _HOPELESS * solver.attainable:
+            first = solver.solve(tolerance)
+            if first.converged or tolerance < first.attainable:
+                return first
+            p = first.p
+    found = _conjugate_gradients(operator, gap, p, total, tolerance)
+    if first is not None:
+        found = found._replace(iterations=found.iterations + first.iterations, products=found.products + first.products)
+    return found
 
-    Returns p, approach, residual, iterations, products, converged, and the residual that rounding allows.
+
+def _bends(influence: Influence, shape: tuple[int, int]) -> bool:
+    """Whether layers make the bodies resist short waves so much more than long ones that they bend like plates.
+
+    Waves from the size of a box of `shape` cells to two cells, each against all that are longer; on a half-space all
+    are alike.
     """
-    shape = box.shape
-    dx, dy = scene.mesh.spacing
-    total = scene.load / (dx * dy)
-    padded = padded_shape(shape)
-    operator, operator_hat, inverse_hat, stiffness = influence.once(
-        ("normal", padded), lambda: _symbols(influence, padded)
-    )
-    plan = transform(padded, 1, shape[0])
+    if not influence.layered:
+        return False
+    dx, dy = influence.spacing
+    alpha = np.geomspace(1.0 / max(shape[0] * dx, shape[1] * dy), math.pi / min(dx, dy), 40)
+    compliance = influence.normal_response(alpha) * alpha
+    return float((np.maximum.accumulate(compliance) / compliance).max()) > _PLATE
 
+
+def _conjugate_gradients(
+    operator: NormalOperator, gap: np.ndarray, p: np.ndarray, total: float, tolerance: float
+) -> BoxSolution:
+    """Bound-constrained conjugate gradients on one box, from pressures `p` to ones of sum `total`."""
+    shape = gap.shape
+    plan = transform(operator.padded, 1, shape[0])
     mask = np.zeros(shape, dtype=np.bool_)
     r, r_old, d = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    p *= total / p.sum()
-    g = gap + convolve(operator, padded, p)
+    p = p * (total / p.sum())
+    g = gap + operator.displacement(p)
     products = 1
     inside = p > 0.0
     approach = float(g[inside].mean())
-    # rounding leaves noise in the gap, and the preconditioner makes pressures of it
-    noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
-    attainable = noise * stiffness * math.sqrt(float(inside.sum())) / float(np.linalg.norm(p))
+    attainable = operator.attainable(gap, g, p)
     zr = 0.0
     residual = best = np.inf
     converged = False
     iteration = since_best = 0
-    while iteration < _MAX_ITERATIONS and scene.tolerance.normal >= _HOPELESS * attainable:
+    while iteration < _MAX_ITERATIONS and tolerance >= _HOPELESS * attainable:
         approach, entered, _ = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
         plan.forward()
-        arrays.scale_real(plan.hat[0], inverse_hat)
+        arrays.scale_real(plan.hat[0], operator.inverse)
         plan.backward()
         products += 1
         zr, z_norm = pressure.normal_direction(plan.real[0], mask, r, r_old, d, zr, plan.real[0])
         residual = z_norm / arrays.norm2(p)
         # on few cells the approach may still have moved enough to let another cell in
-        overlap = scene.tolerance.normal * abs(approach)
-        if residual <= scene.tolerance.normal and entered == 0 and not (g[~mask] < approach - overlap).any():
+        overlap = tolerance * abs(approach)
+        if residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any():
             converged = True
             break
         best, since_best = (residual, 0) if residual < best else (best, since_best + 1)
-        if since_best == _PATIENCE and scene.tolerance.normal < attainable:
+        if since_best == _PATIENCE and tolerance < attainable:
             break
         plan.forward()
-        arrays.scale_real(plan.hat[0], operator_hat)
+        arrays.scale_real(plan.hat[0], operator.real)
         plan.backward()
         products += 1
         cut, scale = pressure.normal_step(p, g, d, plan.real[0], r, total)
         iteration += 1
         if cut or abs(scale - 1.0) > 1e-14:
-            g = gap + convolve(operator, padded, p)
+            g = gap + operator.displacement(p)
             products += 1
-    return p, approach, residual, iteration, products, converged, attainable
-
-
-def _symbols(influence: Influence, padded: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Symbol of u_z by p, its real part (the coefficients are even), the preconditioner's: the inverse; and how large
-    this makes noise (MPa/mm).
-    """
-    quadrant = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-    operator = symbols([(quadrant[0], (1, 1))], padded)[0]
-    operator_hat = np.ascontiguousarray(operator.real)
-    inverse = inverse_symbol(operator_hat, influence, padded)
-    stiffness = float(np.linalg.norm(inverse)) / math.sqrt(inverse.size) * padded[0] * padded[1]
-    return operator, operator_hat, inverse, stiffness
-
-
-def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
-    """Symbol [px, py//2+1] of pressures by gaps, the inverse of `operator_hat`, u_z by p on a torus `padded`.
-
-    Coefficients wrapped on the torus have a positive symbol, unless a layer so stiff that it bends like a plate puts
-    the kink of the seam above its own small response: there the response itself takes over.
-    """
-    result: np.ndarray = 1.0 / (_positive(operator_hat, influence, padded) * (padded[0] * padded[1]) ** 2)
-    return result
-
-
-def _positive(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
-    """`operator_hat` [px, py//2+1] where it is sound, the frequency response averaged over a cell where it is not."""
-    if operator_hat.min() > _SOUND * operator_hat.max():
-        return operator_hat
-    kx = 2.0 * math.pi * np.fft.fftfreq(padded[0], influence.spacing[0])[:, None]
-    ky = 2.0 * math.pi * np.fft.rfftfreq(padded[1], influence.spacing[1])[None, :]
-    alpha = np.hypot(kx, ky)
-    alpha[0, 0] = alpha[1, 0] if padded[0] > 1 else 1.0
-    # a smooth function of log(alpha): a table serves any number of waves
-    nodes = np.geomspace(alpha.min(), alpha.max() * (1.0 + 1e-12), 400)
-    response = np.exp(np.interp(np.log(alpha), np.log(nodes), np.log(influence.normal_response(nodes))))
-    response *= np.sinc(kx * influence.spacing[0] / (2.0 * math.pi)) * np.sinc(
-        ky * influence.spacing[1] / (2.0 * math.pi)
-    )
-    response /= padded[0] * padded[1]
-    result: np.ndarray = np.where(operator_hat < 0.9 * response, response, operator_hat)
-    return result
+    return BoxSolution(p, approach, residual, iteration, products, converged, attainable)

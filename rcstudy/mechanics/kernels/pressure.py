@@ -33,12 +33,13 @@ def normal_residual(
         for j in range(ny):
             active = p[i, j] > 0.0 or g[i, j] < approach
             if active:
-                total += g[i, j]
+                # what is common to all would leave its rounding in each residual, where no direction is against it
+                total += g[i, j] - approach
                 count += 1
                 if p[i, j] <= 0.0:
                     entered += 1
             mask[i, j] = active
-    mean = total / max(count, 1)
+    mean = approach + total / max(count, 1)
     for i in range(nx):
         for j in range(ny):
             r_old[i, j] = r[i, j]
@@ -126,3 +127,46 @@ def normal_step(
         for j in range(ny):
             p[i, j] *= scale
     return cut, scale
+
+
+@jit
+def displacement_matrix(coefficients: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
+    """u_z on each of `cells` [n, 2] by unit pressure on each: the lower triangle of the symmetric out [n, n].
+
+    coefficients: at offsets i, j >= 0, even in both.
+    """
+    for a in range(cells.shape[0]):
+        for b in range(a + 1):
+            out[a, b] = coefficients[abs(cells[a, 0] - cells[b, 0]), abs(cells[a, 1] - cells[b, 1])]
+
+
+@jit
+def add_displacement(
+    coefficients: np.ndarray, p: np.ndarray, loaded: np.ndarray, cells: np.ndarray, out: np.ndarray
+) -> None:
+    """Add to out [n] the u_z on `cells` [n, 2] by pressures p [nx, ny] of the cells `loaded` [m, 2].
+
+    coefficients: at offsets i, j >= 0, even in both.
+    """
+    for a in range(cells.shape[0]):
+        total = 0.0
+        for b in range(loaded.shape[0]):
+            i, j = loaded[b, 0], loaded[b, 1]
+            total += coefficients[abs(cells[a, 0] - i), abs(cells[a, 1] - j)] * p[i, j]
+        out[a] += total
+
+
+@jit
+def solve_factorised(factor: np.ndarray, x: np.ndarray) -> None:
+    """Solve L L^T y = x, L [n, n] lower triangular; y takes the place of x [n]."""
+    n = x.size
+    for a in range(n):
+        total = x[a]
+        for b in range(a):
+            total -= factor[a, b] * x[b]
+        x[a] = total / factor[a, a]
+    for a in range(n - 1, -1, -1):
+        value = x[a] / factor[a, a]
+        x[a] = value
+        for b in range(a):
+            x[b] -= factor[a, b] * value

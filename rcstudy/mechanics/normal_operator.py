@@ -1,0 +1,90 @@
+"""Gap by pressure on a box of cells as a convolution, and pressures by gaps: its inverse on a torus."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rcstudy.mechanics.convolution import convolve, padded_shape, symbols
+from rcstudy.mechanics.influence import Influence
+
+_SOUND = 1e-5  # smallest over largest value of a symbol that needs no second look
+
+
+@dataclass(frozen=True)
+class NormalOperator:
+    """u_z (mm) by pressure (MPa) on a box of cells. Belongs to one set of bodies, one mesh and one padded shape.
+
+    `symbol` [px, py//2+1]: with 1/(px py) in it; `real`: its real part, the coefficients being even; `inverse`: symbol
+    of pressures by gaps, see `inverse_symbol`; `stiffness` (MPa/mm): how large it makes noise; `coefficients`
+    [> px//2, > py//2] (mm/MPa): u_z at offsets i, j >= 0.
+    """
+
+    padded: tuple[int, int]
+    symbol: np.ndarray
+    real: np.ndarray
+    inverse: np.ndarray
+    stiffness: float
+    coefficients: np.ndarray
+
+    @staticmethod
+    def of(influence: Influence, shape: tuple[int, int]) -> NormalOperator:
+        """The operator for a box of `shape`, made once for these coefficients."""
+        padded = padded_shape(shape)
+        return influence.once(("normal", padded), lambda: NormalOperator._made(influence, padded))
+
+    @staticmethod
+    def _made(influence: Influence, padded: tuple[int, int]) -> NormalOperator:
+        coefficients = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)[0]
+        symbol = symbols([(coefficients, (1, 1))], padded)[0]
+        real = np.ascontiguousarray(symbol.real)
+        inverse = inverse_symbol(real, influence, padded)
+        stiffness = float(np.linalg.norm(inverse)) / math.sqrt(inverse.size) * padded[0] * padded[1]
+        return NormalOperator(padded, symbol, real, inverse, stiffness, coefficients)
+
+    def displacement(self, p: np.ndarray) -> np.ndarray:
+        """u_z [nx, ny] (mm) by pressures `p` [nx, ny] (MPa)."""
+        return convolve(self.symbol, self.padded, p)
+
+    def closing(self, gap: np.ndarray) -> np.ndarray:
+        """Pressures [nx, ny] (MPa) that make gaps `gap` [nx, ny] (mm) on a torus, zero on the rest of it."""
+        return convolve(self.inverse, self.padded, gap)
+
+    def attainable(self, gap: np.ndarray, g: np.ndarray, p: np.ndarray) -> float:
+        """About the least residual that rounding allows, at pressure `p` and gaps undeformed `gap` and deformed `g`.
+
+        Rounding leaves noise in the gap, and the inverse makes pressures of it.
+        """
+        noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
+        return float(noise * self.stiffness * math.sqrt(np.count_nonzero(p)) / np.linalg.norm(p))
+
+
+def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
+    """Symbol [px, py//2+1] of pressures by gaps, the inverse of `operator_hat`, u_z by p on a torus `padded`.
+
+    Coefficients wrapped on the torus have a positive symbol, unless a layer so stiff that it bends like a plate puts
+    the kink of the seam above its own small response: there the response itself takes over.
+    """
+    result: np.ndarray = 1.0 / (_positive(operator_hat, influence, padded) * (padded[0] * padded[1]) ** 2)
+    return result
+
+
+def _positive(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
+    """`operator_hat` [px, py//2+1] where it is sound, the frequency response averaged over a cell where it is not."""
+    if operator_hat.min() > _SOUND * operator_hat.max():
+        return operator_hat
+    kx = 2.0 * math.pi * np.fft.fftfreq(padded[0], influence.spacing[0])[:, None]
+    ky = 2.0 * math.pi * np.fft.rfftfreq(padded[1], influence.spacing[1])[None, :]
+    alpha = np.hypot(kx, ky)
+    alpha[0, 0] = alpha[1, 0] if padded[0] > 1 else 1.0
+    # a smooth function of log(alpha): a table serves any number of waves
+    nodes = np.geomspace(alpha.min(), alpha.max() * (1.0 + 1e-12), 400)
+    response = np.exp(np.interp(np.log(alpha), np.log(nodes), np.log(influence.normal_response(nodes))))
+    response *= np.sinc(kx * influence.spacing[0] / (2.0 * math.pi)) * np.sinc(
+        ky * influence.spacing[1] / (2.0 * math.pi)
+    )
+    response /= padded[0] * padded[1]
+    result: np.ndarray = np.where(operator_hat < 0.9 * response, response, operator_hat)
+    return result
