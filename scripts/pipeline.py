@@ -1,18 +1,18 @@
 """What a sweep costs besides solving, how well two workers share it, and how much memory it takes.
 
-    python scripts/pipeline.py [--cases 500] [--memory 10000]
+    python scripts/pipeline.py [--cases 2000] [--repeats 3] [--memory 10000]
 
-Pipeline: processor time of a sweep by one process that the solver does not take, on layered cases of 64 x 64 cells with
-fields. Efficiency: wall time with one worker over twice that with two; it
-needs a machine with nothing else to do. Memory: the largest sum of resident memory (as /proc tells it, what processes
-share counted once for each) of a sweep of that many cases with two workers.
+Pipeline: processor time of a sweep by one process that the solver does not take, from case to case and of all; layered
+cases of 64 x 64 cells with fields. Efficiency: wall time of the whole command with one worker over twice that with two,
+for so many cases, and from case to case (by the difference to a quarter of them, so that what is needed once does not
+count); that needs a machine with nothing else to do. Memory: the largest sum of resident memory (as /proc tells it,
+what processes share counted once for each) of a sweep of that many cases with two workers.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import resource
 import subprocess
 import sys
 import tempfile
@@ -58,12 +58,6 @@ def study_text(cases: int, cells: int = 64) -> str:
     )
 
 
-def processor_seconds() -> float:
-    """Of this process and of its children that have ended."""
-    found = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(usage.ru_utime + usage.ru_stime for usage in found)
-
-
 class Solver:
     """The solver, with a clock for the processor time that it takes itself."""
 
@@ -84,36 +78,56 @@ class Solver:
             yield result
 
 
-def sweep_seconds(path: Path, workers: int, solve: Solver | None = None) -> tuple[float, float]:
-    """Processor and wall time of a whole sweep, from the study file to the cube."""
+def sweep_seconds(path: Path, cases: int) -> tuple[float, float]:
+    """Processor time (s) of a sweep in this process, from study file to cube: of the solver, and of the rest."""
     from rcstudy import sweep
     from rcstudy.study import load_study
 
-    begun, wall = processor_seconds(), time.perf_counter()
-    done = sweep.run(load_study(path), path.with_suffix(".nc"), workers=workers, solve=solve, fresh=True)
+    path.write_text(study_text(cases), encoding="utf-8")
+    solver, begun = Solver(), time.process_time()
+    done = sweep.run(load_study(path), path.with_suffix(".nc"), workers=1, solve=solver, fresh=True)
     if done.failed:
         raise SystemExit(f"{done.failed} of {done.cases} cases failed")
-    return processor_seconds() - begun, time.perf_counter() - wall
+    return solver.seconds, time.process_time() - begun - solver.seconds
 
 
-def measured(path: Path, cases: int) -> tuple[float, float, float, float]:
-    """Milliseconds a case: of the solver, of the whole sweep by one process, and wall time with one and two.
+def command_seconds(path: Path, cases: int, workers: int) -> float:
+    """Wall time (s) of ``rcstudy sweep``, from the start of the first process to the end of the last."""
+    path.write_text(study_text(cases), encoding="utf-8")
+    begun = time.perf_counter()
+    subprocess.run(sweep_command(path, workers), check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - begun
 
-    All by the difference of two sweeps, one three times as large, so that the start of processes and what a cube
-    costs once are left out; the least of three.
-    """
-    found = []
-    for count in (cases, 3 * cases):
-        path.write_text(study_text(count), encoding="utf-8")
-        runs = []
-        for _ in range(3):
-            solver = Solver()
-            cpu, wall = sweep_seconds(path, 1, solver)
-            runs.append((solver.seconds, cpu - solver.seconds, wall, sweep_seconds(path, 2)[1]))
-        found.append([min(values) for values in zip(*runs, strict=True)])
-    few, many = found
-    solver, pipeline, one, two = ((m - f) / (2 * cases) * 1e3 for f, m in zip(few, many, strict=True))
-    return solver, pipeline, one, two
+
+def sweep_command(path: Path, workers: int) -> list[str]:
+    """``rcstudy sweep`` of the study at `path`, started over."""
+    words = ["-m", "rcstudy", "sweep", path, "-o", path.with_suffix(".nc"), "--fresh", "-q", "--workers", workers]
+    return [sys.executable, *map(str, words)]
+
+
+def pipeline_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
+    """What the pipeline takes, as text: least of `repeats` times, each of a quarter of the cases and of all."""
+    counts = (cases // 4, cases)
+    runs = [[sweep_seconds(path, count) for count in counts] for _ in range(repeats)]
+    few, many = ([min(run[k][part] for run in runs) for part in (0, 1)] for k in (0, 1))
+    solver, rest = ((m - f) / (counts[1] - counts[0]) * 1e3 for f, m in zip(few, many, strict=True))
+    yield f"solver      {solver:.2f} ms of processor time a case"
+    yield f"pipeline    {rest:.2f} ms a case: {rest / (solver + rest):.1%} of both"
+    yield f"            {many[1]:.1f} of {sum(many):.1f} s in all: {many[1] / sum(many):.1%}"
+
+
+def efficiency_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
+    """How well two workers share the work, as text: least of `repeats` times, one and two workers by turns."""
+    counts = (cases // 4, cases)
+    runs = [[[command_seconds(path, count, w) for w in (1, 2)] for count in counts] for _ in range(repeats)]
+    few, many = ([min(run[k][w] for run in runs) for w in (0, 1)] for k in (0, 1))
+    one, two = ((m - f) / (counts[1] - counts[0]) * 1e3 for f, m in zip(few, many, strict=True))
+    pairs = ", ".join(f"{a:.1f}/{b:.1f}" for a, b in (run[1] for run in runs))
+    yield (
+        f"command     {many[0]:.1f} s with one worker, {many[1]:.1f} s with two: efficiency {many[0] / many[1] / 2:.2f}"
+        f" (runs: {pairs})"
+    )
+    yield f"            {one:.2f} and {two:.2f} ms from case to case: efficiency {one / two / 2:.2f}"
 
 
 def resident(pid: int) -> int:
@@ -132,9 +146,8 @@ def resident(pid: int) -> int:
 
 def peak_memory(path: Path, workers: int) -> tuple[float, float]:
     """Peak of all resident memory (MB) and seconds of ``rcstudy sweep`` with so many workers."""
-    command = [sys.executable, "-m", "rcstudy", "sweep", path, "-o", path.with_suffix(".nc"), "--fresh", "-q"]
     begun, peak = time.perf_counter(), 0
-    process = subprocess.Popen([*map(str, command), "--workers", str(workers)])
+    process = subprocess.Popen(sweep_command(path, workers), stdout=subprocess.DEVNULL)
     while process.poll() is None:
         peak = max(peak, resident(process.pid))
         time.sleep(0.05)
@@ -146,19 +159,18 @@ def peak_memory(path: Path, workers: int) -> tuple[float, float]:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=500)
+    parser.add_argument("--cases", type=int, default=2000)
+    parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--memory", type=int, default=0, help="cases of the sweep whose memory is measured")
     options = parser.parse_args()
     limit_threads()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pipeline.yaml"
-        path.write_text(study_text(50), encoding="utf-8")
-        sweep_seconds(path, 1)  # compiles, loads
-        solver, pipeline, one, two = measured(path, options.cases)
-        print(f"{options.cases} and {3 * options.cases} cases, 64 x 64 cells; load {os.getloadavg()[0]:.1f}")
-        print(f"solver      {solver:6.2f} ms a case")
-        print(f"pipeline    {pipeline:6.2f} ms a case: {pipeline / (solver + pipeline):.1%} of the whole")
-        print(f"wall time   {one:6.2f} ms a case with one process, {two:.2f} with two: efficiency {one / two / 2:.2f}")
+        sweep_seconds(path, 50)  # compiles, loads
+        print(f"{options.cases} cases, 64 x 64 cells, fields; load {os.getloadavg()[0]:.1f} before", flush=True)
+        for lines in (pipeline_lines, efficiency_lines):
+            for line in lines(path, options.cases, options.repeats):
+                print(line, flush=True)
         if options.memory:
             path.write_text(study_text(options.memory), encoding="utf-8")
             peak, seconds = peak_memory(path, 2)

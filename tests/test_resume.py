@@ -287,10 +287,14 @@ def test_another_solver_version_solves_all_again(sweeps: Sweeps, monkeypatch: py
     assert f"of solver version {SOLVER_VERSION}, this is next; set aside" in sweeps.told[0]
 
 
-def test_what_is_solved_reaches_the_disk_in_time(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also while one case takes long: by a thread of its own."""
-    monkeypatch.setattr(store, "UNIT_SECONDS", (0.1,))
+@pytest.mark.parametrize("seconds", [(0.1,), store.UNIT_SECONDS, (0.1, 0.1, 30.0)])
+def test_what_is_solved_reaches_the_disk_in_time(
+    sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch, seconds: tuple[float, ...]
+) -> None:
+    """Also while one case takes long: by a thread of its own, the first results sooner than others."""
+    monkeypatch.setattr(store, "UNIT_SECONDS", seconds)
     seen = []
+    begun = time.monotonic()
 
     def slow(scenes: Sequence[Scene]) -> Iterator[Result]:
         for scene in scenes:
@@ -299,6 +303,7 @@ def test_what_is_solved_reaches_the_disk_in_time(sweeps: Sweeps, monkeypatch: py
                 while not unit_paths(sweeps.units) and time.monotonic() < deadline:
                     time.sleep(0.01)
                 seen.append(sum(len(read_unit(path)[0].entries) for path in unit_paths(sweeps.units)))
+                assert time.monotonic() - begun < 4.0
             yield synthetic.made_up_result(scene)
 
     sweep.run(sweeps.study, sweeps.output, workers=1, solve=slow)
