@@ -9,6 +9,8 @@ from itertools import groupby, pairwise
 
 import numpy as np
 from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.special import gamma
 
 NEVER = 1000.0  # the distance of an edge that is not there
 
@@ -97,6 +99,26 @@ def stick_runs(slip: list[bool]) -> list[tuple[int, int]]:
     return [(run[0], run[-1]) for run in runs]
 
 
+def border_ahead(near: float, next_one: float) -> float:
+    """From the first stick cell to the border ahead: room^2 is a straight line through the two cells."""
+    if next_one <= near:
+        return 0.5
+    return min(1.0, float(np.roots(np.polyfit([0.0, -1.0], [near**2, next_one**2], 1))[0]))
+
+
+def border_behind(near: float, next_one: float) -> float:
+    """From the last stick cell to the border behind: by the e for which the two rooms have their ratio."""
+    if next_one <= 0.0:
+        return 0.25
+
+    def missing(e: float) -> float:
+        one, two = ((j + 0.5 + e) * gamma(j + 0.5) / gamma(j + 1.0) for j in (0.0, 1.0))
+        return float(one * next_one - two * near)
+
+    most = 0.125  # the border a cell away
+    return 1.0 if missing(most) <= 0.0 else 0.75 + 2.0 * float(brentq(missing, -0.5, most, xtol=1e-15))
+
+
 def stick_zone(
     room: np.ndarray, slip: np.ndarray, start: float, back: float, front: float
 ) -> tuple[float, list[float]]:
@@ -107,11 +129,8 @@ def stick_zone(
         for side, (outermost, inner) in enumerate([(first, first + 1), (last, last - 1)]):
             if outermost == (0, len(slip) - 1)[side]:
                 continue
-            distance = 0.5
-            if first < last and room[inner] > room[outermost]:
-                # room^2 is a straight line through the two cells
-                line = np.polyfit([0.0, -1.0], [room[outermost] ** 2, room[inner] ** 2], 1)
-                distance = min(1.0, float(np.roots(line)[0]))
+            near, next_one = room[outermost], room[inner] if first < last else 0.0
+            distance = (border_ahead, border_behind)[side](near, next_one)
             ends[side] = start - outermost + (distance if side == 0 else -distance)
             borders.append(ends[side])
         length += ends[0] - ends[1]
@@ -123,18 +142,31 @@ def area(length: np.ndarray) -> float:
     total = 0.0
     for first, last in stick_runs([chord == 0.0 for chord in length]):
         v = length[first : last + 1] ** 2
-        x = np.arange(first, last + 1, dtype=float)
-        reach = []
-        for side in (v, v[::-1]):
-            if len(v) == 1:
-                reach.append(0.5)
+        n = len(v)
+        second = np.full(n, np.nan)  # differences about each row, not known at the ends
+        second[1:-1] = np.diff(v, 2)
+        x, values, bends = [float(k) for k in range(n)], list(v), []
+        for k in range(n - 1):
+            about = second[k : k + 2]
+            bends.append(float(np.nanmean(about)) if np.isfinite(about).any() else 0.0)
+        for side, end in ((v, 0), (v[::-1], n)):
+            if n == 1:
+                reach = 0.5
             else:
                 # a parabola through three, a line through two
-                n = min(3, len(v))
-                curve = np.polyfit(-np.arange(n), side[:n], n - 1)[::-1]
-                reach.append(min(1.0, first_root(*curve, *([0.0] * (3 - n)))))
-        x = np.concatenate([[first - reach[0]], x, [last + reach[1]]])
-        total += integral_of_root(x, np.concatenate([[0.0], v, [0.0]]), x[0], x[-1])
+                known = min(3, n)
+                curve = np.polyfit(-np.arange(known), side[:known], known - 1)[::-1]
+                reach = min(1.0, first_root(*curve, *([0.0] * (3 - known))))
+            bend = float(second[1 if end == 0 else -2]) if n > 2 else 0.0
+            x.insert(len(x) if end else 0, x[-1] + reach if end else -reach)
+            values.insert(len(values) if end else 0, 0.0)
+            bends.insert(len(bends) if end else 0, bend)
+        for k, bend in enumerate(bends):
+            # two lines that enclose as much as the parabola with this second derivative
+            wide = x[k + 1] - x[k]
+            middle = max(0.0, 0.5 * (values[k] + values[k + 1]) - bend * wide**2 / 6.0)
+            knots = np.array([x[k], 0.5 * (x[k] + x[k + 1]), x[k + 1]])
+            total += integral_of_root(knots, np.array([values[k], middle, values[k + 1]]), knots[0], knots[-1])
     return total
 
 

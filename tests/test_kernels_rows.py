@@ -11,6 +11,7 @@ import naive_rows
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.special import gamma, gammaln
 
 from rcstudy.mechanics.kernels import arrays, rows, tractions
 
@@ -232,13 +233,33 @@ def test_to_centres_far_from_any_cell(held: list[int], shift: float, i: int, clo
 # --- stick and slip ---
 
 
-def test_border() -> None:
+def test_border_ahead() -> None:
     """Exact where the square of the room grows linearly; a cell at most; half a cell if nothing tells."""
     for distance in (0.0, 0.2, 0.5, 1.0):
-        found = rows.border(math.sqrt(0.7 * distance), math.sqrt(0.7 * (distance + 1.0)))
+        found = rows.border_ahead(math.sqrt(0.7 * distance), math.sqrt(0.7 * (distance + 1.0)))
         assert found == pytest.approx(distance, abs=1e-15)
-    assert rows.border(math.sqrt(3.0), 2.0) == 1.0
-    assert rows.border(0.4, 0.0) == rows.border(0.4, 0.4) == rows.border(0.0, 0.0) == 0.5
+    assert rows.border_ahead(math.sqrt(3.0), 2.0) == 1.0
+    assert rows.border_ahead(0.4, 0.0) == rows.border_ahead(0.4, 0.4) == rows.border_ahead(0.0, 0.0) == 0.5
+
+
+@pytest.mark.parametrize("e", [-0.5, -0.3, -0.1, 0.0, 0.1])
+def test_border_behind(e: float) -> None:
+    """From room that goes like a root far inside and whose sources cause no slip halfway between them."""
+    j = np.arange(4000.0)
+    room = 0.3 * (j + 0.5 + e) * np.exp(gammaln(j + 0.5) - gammaln(j + 1.0))
+    distance = rows.border_behind(room[0], room[1])
+    assert distance == pytest.approx(0.75 + 2.0 * e, abs=1e-12)
+    far = room[-1000:] ** 2
+    assert far[-1] / (far[-1] - far[-2]) - j[-1] == pytest.approx(distance, abs=1e-3)
+    # the row's far end adds a slip that is nearly linear over these few points
+    slip = (room / (np.arange(0.5, 6.0)[:, None] - j)).sum(axis=1)
+    assert np.abs(np.diff(slip, 2)).max() < 1e-5
+
+
+def test_border_behind_of_rooms_that_tell_nothing() -> None:
+    assert rows.border_behind(0.4, 0.0) == rows.border_behind(0.0, 0.0) == 0.25
+    assert rows.border_behind(0.4, 0.4) == rows.border_behind(3.0, 2.0) == pytest.approx(1.0)
+    assert rows.border_behind(0.0, 2.0) == -0.25
 
 
 def found_zone(
@@ -272,27 +293,30 @@ def test_stick_rows_that_stick_or_slip() -> None:
 
 
 def test_stick_rows_between_borders() -> None:
-    """Room like the root of the distance to each border: both are found exactly, and so are those at an edge."""
+    """Room like the root of the distance ahead, as on the discrete half-line behind: both borders are found exactly."""
     start, back, front = 9.7, 0.2, 10.5
     x = start - np.arange(10)
-    room = np.sqrt(np.clip(np.minimum(8.1 - x, x - 3.4), 0.0, None))
+    j = np.arange(3.0)
+    behind = (j + 0.5 - 0.075) * gamma(j + 0.5) / gamma(j + 1.0)  # the border 0.6 cells behind the last stick cell
+    room = np.zeros(10)
+    room[2:5], room[4:7] = np.sqrt(8.1 - x[2:5]), behind[::-1]
     length, borders = found_zone(["ss-----sss"], room, [start], [(back, front)])
-    assert length == pytest.approx([4.7])
-    assert borders == [(pytest.approx(8.1), 0.0), (pytest.approx(3.4), 0.0)]
+    assert length == pytest.approx([8.1 - 3.1])
+    assert borders == [(pytest.approx(8.1), 0.0), (pytest.approx(3.1), 0.0)]
     length, borders = found_zone(["-------sss"], room, [start], [(back, front)])
-    assert length == pytest.approx([front - 3.4])
-    assert borders == [(pytest.approx(3.4), 0.0)]
+    assert length == pytest.approx([front - 3.1])
+    assert borders == [(pytest.approx(3.1), 0.0)]
     length, borders = found_zone(["ss--------"], room, [start], [(back, front)])
     assert length == pytest.approx([8.1 - back])
     assert borders == [(pytest.approx(8.1), 0.0)]
 
 
 def test_stick_rows_of_single_cells() -> None:
-    """One cell about its centre between slip cells, from the edge to its border at the ends."""
+    """One cell between slip cells, from the edge to its border at the ends."""
     edges = [(2.0, 6.0)] * 3
     length, borders = found_zone(["s-s", "-ss", "ss-"], np.ones(9), [5.0, 5.0, 5.0], edges)
-    np.testing.assert_allclose(length, [1.0, 1.5, 1.5], atol=1e-15)
-    assert borders == [(4.5, 0.0), (3.5, 0.0), (4.5, 1.0), (3.5, 2.0)]
+    np.testing.assert_allclose(length, [0.75, 1.25, 1.5], atol=1e-15)
+    assert borders == [(4.5, 0.0), (3.75, 0.0), (4.75, 1.0), (3.5, 2.0)]
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -318,21 +342,34 @@ def test_stick_rows(seed: int) -> None:
 # --- area ---
 
 
-@pytest.mark.parametrize(("diameter", "tolerance"), [(4, 0.04), (8, 0.01), (12, 0.005), (20, 0.002), (60, 2e-4)])
+NOT_KNOWN = np.full(2, np.nan)
+
+
+def ellipse_chords(diameter: int, offset: float) -> tuple[np.ndarray, np.ndarray]:
+    """Chords of an ellipse of `diameter` rows, and rows on which its tips are."""
+    middle = 0.5 * (diameter + 3) - offset
+    y = (np.arange(diameter + 4) - middle) / (0.5 * diameter)
+    return 3.0 * np.sqrt(np.maximum(1.0 - y * y, 0.0)), middle + np.array([-0.5, 0.5]) * diameter
+
+
+@pytest.mark.parametrize(("diameter", "tolerance"), [(4, 6e-4), (8, 1e-4), (12, 4e-5), (20, 1e-5), (60, 7e-7)])
 def test_area_under_an_ellipse(diameter: int, tolerance: float) -> None:
-    """Wherever its rows are; the error falls like the square of their distance, and is one of too little."""
+    """Wherever its rows are; the error falls faster than the square of their distance, and is one of too little."""
     for offset in np.linspace(0.0, 1.0, 9):
-        y = (np.arange(diameter + 4) - 0.5 * (diameter + 3) + offset) / (0.5 * diameter)
-        length = 3.0 * np.sqrt(np.maximum(1.0 - y * y, 0.0))
-        error = rows.area_under(length) / (math.pi / 4.0 * 3.0 * diameter) - 1.0
-        assert -tolerance < error < 0.0
+        length, tips = ellipse_chords(diameter, offset)
+        for ends in (tips, NOT_KNOWN):
+            error = rows.area_under(length, ends) / (math.pi / 4.0 * 3.0 * diameter) - 1.0
+            assert -tolerance < error < 0.0
 
 
 def test_area_under_parabolas() -> None:
-    """Squares of the chords that rise and fall linearly: the integral of their root, to the last bit but a few."""
+    """Squares of the chords that bend at one place: half of what the bend encloses is taken from either side of it."""
     length = np.sqrt(np.array([0.0, 0.0, 0.3, 1.3, 2.3, 3.3, 2.3, 1.3, 0.3, 0.0]))
-    expected = 2.0 * 2.0 / 3.0 * 3.3**1.5
-    assert rows.area_under(length) == pytest.approx(expected, rel=1e-14)
+    assert rows.area_under(length, NOT_KNOWN) == pytest.approx(2.0 * 2.0 / 3.0 * 3.3**1.5, rel=0.015)
+    length = np.sqrt(np.array([0.3, 1.3, 2.3, 3.3, 4.3]))  # straight, and as far again as it takes at its ends
+    expected = 2.0 / 3.0 * 4.3**1.5 + rows.bulging(4.3, 0.0, 1.0, 0.0)
+    assert rows.area_under(length, NOT_KNOWN) == pytest.approx(expected, rel=1e-14)
+    assert rows.area_under(length, np.array([-0.3, 4.0])) == pytest.approx(2.0 / 3.0 * 4.3**1.5, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -347,7 +384,7 @@ def test_area_under_parabolas() -> None:
     ],
 )
 def test_area_under_few_chords(length: list[float], expected: float) -> None:
-    assert rows.area_under(np.array(length)) == pytest.approx(expected, rel=1e-14)
+    assert rows.area_under(np.array(length), NOT_KNOWN) == pytest.approx(expected, rel=1e-14)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -355,14 +392,35 @@ def test_area_under(seed: int) -> None:
     """Zones of any shape, several of them, up to the box's sides."""
     rng = np.random.default_rng(seed)
     length = rng.uniform(0.5, 4.0, size=15) * (rng.random(15) < (0.5, 0.9)[seed % 2])
-    assert rows.area_under(length) == pytest.approx(naive_rows.area(length), rel=1e-8)
+    assert rows.area_under(length, NOT_KNOWN) == pytest.approx(naive_rows.area(length), rel=1e-8)
+
+
+@pytest.mark.parametrize("offset", np.linspace(0.0, 0.9, 7))
+def test_outermost_chords_of_an_ellipse(offset: float) -> None:
+    """Whatever the outermost rows' cells said: their chords are those of the ellipse, or nothing beyond its tips."""
+    length, tips = ellipse_chords(10, offset)
+    touched = np.flatnonzero(length)
+    seen = length.copy()
+    seen[[touched[0] - 1, touched[-1] + 1]] = 1.3  # pressed, though their middles are outside
+    rows.between_tips(seen, tips)
+    np.testing.assert_allclose(seen, length, atol=1e-12)
+    seen[[touched[0], touched[-1]]] += 0.8
+    rows.between_tips(seen, tips)
+    np.testing.assert_allclose(seen, length, atol=1e-12)
+
+
+def test_contacts_of_two_rows_keep_their_chords() -> None:
+    for length in ([0.0, 2.0, 3.0, 0.0], [0.0, 0.0], [1.0]):
+        chords = np.array(length)
+        rows.between_tips(chords, np.array([0.4, 2.6]))
+        np.testing.assert_array_equal(chords, length)
 
 
 # --- slip at the centres of cells ---
 
 
 class MovedCells:
-    """Cells of a box, one row of it empty, with the cell ahead of each, slips, and which of them slip."""
+    """Cells of a box, one row of it empty, with the cells ahead and behind, slips, and which of them slip."""
 
     def __init__(self, seed: int = 0) -> None:
         rng = np.random.default_rng(seed)
@@ -370,64 +428,68 @@ class MovedCells:
         self.cells = np.ascontiguousarray(np.argwhere(inside))
         self.m = m = len(self.cells)
         number = {(i, j): k for k, (i, j) in enumerate(self.cells.tolist())}
-        self.ahead = np.array([number.get((i + 1, j), number[i, j]) for i, j in self.cells.tolist()])
-        self.leading = self.ahead == np.arange(m)
+        self.neighbours = np.array(
+            [[number.get((i + step, j), number[i, j]) for i, j in self.cells.tolist()] for step in (1, -1)]
+        )
+        self.leading, self.last = self.neighbours == np.arange(m)
         self.slip = rng.random(m) < 0.6
         self.s = rng.normal(size=(m, 2)) + 0.7
         self.rng = rng
 
 
 def test_lean_weights() -> None:
-    """Half, or so much that half of the cell's own slip is added; nothing for leading cells and where slip is none."""
+    """Those of the polynomial through the points there are, half a cell ahead of the cells, at a cell's own centre."""
     c = MovedCells()
-    c.s[np.flatnonzero(~c.leading)[3]] = 0.0
-    weight = np.full(c.m, np.nan)
-    tractions.lean_weights(c.s, c.ahead, weight)
-    capped = 0
+    weight = np.full((2, c.m), np.nan)
+    tractions.lean_weights(c.neighbours, weight)
+    seen = set()
     for k in range(c.m):
-        own, change = np.linalg.norm(c.s[k]), np.linalg.norm(c.s[k] - c.s[c.ahead[k]])
-        if c.leading[k]:
-            assert weight[k] == 0.0
-        elif change > own:
-            capped += 1
-            assert weight[k] * change == pytest.approx(0.5 * own, rel=1e-14)
-        else:
-            assert weight[k] == 0.5
-    assert 2 < capped < (~c.leading).sum()
+        there = [step for step, none in zip((1, -1), (c.leading[k], c.last[k]), strict=True) if not none]
+        points = np.array([0.5, *(0.5 + step for step in there)])
+        for of_one in np.eye(points.size):
+            at_centre = np.polyfit(points, of_one, points.size - 1)[-1]
+            found = of_one[0]
+            for step, value in zip(there, of_one[1:], strict=True):
+                found += weight[0 if step > 0 else 1, k] * (value - of_one[0])
+            assert found == pytest.approx(at_centre, abs=1e-12)
+        for step in (1, -1):
+            assert step in there or weight[0 if step > 0 else 1, k] == 0.0
+        seen.add(tuple(there))
+    assert seen == {(1, -1), (1,), (-1,)}
+    alone = np.full((2, 1), np.nan)
+    tractions.lean_weights(np.zeros((2, 1), dtype=np.int64), alone)
+    assert (alone == 0.0).all()
 
 
 def test_lean() -> None:
     """In slip cells alone; a slip that is linear along x comes out right at the centres, half a cell behind."""
     c = MovedCells()
-    weight, out = c.rng.uniform(0.0, 0.5, size=c.m), np.full((c.m, 2), np.nan)
-    tractions.lean(c.s, c.slip, c.ahead, weight, out)
-    expected = c.s + (weight * c.slip)[:, None] * (c.s - c.s[c.ahead])
-    np.testing.assert_allclose(out, expected, rtol=1e-14, atol=1e-15)
+    weight, out = c.rng.uniform(-0.5, 0.5, size=(2, c.m)), np.full((c.m, 2), np.nan)
+    tractions.lean(c.s, c.slip, c.neighbours, weight, out)
+    expected = c.s.copy()
+    for of_one, numbers in zip(weight, c.neighbours, strict=True):
+        expected += (of_one * c.slip)[:, None] * (c.s[numbers] - c.s)
+    np.testing.assert_allclose(out, expected, rtol=1e-13, atol=1e-15)
     x = c.cells[:, :1] + 0.5
     s = np.hstack([1.0 + 0.02 * x, 0.5 - 0.03 * x])
-    tractions.lean_weights(s, c.ahead, weight)
-    tractions.lean(s, c.slip, c.ahead, weight, out)
-    at_centres = np.where((c.slip & ~c.leading)[:, None], s - 0.5 * np.array([0.02, -0.03]), s)
+    tractions.lean_weights(c.neighbours, weight)
+    tractions.lean(s, c.slip, c.neighbours, weight, out)
+    at_centres = np.where(c.slip[:, None], s - 0.5 * np.array([0.02, -0.03]), s)
     np.testing.assert_allclose(out, at_centres, rtol=1e-14)
 
 
 def test_lean_back() -> None:
-    """The same in two padded arrays, each cell by what the one ahead had before; nothing else is touched."""
+    """The same in two padded arrays, each cell by what its neighbours had before; nothing else is touched."""
     c = MovedCells()
     i, j = c.cells.T
     field = c.rng.normal(size=(2, 9, 11))
-    weight = np.where(c.leading, 0.0, c.rng.uniform(0.1, 0.5, size=c.m))
+    weight = np.where([c.leading, c.last], 0.0, c.rng.uniform(-0.5, 0.5, size=(2, c.m)))
     expected = field.copy()
     out = np.full((c.m, 2), np.nan)
-    tractions.lean(np.ascontiguousarray(field[:, i, j].T), c.slip, c.ahead, weight, out)
+    tractions.lean(np.ascontiguousarray(field[:, i, j].T), c.slip, c.neighbours, weight, out)
     expected[:, i, j] = out.T
-    by_index = field.copy()
-    by_index[:, i[c.slip], j[c.slip]] += weight[c.slip] * (
-        field[:, i[c.slip], j[c.slip]] - field[:, np.minimum(i[c.slip] + 1, 8), j[c.slip]]
-    )
-    tractions.lean_back(field, c.cells, c.slip, weight)
+    tractions.lean_back(field, c.cells, c.slip, weight, np.full((2, 11), np.nan))
     np.testing.assert_allclose(field, expected, rtol=1e-14, atol=1e-15)
-    np.testing.assert_allclose(field, by_index, rtol=1e-14, atol=1e-15)
 
 
 def test_turn_is_classify_when_the_slip_is_the_same() -> None:
@@ -436,10 +498,10 @@ def test_turn_is_classify_when_the_slip_is_the_same() -> None:
     q, bound, rho = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.2, 2.0, size=c.m), 0.6
     s = np.stack([0.3 + 0.1 * c.cells[:, 1], np.full(c.m, -0.8)], axis=1)
     by_classify, by_turn = ((np.full((c.m, 2), 7.0), np.full(c.m, 7.0)) for _ in range(2))
-    weight, centred = np.full(c.m, np.nan), np.full((c.m, 2), np.nan)
-    _, square = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
-    tractions.lean_weights(s, c.ahead, weight)
-    tractions.lean(s, c.slip, c.ahead, weight, centred)
+    weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
+    _, square = tractions.classify(q, s, bound, rho, c.slip, *by_classify, 0.0)
+    tractions.lean_weights(c.neighbours, weight)
+    tractions.lean(s, c.slip, c.neighbours, weight, centred)
     before = c.slip.copy()
     assert tractions.turn(q, centred, bound, rho, c.slip, *by_turn) == pytest.approx(square, rel=1e-14)
     assert 0 < c.slip.sum() < c.m

@@ -1,13 +1,13 @@
 r"""Cells that begin where the contact begins (`discretisation: aligned`).
 
 The discrete half-line. Take the slip of `rolling.py`, (u_i - u_(i+1))/dx with piecewise-constant tractions, on a row
-with a straight leading edge. Under constant slip the exact traction goes like the root of the distance from the edge,
-the discrete one like sqrt(j + theta), j = 0, 1, ... counted from the leading cell, with theta = 0.82535: the symbol of
-the operator is that of point sources halfway between control points, for which theta = 3/4 (the quotient of Gamma
-functions Gamma(j + 3/2)/Gamma(j + 1)), times a function rho of the wave number, and factoring rho (Wiener and Hopf)
-adds sum m c_m = 0.07535, c_m being the cosine coefficients of log rho. So the cells behave as if the contact began
-theta dx ahead of the leading cell's centre. Where cells are taken by their centres it begins 0 to 1 cell ahead, 1/2 on
-average: too long a stick zone, of first order in dx, plus a noise of rows that end between cells.
+with a straight leading edge. Its symbol is that of point sources halfway between control points, times a function rho
+of the wave number, 1 - (k dx)^2/12 for long waves; here `point_factor` takes that out. Under constant slip the exact
+traction goes like the root of the distance from the edge, that of point sources like Gamma(j + 3/2)/Gamma(j + 1), which
+is sqrt(j + theta) with theta = 3/4, j = 0, 1, ... counted from the leading cell; factoring what is left of rho (Wiener
+and Hopf) makes it 0.748, factoring all of it 0.825. So the cells behave as if the contact began theta dx ahead of the
+leading cell's centre. Where cells are taken by their centres it begins 0 to 1 cell ahead, 1/2 on average: too long a
+stick zone, of first order in dx, plus a noise of rows that end between cells.
 
 Hence:
 
@@ -16,7 +16,8 @@ Hence:
   by phases between the two stages of the transforms;
 - the bound is the mean of mu p over the moved cell; each row keeps its force;
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
-  in slip cells the direction of slip is taken at the cell's centre, extrapolated from the cell and the one ahead;
+  in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
+  half behind and one and a half ahead;
 - contact and slip areas are those within the edges of contact and stick zone, found between cells in each row.
 
 Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
@@ -33,6 +34,7 @@ from rcstudy.mechanics.contact import NormalContact
 from rcstudy.mechanics.convolution import (
     PairOperator,
     padded_shape,
+    point_factor,
     pressure_quadrants,
     shifted_transform,
     symbols,
@@ -44,10 +46,10 @@ from rcstudy.mechanics.normal import cell_centres
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
 
-_EDGE = 0.82535  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
+_EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
 _SPIN_POINT = 0.5  # in cells ahead of the centre
 # Slip by pressure goes like the root of the distance from the edge, too; at the leading cell it comes out too large by
-# this part of its rise from the third cell to the fourth (from two-dimensional contacts with slip by pressure only).
+# this part of its rise from the third cell to the fourth (from contacts with slip by pressure only).
 _LEADING = 0.05
 
 # Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
@@ -119,11 +121,13 @@ class AlignedContact(NormalContact):
         return x[self.box.i0 + i] + self.shift[j] * self.scene.mesh.spacing[0], y[self.box.j0 + j]
 
     @cached_property
-    def ahead(self) -> np.ndarray:
-        """Number [m] of the cell ahead of each cell, its own for a leading cell."""
-        return self._neighbours(np.vstack([self._index[:1], self._index[:-1]]))
+    def neighbours(self) -> np.ndarray:
+        """Numbers [2, m] of the cells ahead and behind each cell, its own where there is none."""
+        none = np.full_like(self._index[:1], -1)
+        tables = np.vstack([none, self._index[:-1]]), np.vstack([self._index[1:], none])
+        return np.stack([self._numbers(table) for table in tables])
 
-    def _neighbours(self, moved: np.ndarray) -> np.ndarray:
+    def _numbers(self, moved: np.ndarray) -> np.ndarray:
         """Number [m] that `moved`, the table of cells along the rows, has in each cell's place; its own where none."""
         taken = self._index >= 0
         out = np.arange(len(self.cells))
@@ -168,15 +172,15 @@ class AlignedContact(NormalContact):
         """Displacements by tractions on the moved rows of the box and one more row of cells ahead of it (+x)."""
         shape = self.box.shape[0] + 1, self.box.shape[1]
         quadrant = self.influence.quadrant(self._padded[0] // 2 + 1, self._padded[1] // 2 + 1)
+        symbol = symbols(traction_quadrants(quadrant), self._padded, x_first=True)
+        symbol *= point_factor(self._padded[0], symbol.shape[1])[:, None]
         plan = shifted_transform(self._padded, 2, shape[1]).shifted(self.shift)
-        return PairOperator(
-            symbols(traction_quadrants(quadrant), self._padded, x_first=True), self._padded, shape, plan
-        )
+        return PairOperator(symbol, self._padded, shape, plan)
 
     @property
     def _padded(self) -> tuple[int, int]:
-        """Shape of the torus for displacements on the box and one more row ahead."""
-        return padded_shape((self.box.shape[0] + 1, self.box.shape[1]))
+        """Shape of the torus for displacements on the box and a row ahead, and `point_factor`'s spread by one more."""
+        return padded_shape((self.box.shape[0] + 2, self.box.shape[1]))
 
     def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
         """Rigid slip [m, 2] where slip belongs, half a cell ahead; `spin_point` is for cells that are not moved."""
@@ -190,8 +194,7 @@ class AlignedContact(NormalContact):
         """
         if scene.creepage is None:
             return 0.0
-        behind = self._neighbours(np.vstack([self._index[1:], np.full_like(self._index[:1], -1)]))
-        by_pressure = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[behind])
+        by_pressure = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[self.neighbours[1]])
         w = super().rigid_slip(scene.creepage, 0.0) + by_pressure
         dx, dy = self.scene.mesh.spacing
         return -float(np.sum(rolling.q * w)) * dx * dy
@@ -230,12 +233,33 @@ class AlignedContact(NormalContact):
     def area(self) -> float:
         """Area of the contact (mm^2), within its edges."""
         dx, dy = self.scene.mesh.spacing
-        return float(rows.area_under(self._edges[1] - self._edges[0])) * dx * dy
+        chords, tips = self._chords
+        return float(rows.area_under(chords, tips)) * dx * dy
+
+    @cached_property
+    def _chords(self) -> tuple[np.ndarray, np.ndarray]:
+        """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
+        across = np.ascontiguousarray(self.solution.p[self.box.slices].T)
+        nx = across.shape[1]
+        low, high, edges = np.zeros(nx, dtype=np.int64), np.zeros(nx, dtype=np.int64), np.zeros((2, nx))
+        rows.row_edges(across, _SEEN, _TRUE, low, high, edges)
+        touched = high >= low
+        tips = np.array([edges[0, touched].min(), edges[1, touched].max()])
+        chords = self._edges[1] - self._edges[0]
+        rows.between_tips(chords, tips)
+        return chords, tips
+
+    @cached_property
+    def pressure_max(self) -> float:
+        """Largest pressure (MPa): the vertex, along x and y, of parabolas through p^2."""
+        squares = np.pad(self.solution.p**2, 1)
+        i, j = np.unravel_index(np.argmax(squares), squares.shape)
+        return float(np.sqrt(squares[i, j] + _rise(squares[i - 1 : i + 2, j]) + _rise(squares[i, j - 1 : j + 2])))
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa).
 
-        Tractions often peak at that border, where they are mu p.
+        Tractions peak at that border, where they are mu p, or where the pressure does.
         """
         bound = friction * self.pressure
         size = np.hypot(*rolling.q.T)
@@ -244,10 +268,48 @@ class AlignedContact(NormalContact):
             bound - size, rolling.slip, self._index, self._start, self._count, self._edges, length, borders
         )
         dx, dy = self.scene.mesh.spacing
-        stick = min(float(rows.area_under(length)) * dx * dy, self.area) if rolling.slip.any() else self.area
-        x, j = borders[:found, 0], borders[:found, 1].astype(np.int64)
+        self._shorten_tips(length)
+        within = float(rows.area_under(length, np.full(2, np.nan))) * dx * dy
+        stick = min(within, self.area) if rolling.slip.any() else self.area
+        i, j = np.unravel_index(np.argmax(self.solution.p[self.box.slices]), self.box.shape)
+        top = self._index[np.clip(round(self._start[j] - i), 0, self._count[j] - 1), j]
+        # where the pressure peaks in the slip zone, so do the slip cells' tractions
+        peaks = [float(size[~rolling.slip].max(initial=0.0)), self._peak_at_borders(borders[:found], friction)]
+        peaks.append(friction * self.pressure_max if rolling.slip[top] else float(size.max()))
+        return self.area - stick, max(peaks)
+
+    def _shorten_tips(self, length: np.ndarray) -> None:
+        """Chords `length` [ny] of the stick zone in the outermost rows, whose cells do not tell them.
+
+        As much of the row slips as of the one beside it.
+        """
+        chords, touched = self._chords[0], np.flatnonzero(self._count)
+        if len(touched) > 2:
+            for outer, inner in (touched[:2], touched[:-3:-1]):
+                slipping = chords[inner] - length[inner]
+                length[outer] = max(0.0, min(length[outer], chords[outer] - slipping))
+
+    def _peak_at_borders(self, borders: np.ndarray, friction: float) -> float:
+        """Largest mu p (MPa) at `borders` [n, 2] (positions x, j) between stick and slip, and between their rows."""
+        if len(borders) == 0:
+            return 0.0
+        x, j = borders[:, 0], borders[:, 1].astype(np.int64)
         i = np.clip(np.floor(x).astype(np.int64), 0, self.box.shape[0] - 2)
         squares = self.solution.p[self.box.slices] ** 2
         at_border = squares[i, j] + (x - i) * (squares[i + 1, j] - squares[i, j])
-        peak = friction * float(np.sqrt(at_border.max(initial=0.0)))
-        return self.area - stick, max(peak, float(size.max()))
+        top = int(np.argmax(at_border))
+        beside = []
+        for row in (j[top] - 1, j[top] + 1):
+            of_row = np.flatnonzero(j == row)
+            if of_row.size:
+                beside.append(at_border[of_row[np.argmin(np.abs(x[of_row] - x[top]))]])
+        square = at_border[top]
+        if len(beside) == 2:
+            square += _rise(np.array([beside[0], square, beside[1]]))
+        return friction * float(np.sqrt(square))
+
+
+def _rise(values: np.ndarray) -> float:
+    """By how much the vertex of the parabola through three `values`, the middle one the largest, is above that."""
+    bend = 2.0 * values[1] - values[0] - values[2]
+    return float((values[2] - values[0]) ** 2 / (8.0 * bend)) if bend > 0.0 else 0.0

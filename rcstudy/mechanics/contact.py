@@ -66,6 +66,11 @@ class NormalContact:
         """Pressure [m] (MPa) of the cells in contact."""
         return self.gather(self.solution.p)
 
+    @property
+    def pressure_max(self) -> float:
+        """Largest pressure (MPa)."""
+        return float(self.solution.p.max())
+
     @cached_property
     def centres(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates x [m], y [m] (mm) of the cells in contact."""
@@ -73,8 +78,8 @@ class NormalContact:
         return x[self.box.i0 + self.cells[:, 0]], y[self.box.j0 + self.cells[:, 1]]
 
     @cached_property
-    def ahead(self) -> np.ndarray | None:
-        """Number [m] of the cell ahead of each cell, where slip is wanted at cell centres (`aligned.py`)."""
+    def neighbours(self) -> np.ndarray | None:
+        """Numbers [2, m] of the cells ahead and behind, where slip is wanted at cell centres (`aligned.py`)."""
         return None
 
     @cached_property
@@ -182,7 +187,7 @@ def solve_rolling(contact: NormalContact, scene: Scene, guess: np.ndarray | None
     if guess is None and contact.coarser is not None:
         coarse = solve_rolling(contact.coarser, _like(scene, contact.coarser))
         guess = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
-    rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.ahead)
+    rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.neighbours)
     rolling.coarser = coarse
     return rolling
 

@@ -6,10 +6,12 @@ a larger box for the gap), not from the operators, residuals or active sets that
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions
-from rcstudy.mechanics.convolution import convolve, padded_shape, symbols
+from rcstudy.mechanics.contact import NormalContact
+from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbols
 from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution, slip_at_centres
 from rcstudy.mechanics.scene import Scene
@@ -20,11 +22,13 @@ _ROOM = 100.0
 _FLOOR = 1e-9
 
 
-def prove_normal(contact: NormalContact, scene: Scene, rolling: RollingSolution | None) -> dict[str, float]:
+def prove_normal(
+    contact: NormalContact, scene: Scene, lift: Callable[[Box], np.ndarray] | None = None
+) -> dict[str, float]:
     """Load balance, gap under pressure and overlap outside the contact, all relative (keys of `result.VARIABLES`).
 
     The gap h + u_z - approach is computed on the contact's box and half as much again on each side; farther out h
-    grows and u_z falls. With `coupling: full` u_z includes that by tractions.
+    grows and u_z falls. `lift`: u_z (mm, [nx, ny] of a box) by tractions, with `coupling: full`.
     """
     dx, dy = scene.mesh.spacing
     size = contact.box.shape
@@ -34,8 +38,8 @@ def prove_normal(contact: NormalContact, scene: Scene, rolling: RollingSolution 
     quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
     gap = initial_gap(scene)[box.slices] - contact.solution.approach
     gap += convolve(symbols([(quadrant[0], (1, 1))], padded)[0], padded, p)
-    if rolling is not None and scene.coupling == "full":
-        gap += displacement_by_tractions(contact, rolling, box)
+    if lift is not None:
+        gap += lift(box)
     inside = p > 0.0
     scale = abs(contact.solution.approach)
     return {
@@ -58,7 +62,7 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
     u = contact.displacement.on_box(rolling.q, contact.cells)
     w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
     result: np.ndarray = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
-    return result if contact.ahead is None else slip_at_centres(result, rolling.slip, contact.ahead)
+    return result if contact.neighbours is None else slip_at_centres(result, rolling.slip, contact.neighbours)
 
 
 def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:

@@ -35,6 +35,7 @@ from rcstudy.mechanics.convolution import (
     good_length,
     padded_shape,
     pair_transform,
+    point_factor,
     shifted_transform,
     symbols,
     traction_quadrants,
@@ -50,6 +51,9 @@ _MAX_NEWTON = 60
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
 _WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
+# With slip taken at the centres a cell at the border may want to stick as soon as it slips, by a few parts in 10 000 of
+# its bound, and to slip as soon as it sticks.
+_KEEP = 1e-3
 
 
 @dataclass
@@ -89,7 +93,7 @@ class SlipOperator:
     def __init__(self, influence: Influence, shape: tuple[int, int], *, x_first: bool = False) -> None:
         self.spacing = spacing = influence.spacing
         # between moved rows coefficients are interpolated by waves: differences of what displacements are made of
-        padded = padded_shape((shape[0] + 1, shape[1]) if x_first else shape)
+        padded = padded_shape((shape[0] + 2, shape[1]) if x_first else shape)
         # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
         # the torus is the larger one where the box is a single cell wide
@@ -100,14 +104,17 @@ class SlipOperator:
         self.compliance = float(quadrant[1, 0, 0])
         self.plan: Transform | ShiftedTransform
         if x_first:
-            self.symbol = symbols(coefficients, padded, x_first=True) * upwind_factor(padded[0], spacing[0])[:, None]
+            self.symbol = symbols(coefficients, padded, x_first=True)
+            waves = self.symbol.shape[1]
+            self.symbol *= (upwind_factor(padded[0], spacing[0]) * point_factor(padded[0], waves))[:, None]
             self.plan = shifted_transform(padded, 2, shape[1])
         else:
             self.symbol = difference_symbols(coefficients, padded, spacing[0])
             self.plan = transform(padded, 2, shape[0])
-        difference = difference_symbols(coefficients, torus, spacing[0])
+        sharpened = point_factor(torus[0], torus[0])[:, None] if x_first else 1.0
+        difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
         self.torus_symbol = _packed(difference)
-        self.torus_inverse = _packed(_inverse(symbols(coefficients, torus), 0.0, torus))
+        self.torus_inverse = _packed(_inverse(symbols(coefficients, torus) * sharpened, 0.0, torus))
         self.torus_shifted = _packed(_inverse(difference, self.diagonal, torus))
         self.torus_plan = pair_transform(torus)
         self.edge = np.zeros((torus[1], 2))
@@ -147,7 +154,7 @@ def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -
 class NewtonSystem:
     """The linear system of one Newton step: which cells slip, their directions, and products with it.
 
-    `ahead`: see `solve_tractions`.
+    `neighbours`: see `solve_tractions`.
     """
 
     def __init__(
@@ -156,11 +163,14 @@ class NewtonSystem:
         cells: np.ndarray,
         bound: np.ndarray,
         w: np.ndarray,
-        ahead: np.ndarray | None = None,
+        neighbours: np.ndarray | None = None,
     ) -> None:
         n = cells.shape[0]
-        self.ahead = ahead
-        self.weight = np.zeros(n)
+        self.neighbours = neighbours
+        self.weight = np.zeros((2, n))
+        if neighbours is not None:
+            tractions.lean_weights(neighbours, self.weight)
+        self._behind = np.zeros((2, operator.plan.real.shape[2]))
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.rho = 1.0 / operator.diagonal
         self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
@@ -177,9 +187,9 @@ class NewtonSystem:
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
-        _, square = tractions.classify(q, s, self.bound, self.rho, self.slip, self.normal, self.curvature)
-        if self.ahead is not None:
-            tractions.lean_weights(s, self.ahead, self.weight)
+        keep = 0.0 if self.neighbours is None else _KEEP
+        _, square = tractions.classify(q, s, self.bound, self.rho, self.slip, self.normal, self.curvature, keep)
+        if self.neighbours is not None:
             centred = self.at_centres(s)
             square = tractions.turn(q, centred, self.bound, self.rho, self.slip, self.normal, self.curvature)
         operator = self.operator
@@ -196,11 +206,11 @@ class NewtonSystem:
         return s
 
     def at_centres(self, s: np.ndarray) -> np.ndarray:
-        """Slip [m, 2] as the law of friction wants it: `s` as it is; with `ahead`, at the centres of slip cells."""
-        if self.ahead is None:
+        """Slip [m, 2] as the law of friction wants it: with `neighbours` at the centres of slip cells."""
+        if self.neighbours is None:
             return s
         out = np.empty(s.shape)
-        tractions.lean(s, self.slip, self.ahead, self.weight, out)
+        tractions.lean(s, self.slip, self.neighbours, self.weight, out)
         return out
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
@@ -208,9 +218,9 @@ class NewtonSystem:
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
         field = self.operator.plan.real
-        if self.ahead is not None:
+        if self.neighbours is not None:
             tractions.gather(field, self.cells, slips)
-            tractions.lean_back(field, self.cells, self.slip, self.weight)
+            tractions.lean_back(field, self.cells, self.slip, self.weight, self._behind)
             slips = self._leaned
         tractions.gather_slip(field, v, self.cells, self.slip, self.normal, self.curvature, slips, rows)
 
@@ -260,14 +270,14 @@ class NewtonSystem:
         return after, s + slips.reshape(s.shape)
 
 
-def slip_at_centres(s: np.ndarray, slip: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-    """Slip `s` [m, 2], which belongs to the points half a cell ahead, extrapolated to the centres of `slip` cells.
+def slip_at_centres(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray) -> np.ndarray:
+    """Slip `s` [m, 2], which belongs to the points half a cell ahead, interpolated to the centres of `slip` cells.
 
-    `ahead` [m]: number of the cell ahead, its own for a leading cell, whose slip is left as it is.
+    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none.
     """
-    weight, out = np.empty(len(s)), np.empty(s.shape)
-    tractions.lean_weights(s, ahead, weight)
-    tractions.lean(s, slip, ahead, weight, out)
+    weight, out = np.empty((2, len(s))), np.empty(s.shape)
+    tractions.lean_weights(neighbours, weight)
+    tractions.lean(s, slip, neighbours, weight, out)
     return out
 
 
@@ -278,17 +288,17 @@ def solve_tractions(
     w: np.ndarray,
     tolerance: float,
     guess: np.ndarray | None = None,
-    ahead: np.ndarray | None = None,
+    neighbours: np.ndarray | None = None,
 ) -> RollingSolution:
     """Solve Coulomb's law on the cells in contact.
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
-    pressure; `guess` [m, 2]: tractions to start from; `ahead` [m]: take the direction of slip at the centres of slip
-    cells, see `slip_at_centres`. The relative tolerance is on
+    pressure; `guess` [m, 2]: tractions to start from; `neighbours` [2, m]: take the direction of slip at the centres
+    of slip cells, see `slip_at_centres`. The relative tolerance is on
     ||q - Proj(q - rho s)|| over the smaller of ||q|| and rho ||w||, 1/rho being the diagonal of B: the tractions,
     and the slip, are then right to about that fraction of their own size.
     """
-    state = _Tractions(NewtonSystem(operator, cells, bound, w, ahead), guess, tolerance)
+    state = _Tractions(NewtonSystem(operator, cells, bound, w, neighbours), guess, tolerance)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
     system, residual = state.system, state.residual * tolerance
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual

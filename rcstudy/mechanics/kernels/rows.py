@@ -174,13 +174,26 @@ def to_centres(
 
 
 @jit
-def border(near: float, next_one: float) -> float:
-    """Distance, at most a cell, from a stick cell to the border of the stick zone, from the room mu p - |q| there.
+def border_ahead(near: float, next_one: float) -> float:
+    """Distance, at most a cell, from the first stick cell of a row to the border of the stick zone ahead of it.
 
-    The room falls like the root of the distance; `next_one` is the next stick cell's, farther in. Where there is none
-    (0) or its room is not larger, the border is half a cell away.
+    From the room mu p - |q| there and in the next stick cell: it falls like the root of the distance. Where there is no
+    next one (0) or its room is not larger, the border is half a cell away.
     """
     return min(near * near / (next_one * next_one - near * near), 1.0) if next_one > near else 0.5
+
+
+@jit
+def border_behind(near: float, next_one: float) -> float:
+    """The same from the last stick cell of a row back to the border behind it, between -1/4 and 1 cell.
+
+    There the discrete half-line tells where between cells the border is: with j counted forward from it the room is
+    (j + 1/2 + e) Gamma(j + 1/2)/Gamma(j + 1), which far away is sqrt(j + 3/4 + 2 e). Of one cell alone: 1/4.
+    """
+    if next_one <= 0.0:
+        return 0.25
+    ratio = min(near / next_one, 10.0 / 13.0)
+    return 0.75 + (3.0 * ratio - 2.0) / (2.0 - ratio)
 
 
 @jit
@@ -211,13 +224,13 @@ def stick_rows(
             ahead = k > 0 and not slip[index[k - 1, j]]
             behind = k + 1 < count[j] and not slip[index[k + 1, j]]
             if not ahead and k > 0:
-                front = start[j] - k + border(room[m], room[index[k + 1, j]] if behind else 0.0)
+                front = start[j] - k + border_ahead(room[m], room[index[k + 1, j]] if behind else 0.0)
                 borders[found, 0], borders[found, 1] = front, j
                 found += 1
             if not behind:
                 back = edges[0, j]
                 if k + 1 < count[j]:
-                    back = start[j] - k - border(room[m], room[index[k - 1, j]] if ahead else 0.0)
+                    back = start[j] - k - border_behind(room[m], room[index[k - 1, j]] if ahead else 0.0)
                     borders[found, 0], borders[found, 1] = back, j
                     found += 1
                 length[j] += front - back
@@ -225,28 +238,66 @@ def stick_rows(
 
 
 @jit
-def area_under(length: np.ndarray) -> float:
-    """Area of a zone with chords length [ny], a cell apart, in cells: their squares are taken as linear in between.
+def bulging(v0: float, v1: float, length: float, bend: float) -> float:
+    """As `piece`, v having the second derivative `bend`: by two straight lines that enclose what the parabola does."""
+    middle = max(0.5 * (v0 + v1) - bend * length * length / 6.0, 0.0)
+    return piece(v0, middle, 0.5 * length) + piece(middle, v1, 0.5 * length)
 
-    At its sides the zone goes on by as much as three chords tell, at most a cell.
+
+@jit
+def between_tips(length: np.ndarray, tips: np.ndarray) -> None:
+    """The outermost chords of a contact with chords length [ny], made to fit where it ends across: rows tips [2].
+
+    Cells of the outermost row are pressed even where the contact does not reach the row's centre. The square of its
+    chord goes by a parabola through those of the two rows beside it and nothing at the tip.
+    """
+    for side in range(2):
+        inward = 1 if side == 0 else -1
+        j = 0 if side == 0 else length.size - 1
+        while 0 <= j < length.size and length[j] == 0.0:
+            j += inward
+        if not 0 <= j + 2 * inward < length.size or length[j + 2 * inward] == 0.0:
+            continue
+        t = (j - tips[side]) * inward  # how far the row is inside the tip
+        v1, v2 = length[j + inward] ** 2, length[j + 2 * inward] ** 2
+        # divided differences about the tip
+        slope = v1 / (t + 1.0)
+        bend = (v2 / (t + 2.0) - slope) / 1.0
+        length[j] = math.sqrt(max(t * (slope - bend), 0.0)) if t > 0.0 else 0.0
+
+
+@jit
+def area_under(length: np.ndarray, tips: np.ndarray) -> float:
+    """Area of a zone with chords length [ny], a cell apart, in cells: their squares are taken as parabolas in between.
+
+    Between two chords the parabola bends like those through three chords around them. At its sides the zone goes on to
+    the rows tips [2]; where these are not known (nan), by as much as three chords tell, at most a cell.
     """
     ny = length.size
+    square = np.zeros(ny + 4)  # two rows more on each side
+    square[2:-2] = length * length
     total = 0.0
-    for j in range(ny):
-        here = length[j] * length[j]
+    for j in range(2, ny + 2):
+        here = square[j]
         if here == 0.0:
             continue
-        if j + 1 < ny and length[j + 1] > 0.0:
-            total += piece(here, length[j + 1] ** 2, 1.0)
-        for sense in (1, -1):
-            outer, inner, third = j + sense, j - sense, j - 2 * sense
-            if 0 <= outer < ny and length[outer] > 0.0:
+        if square[j + 1] > 0.0:
+            bend, known = 0.0, 0
+            for k in (j, j + 1):
+                if square[k - 1] > 0.0 and square[k + 1] > 0.0:
+                    bend += square[k - 1] - 2.0 * square[k] + square[k + 1]
+                    known += 1
+            total += bulging(here, square[j + 1], 1.0, bend / max(known, 1))
+        for side in range(2):
+            outward = -1 if side == 0 else 1
+            if square[j + outward] > 0.0:
                 continue
-            v1 = length[inner] ** 2 if 0 <= inner < ny else 0.0
-            v2 = length[third] ** 2 if 0 <= third < ny else 0.0
-            reach = 0.5  # a zone of one row
+            v1, v2 = square[j - outward], square[j - 2 * outward]
+            reach, bend = 0.5, 0.0  # of a zone of one row
             if v1 > 0.0:
-                bend = 0.5 * (v2 - 2.0 * v1 + here) if v2 > 0.0 else 0.0
-                reach = to_edge(here, here - v1 + bend, bend)
-            total += piece(here, 0.0, reach)
+                bend = v2 - 2.0 * v1 + here if v2 > 0.0 else 0.0
+                reach = to_edge(here, here - v1 + 0.5 * bend, 0.5 * bend)
+            if not math.isnan(tips[side]):
+                reach = max((tips[side] - (j - 2)) * outward, 0.0)
+            total += bulging(here, 0.0, reach, bend)
     return total

@@ -78,12 +78,14 @@ def classify(
     slip: np.ndarray,
     normal: np.ndarray,
     diagonal: np.ndarray,
+    keep: float,
 ) -> tuple[int, float]:
     """Stick or slip by t = q - rho s against the bound, and the coefficients of the Newton step.
 
     q, s [m, 2] (MPa, -), bound mu p [m] (MPa), rho (MPa). A cell slips if |t| > bound; then normal = t/|t| and
     diagonal = (|t| - bound)/(rho bound). Where t has turned against q, slip has gone through zero: such a cell is taken
-    to stick. Returns the number of cells that changed their state and the squared norm of q - Proj(t).
+    to stick. A cell that slipped goes on to if |t| is within the part `keep` of the bound. Returns the number of cells
+    that changed their state and the squared norm of q - Proj(t).
     """
     # a share of the bound. Without the rule cells ten times longer than wide and stiff films took thousands of
     # products, some had no end; 0 to 0.5 do as well
@@ -95,7 +97,8 @@ def classify(
         ty = q[m, 1] - rho * s[m, 1]
         size = math.sqrt(tx * tx + ty * ty)
         outside = size > bound[m]
-        slips = outside and tx * q[m, 0] + ty * q[m, 1] > turned * bound[m] * size
+        least = (1.0 - keep) * bound[m] if slip[m] else bound[m]
+        slips = size > least and tx * q[m, 0] + ty * q[m, 1] > turned * bound[m] * size
         if slips != slip[m]:
             changed += 1
         slip[m] = slips
@@ -111,39 +114,50 @@ def classify(
 
 
 @jit
-def lean_weights(s: np.ndarray, ahead: np.ndarray, weight: np.ndarray) -> None:
-    """Weights [m] that extrapolate slip to the cells' centres, s + weight (s - s[ahead]), from half a cell ahead.
+def lean_weights(neighbours: np.ndarray, weight: np.ndarray) -> None:
+    """Weights [2, m] that interpolate slip to the cells' centres, from the points half a cell ahead where it is known.
 
-    Half, but less where the slip turns round within a cell or two (the pole of spin): what is added stays below half of
-    the cell's own slip. ahead [m]: number of the cell ahead, its own for a leading cell, whose slip stays as it is.
+    Centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s): the parabola through the three points, a
+    straight line where one is missing. neighbours [2, m]: numbers of the cells ahead and behind, a cell's own where
+    there is none.
     """
-    for m in range(s.shape[0]):
-        a = ahead[m]
-        size = math.sqrt(s[m, 0] ** 2 + s[m, 1] ** 2)
-        change = math.sqrt((s[m, 0] - s[a, 0]) ** 2 + (s[m, 1] - s[a, 1]) ** 2)
-        weight[m] = 0.0 if a == m else (0.5 if change <= size else 0.5 * size / change)
+    for m in range(neighbours.shape[1]):
+        leading, last = neighbours[0, m] == m, neighbours[1, m] == m
+        if leading or last:
+            weight[0, m] = 0.0 if leading else -0.5
+            weight[1, m] = 0.0 if last else 0.5
+        else:
+            weight[0, m], weight[1, m] = -0.125, 0.375
 
 
 @jit
-def lean(s: np.ndarray, slip: np.ndarray, ahead: np.ndarray, weight: np.ndarray, out: np.ndarray) -> None:
-    """Slip [m, 2] with that of slip cells extrapolated to their centres (`lean_weights`), into out [m, 2]."""
+def lean(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.ndarray, out: np.ndarray) -> None:
+    """Slip [m, 2] with that of slip cells interpolated to their centres (`lean_weights`), into out [m, 2]."""
     for m in range(s.shape[0]):
-        part = weight[m] if slip[m] else 0.0
-        out[m, 0] = s[m, 0] + part * (s[m, 0] - s[ahead[m], 0])
-        out[m, 1] = s[m, 1] + part * (s[m, 1] - s[ahead[m], 1])
+        ahead, behind = neighbours[0, m], neighbours[1, m]
+        for k in range(2):
+            out[m, k] = s[m, k]
+            if slip[m]:
+                out[m, k] += weight[0, m] * (s[ahead, k] - s[m, k]) + weight[1, m] * (s[behind, k] - s[m, k])
 
 
 @jit
-def lean_back(field: np.ndarray, cells: np.ndarray, slip: np.ndarray, weight: np.ndarray) -> None:
+def lean_back(field: np.ndarray, cells: np.ndarray, slip: np.ndarray, weight: np.ndarray, behind: np.ndarray) -> None:
     """As `lean`, in place, for slips in two padded arrays field [2, nx, py].
 
-    cells are ordered by i, so that the one ahead still has its own when it is needed.
+    cells are ordered by i: the one ahead still has its own when it is needed; behind [2, py] keeps that of the one
+    behind.
     """
     for m in range(cells.shape[0]):
-        if slip[m] and weight[m] > 0.0:
-            i, j = cells[m, 0], cells[m, 1]
-            field[0, i, j] += weight[m] * (field[0, i, j] - field[0, i + 1, j])
-            field[1, i, j] += weight[m] * (field[1, i, j] - field[1, i + 1, j])
+        i, j = cells[m, 0], cells[m, 1]
+        for k in range(2):
+            own = field[k, i, j]
+            if slip[m]:
+                # beside a neighbour that is not there stands a weight of nothing
+                ahead = field[k, i + 1, j] if weight[0, m] != 0.0 else own
+                last = behind[k, j] if weight[1, m] != 0.0 else own
+                field[k, i, j] = own + weight[0, m] * (ahead - own) + weight[1, m] * (last - own)
+            behind[k, j] = own
 
 
 @jit
