@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 UNIT_CASES = 1024
 UNIT_BYTES = 8 * 2**20
 UNIT_SECONDS = (0.5, 1.0, 2.0, 5.0)  # results wait no longer than that: for the first unit, the second, ..., all others
+_MOST_PENDING = 2  # units' worth of results in memory
 _PUT_TOGETHER = 8  # small units of one level into one of the next
 _SET_ASIDE = ".set-aside"
 _FRESH = "fresh"
@@ -59,11 +60,13 @@ class Store:
         self._units = 0  # written by this store, without those put together
         self._number = max([0, *map(number_of, unit_paths(folder))])
         self._small: list[tuple[int, Unit, tuple[Status, ...]]] = []  # level, unit, statuses of its cases
-        self._lock = threading.RLock()
         self._error: OSError | None = None
-        self._closing = threading.Event()
-        self._timer = threading.Thread(target=self._watch, name="rcstudy units", daemon=True)
-        self._timer.start()
+        self._lock = threading.Lock()  # for what is noted here and in the index
+        self._writing = threading.Lock()  # one unit at a time; taken before the other one
+        self._wake = threading.Event()
+        self._closing = False
+        self._writer = threading.Thread(target=self._write_in_time, name="rcstudy units", daemon=True)
+        self._writer.start()
 
     def expect(self, keys: Iterable[str]) -> None:
         """Say which cases are to be solved: what there is of them is not final, see :meth:`is_final`."""
@@ -85,17 +88,25 @@ class Store:
                 self._since = time.monotonic()
             self._pending.append((key, result))
             self._bytes += len(result.body)
-            full = len(self._pending) >= UNIT_CASES or self._bytes >= UNIT_BYTES
-        if full or self._error is not None:
+        if self._waiting >= _MOST_PENDING or self._error is not None:
             self.flush()
+        elif self._waiting >= 1.0:
+            self._wake.set()
+
+    @property
+    def _waiting(self) -> float:
+        """How many units the results would fill that are not on the disk yet."""
+        return max(len(self._pending) / UNIT_CASES, self._bytes / UNIT_BYTES)
 
     def flush(self) -> None:
         """Write all results there are. Raises UserError when that fails, now or earlier."""
-        with self._lock:
+        with self._writing:
             try:
                 if self._error is not None:
                     raise self._error
-                self._write()
+                with interrupts_held():  # else what is written might not be noted, and be written again
+                    self._write_pending()
+                    self._put_together()
             except OSError as error:
                 self._error = error
                 raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}") from error
@@ -113,44 +124,45 @@ class Store:
 
     def close(self) -> None:
         """Write what there is, as far as that is possible, and stop."""
-        self._closing.set()
-        self._timer.join()
+        self._closing = True
+        self._wake.set()
+        self._writer.join()
         with contextlib.suppress(UserError):
             self.flush()
         self.index.close()
 
-    def _watch(self) -> None:
-        """Write, from a thread of its own, what has waited for long enough."""
-        seconds = UNIT_SECONDS[0]
-        while not self._closing.wait(seconds / 5.0):
-            with self._lock:
-                seconds = UNIT_SECONDS[min(self._units, len(UNIT_SECONDS) - 1)]
-                if self._pending and time.monotonic() - self._since >= seconds:
-                    with contextlib.suppress(UserError):  # kept for the next one who adds or flushes
-                        self.flush()
-
-    def _write(self) -> None:
-        if not self._pending:
-            return
-        with interrupts_held():  # else what is written might not be noted, and be written again
-            self._write_pending()
-            self._put_together()
+    def _write_in_time(self) -> None:
+        """Write, in a thread of its own, whatever fills a unit or has waited for long enough: nobody waits for that."""
+        while not self._closing:
+            seconds = UNIT_SECONDS[min(self._units, len(UNIT_SECONDS) - 1)]
+            self._wake.wait(seconds / 5.0)
+            self._wake.clear()
+            if self._waiting >= 1.0 or (self._pending and time.monotonic() - self._since >= seconds):
+                with contextlib.suppress(UserError):  # kept for the next one who adds or flushes
+                    self.flush()
 
     def _write_pending(self) -> None:
-        cases = [(key, result.body) for key, result in self._pending]
-        statuses = tuple(Status(result.status) for _, result in self._pending)
+        with self._lock:
+            taken = list(self._pending)
+        if not taken:
+            return
+        cases = [(key, result.body) for key, result in taken]
+        statuses = tuple(Status(result.status) for _, result in taken)
         unit = self._written(cases, statuses)
+        with self._lock:
+            self._expected.difference_update(key for key, _ in cases)
+            del self._pending[: len(taken)]  # others may have come meanwhile
+            self._bytes -= sum(len(body) for _, body in cases)
+            self._since = time.monotonic()
         self.kept += len(cases)
         self._units += 1
-        self._expected.difference_update(key for key, _ in cases)
-        self._pending.clear()
-        self._bytes = 0
         self._small.append((0, unit, statuses))
 
     def _written(self, cases: Sequence[tuple[str, bytes]], statuses: tuple[Status, ...]) -> Unit:
         self._number += 1
         unit = write_unit(self.folder, self._number, cases)
-        self.index.take_written(unit, statuses)
+        with self._lock:
+            self.index.take_written(unit, statuses)
         return unit
 
     def _put_together(self) -> None:

@@ -55,12 +55,10 @@ def write_unit(folder: Path, number: int, cases: Sequence[tuple[str, bytes]]) ->
         parts += [_CASE.pack(bytes.fromhex(key), len(record)), record]
         entries.append((key, at + _CASE.size, len(record)))
         at += _CASE.size + len(record)
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(part)
-    parts.append(digest.digest())
+    content = b"".join(parts)  # in one piece: other threads go on while it is hashed and written
+    digest = hashlib.sha256(content)
     path = folder / f"{number:06d}-{digest.hexdigest()[:12]}{SUFFIX}"
-    write_whole(path, parts)
+    write_whole(path, (content, digest.digest()))
     return Unit(path, FORM, tuple(entries), at + _DIGEST)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result, Status
 from rcstudy.study import Study, study_from_text
-from rcstudy.units import unit_paths
+from rcstudy.units import Unit, unit_paths
 
 STUDY = """
 study: assembled
@@ -169,3 +170,23 @@ def test_fields_cut_to_the_contact_need_all_cases_first(study: Study, tmp_path: 
     sweep.run(cropped, tmp_path / "c.nc", workers=1, solve=solve)
     assert set(seen) == {0}
     assert taken == order(study)
+
+
+def test_units_are_filled_though_they_are_written_behind_the_sweep(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While one is being written others come; they wait until they fill the next one, or until it is the end."""
+    sizes = []
+    write = store.write_unit
+
+    def slowly(folder: Path, number: int, cases: Sequence[tuple[str, bytes]]) -> Unit:
+        sizes.append(len(cases))
+        time.sleep(0.05)
+        return write(folder, number, cases)
+
+    monkeypatch.setattr(store, "write_unit", slowly)
+    monkeypatch.setattr(store, "UNIT_CASES", 4)
+    monkeypatch.setattr(store, "_PUT_TOGETHER", 100)
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.slowly)
+    assert sum(sizes) == CASES
+    assert all(4 <= size <= 8 for size in sizes[:-1])
