@@ -11,7 +11,8 @@ import numpy as np
 
 from rcstudy.estimate import error_estimates
 from rcstudy.mechanics.aligned import AlignedContact
-from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
+from rcstudy.mechanics.aligned_coupled import Lift, solve_aligned_coupled
+from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions, solve_normal, solve_rolling
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
@@ -88,16 +89,19 @@ def _solve_coupled(scene: Scene) -> Result:
     """Result of `scene` with pressure and tractions consistent with each other."""
     if scene.method != "newton":
         raise Refusal(f"method {scene.method} is one-way: coupling full takes method newton")
-    contact, rolling = solve_coupled(scene)
+    contact, rolling, lift = _both(scene)
     failure = _normal_failure(contact)
     if failure is not None:
         return failure
-    proof = prove_normal(contact, scene, rolling)
+    return _result(contact, scene, rolling, prove_normal(contact, scene, lift))
+
+
+def _both(scene: Scene) -> tuple[NormalContact, RollingSolution | None, Lift]:
+    """Pressure and tractions of `scene` together, and the displacement that the pressure was found under."""
     if scene.discretisation == "aligned":
-        # under the pressure that belongs to tractions on cells as they are: a tenth of a small difference
-        contact = AlignedContact(contact)
-        rolling = solve_rolling(contact, scene)
-    return _result(contact, scene, rolling, proof)
+        return solve_aligned_coupled(scene)
+    contact, rolling = solve_coupled(scene)
+    return contact, rolling, lambda box: displacement_by_tractions(contact, rolling, box)
 
 
 class _Shared:
@@ -106,7 +110,7 @@ class _Shared:
     def __init__(self, scene: Scene) -> None:
         self.contact = solve_normal(scene)
         if _normal_failure(self.contact) is None:
-            self.proof = prove_normal(self.contact, scene, None)
+            self.proof = prove_normal(self.contact, scene)
             if scene.discretisation == "aligned":
                 self.contact = AlignedContact(self.contact)
 
@@ -186,7 +190,7 @@ def _normal_numbers(contact: NormalContact, scene: Scene) -> tuple[dict[str, np.
     """Fields and scalars that follow from the pressure."""
     solution = contact.solution
     scalars = {
-        "pressure_max": float(solution.p.max()),
+        "pressure_max": contact.pressure_max,
         "contact_area": contact.area,
         "contact_radius": math.sqrt(contact.area / math.pi),
         "approach": solution.approach,

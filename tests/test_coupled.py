@@ -12,11 +12,13 @@ import pytest
 from contacts import STEEL, solved
 
 from rcstudy.mechanics import coupled
+from rcstudy.mechanics.aligned import AlignedContact
+from rcstudy.mechanics.aligned_coupled import lift_by_moved_rows, solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
-from rcstudy.mechanics.convolution import Box
+from rcstudy.mechanics.convolution import Box, convolve, padded_shape, pressure_quadrants, symbols
 from rcstudy.mechanics.coupled import CoupledOperator, CoupledSystem, solve_coupled
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.normal import cell_centres, initial_gap
+from rcstudy.mechanics.normal import cell_centres, initial_gap, solve_pressure
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import Status
 from rcstudy.solve import solve_scene
@@ -244,3 +246,67 @@ def test_contact_that_outgrows_its_box(monkeypatch: pytest.MonkeyPatch) -> None:
     scale = contact.solution.p.max()
     np.testing.assert_allclose(contact.solution.p, expected[0].solution.p, rtol=0.0, atol=1e-9 * scale)
     np.testing.assert_allclose(rolling.q, expected[1].q, rtol=0.0, atol=1e-9 * scale)
+
+
+# --- on aligned cells ---
+
+ALIGNED = replace(
+    BALL, mesh=Mesh((0.7, 0.7), (28, 28)), friction=1.0, discretisation="aligned", tolerance=Tolerance(1e-6, 1e-6)
+)
+
+
+def test_lift_by_moved_rows() -> None:
+    """As that by cells as they are, where rows are moved by whole cells, or not at all."""
+    scene = replace(ALIGNED, layers=(Layer(105000.0, 0.2, 0.1),), mesh=Mesh((0.8, 0.8), (17, 16)))
+    contact = AlignedContact(solve_normal(scene))
+    q = np.random.default_rng(3).normal(size=(len(contact.cells), 2))
+    box = contact.box.grown(2, 1, scene.mesh.cells)
+    padded = padded_shape(box.shape)
+    quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    hats = symbols(pressure_quadrants(quadrant), padded)
+    for moved in (0, 2):  # the shortest wave is not moved, so not by one
+        contact.shift = np.full(contact.box.shape[1], float(moved))
+        windows = (contact.spread(np.ascontiguousarray(component)) for component in q.T)
+        expected = -sum(
+            convolve(hat, padded, np.roll(window, moved, axis=0)[box.slices])
+            for hat, window in zip(hats, windows, strict=True)
+        )
+        lift = lift_by_moved_rows(contact, q, box)
+        assert lift.shape == box.shape
+        np.testing.assert_allclose(lift, expected, rtol=0.0, atol=1e-10 * np.abs(expected).max())
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("layers", [(), (Layer(840000.0, 0.3, 0.06),)])
+def test_pressure_belongs_to_tractions_on_aligned_cells(layers: tuple[Layer, ...]) -> None:
+    """One more turn changes the pressure by a tenth of what the tractions on aligned cells changed in it."""
+    scene = replace(ALIGNED, layers=layers)
+    contact, rolling, _ = solve_aligned_coupled(scene)
+    assert isinstance(contact, AlignedContact) and rolling is not None
+    assert contact.solution.converged and rolling.converged
+    gap = initial_gap(scene) + lift_by_moved_rows(contact, rolling.q, Box(0, 28, 0, 28))
+    again = solve_pressure(scene, contact.influence, gap, contact.solution.p).p
+    on_cells = solve_coupled(scene, contact.influence)[0].solution.p
+    change = np.linalg.norm(again - contact.solution.p)
+    assert change < 4e-3 * np.linalg.norm(again)
+    assert change < 0.2 * np.linalg.norm(again - on_cells)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("case", ["edge", "hopeless", "alike"])
+def test_full_coupling_on_aligned_cells_that_has_nothing_to_couple(case: str) -> None:
+    """Refused as with one-way coupling; without displacement along the surface by pressure the same as one-way."""
+    changes = {
+        "edge": {"mesh": Mesh((0.44, 0.44), (16, 16))},
+        "hopeless": {"tolerance": Tolerance(1e-30, 1e-6)},
+        "alike": {"counterbody": STEEL},
+    }
+    scene = replace(ALIGNED, **changes[case])
+    result = solve_scene(scene)
+    if case == "alike":
+        one_way = solve_scene(replace(scene, coupling="one-way"))
+        assert result.status == one_way.status == Status.SOLVED
+        assert result.scalars["force_x"] == pytest.approx(one_way.scalars["force_x"], rel=1e-5)
+    else:
+        assert result.status == Status.REFUSED
+        assert ("edge of the" in result.reason) if case == "edge" else ("below what rounding" in result.reason)
