@@ -162,7 +162,7 @@ def half_space_constants(one: Material, two: Material | None) -> tuple[float, fl
     )
 
 
-@pytest.mark.parametrize("counterbody", [None, Material(70000.0, 0.2)])
+@pytest.mark.parametrize("counterbody", [None, Material(70000.0, 0.2), STEEL])
 @pytest.mark.parametrize(("shape", "spacing"), [((1, 1), (0.1, 0.1)), ((1, 6), (0.02, 0.05)), ((7, 5), (0.05, 0.03))])
 def test_half_spaces(shape: tuple[int, int], spacing: tuple[float, float], counterbody: Material | None) -> None:
     """1e-13 of the largest of the component, or of a hundredth of zz where that is nothing."""
@@ -170,7 +170,13 @@ def test_half_spaces(shape: tuple[int, int], spacing: tuple[float, float], count
     expected = naive.Bodies(STEEL, (), counterbody, spacing).coefficients(offsets).reshape(6, *shape)
     more = expected[0].max() * np.random.default_rng(7).normal(size=(6, *shape))
     out = np.full((6, *shape), np.nan)
-    coefficients.half_spaces(*spacing, *half_space_constants(STEEL, counterbody), more, out)
+    coefficients.half_spaces(*spacing, *half_space_constants(STEEL, counterbody), 0, 0, more, out)
+    for have in ((1, 1), (shape[0] - 1, shape[1]), (shape[0], shape[1] - 1), (3, 2)):
+        grown = np.full((6, *shape), np.nan)
+        known = (slice(None), slice(have[0]), slice(have[1]))
+        grown[known] = out[known]
+        coefficients.half_spaces(*spacing, *half_space_constants(STEEL, counterbody), *have, more, grown)
+        np.testing.assert_array_equal(grown, out)
     for component in range(6):
         scale = max(np.abs(expected[component]).max(), 1e-2 * expected[0].max())
         assert np.abs(out[component] - more[component] - expected[component]).max() <= 1e-13 * scale
@@ -182,7 +188,7 @@ def test_half_spaces_by_quadrature(cell: tuple[int, int], spacing: tuple[float, 
     """1e-10 of the cell's largest coefficient: the quadrature's error. Checks the twin's closed form as well."""
     body = Material(2.6, 0.3)  # G = 1, for the quadrature's sake
     out = np.full((6, 4, 3), np.nan)
-    coefficients.half_spaces(*spacing, *half_space_constants(body, None), np.zeros(out.shape), out)
+    coefficients.half_spaces(*spacing, *half_space_constants(body, None), 0, 0, np.zeros(out.shape), out)
     for component in range(6):
 
         def green(x: float, y: float, component: int = component) -> float:
@@ -631,6 +637,27 @@ def test_add_step(shape: tuple[int, int]) -> None:
     q, out = c.rng.normal(size=(c.m, 2)), np.full((c.m, 2), np.nan)
     tractions.add_step(q, c.v, c.slip, c.normal, c.unit, out)
     np.testing.assert_allclose(out, q + c.vectors(c.v), rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("m", [1, 40])
+def test_put_on_bound(m: int) -> None:
+    """Stick cells within, slip cells on it, what misses it by rounding alone as it is: once more changes nothing."""
+    rng = np.random.default_rng(m)
+    q, bound, slip = rng.normal(size=(m, 2)), rng.uniform(0.5, 2.0, size=m), rng.random(m) < 0.5
+    angle = rng.uniform(-math.pi, math.pi, size=m)
+    normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    q[0], slip[0] = (bound[0] * (1.0 - 1e-14), 0.0), True
+    out, again = np.full((m, 2), np.nan), np.full((m, 2), np.nan)
+    tractions.put_on_bound(q, slip, normal, bound, out)
+    size = np.hypot(*q.T)
+    expected = np.where((size > bound)[:, None], q * (bound / size)[:, None], q)
+    short = slip & (size < bound * (1.0 - 1e-13))
+    expected[short] = bound[short, None] * normal[short]
+    np.testing.assert_allclose(out, expected, rtol=1e-14)
+    np.testing.assert_array_equal(out[0], q[0])
+    assert (np.hypot(*out.T) <= bound * (1.0 + 1e-15)).all()
+    tractions.put_on_bound(out, slip, normal, bound, again)
+    np.testing.assert_array_equal(again, out)
 
 
 class Torus(Contact):

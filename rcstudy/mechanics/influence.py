@@ -149,7 +149,7 @@ class Influence:
         have = self._quadrant.shape
         if have[1] < nx or have[2] < ny:
             self._layer_part = self._grown_layer_part(max(nx, have[1]), max(ny, have[2]))
-            self._quadrant = self._half_spaces(self._layer_part)
+            self._quadrant = self._with_half_spaces(self._layer_part)
         return self._quadrant
 
     def _grown_layer_part(self, nx: int, ny: int) -> np.ndarray:
@@ -161,8 +161,11 @@ class Influence:
             layer_integrals(self._tables, self.spacing, (have_x, have_y), out)
         return out
 
-    def _half_spaces(self, layer_part: np.ndarray) -> np.ndarray:
-        """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, 3.76, integrated) plus `layer_part` [6, nx, ny]."""
+    def _with_half_spaces(self, layer_part: np.ndarray) -> np.ndarray:
+        """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, 3.76, integrated) plus `layer_part` [6, nx, ny].
+
+        Only cells not computed before cost anything.
+        """
         bodies = [(self._top, 1.0)]
         if self._counterbody is not None:
             bodies.append((self._counterbody, -1.0))
@@ -171,7 +174,9 @@ class Influence:
         nu_g = sum(m.nu / (2.0 * math.pi * m.G) for m, _ in bodies)
         dilation = sum(sign * (1.0 - 2.0 * m.nu) / (4.0 * math.pi * m.G) for m, sign in bodies)
         out = np.empty(layer_part.shape)
-        coefficients.half_spaces(*self.spacing, g_inv - nu_g, nu_g, dilation, layer_part, out)
+        have = self._quadrant.shape[1:]
+        out[:, : have[0], : have[1]] = self._quadrant
+        coefficients.half_spaces(*self.spacing, g_inv - nu_g, nu_g, dilation, *have, layer_part, out)
         return out
 
 

@@ -6,48 +6,53 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rcstudy.mechanics.keeping import keep_within
 from rcstudy.mechanics.kernels import tractions
 
 Product = Callable[[np.ndarray, np.ndarray], None]
 
 _ROOM = 16  # steps that there is room for at first: most systems take fewer, and room for 100 costs more than a step
+_ROOM_BYTES = 64 * 2**20  # held by rooms that are kept: those of one solve on 512 x 512 cells, many of smaller meshes
 
 
 class Room:
-    """The arrays of GMRES, kept from one system to the next of the same size.
+    """The arrays of GMRES for systems of one size.
 
     Basis v [steps + 1, n], preconditioned basis z [steps, n], products w [steps, n + extra], triangle h, rotations and
     right-hand side g. Nothing is read before it is written.
     """
 
-    def __init__(self) -> None:
-        self._arrays: tuple[np.ndarray, ...] = ()
+    def __init__(self, size: int, extra: int) -> None:
+        self._size, self._width = size, size + extra
+        self.arrays = self._make(_ROOM)
 
-    def arrays(self, size: int, extra: int) -> tuple[np.ndarray, ...]:
-        """v, z, w, h, rotation and g for at least `_ROOM` steps."""
-        if not self._arrays or self._arrays[2].shape[1] != size + extra or self._arrays[1].shape[1] != size:
-            self._arrays = self._make(_ROOM, size, extra)
-        return self._arrays
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        return sum(array.nbytes for array in self.arrays)
 
-    def doubled(self) -> tuple[np.ndarray, ...]:
-        """The same with room for twice the steps, filled as far as they were."""
-        old = self._arrays
-        steps, size = old[1].shape
-        self._arrays = self._make(2 * steps, size, old[2].shape[1] - size)
-        for array, filled in zip(self._arrays, old, strict=True):
+    def double(self) -> None:
+        """Make room for twice the steps, filled as far as it was."""
+        old = self.arrays
+        self.arrays = self._make(2 * len(old[1]))
+        for array, filled in zip(self.arrays, old, strict=True):
             array[tuple(slice(n) for n in filled.shape)] = filled
-        return self._arrays
 
-    @staticmethod
-    def _make(steps: int, size: int, extra: int) -> tuple[np.ndarray, ...]:
+    def _make(self, steps: int) -> tuple[np.ndarray, ...]:
         return (
-            np.empty((steps + 1, size)),
-            np.empty((steps, size)),
-            np.empty((steps, size + extra)),
+            np.empty((steps + 1, self._size)),
+            np.empty((steps, self._size)),
+            np.empty((steps, self._width)),
             np.empty((steps + 1, steps)),
             np.empty((2, steps)),
             np.empty(steps + 1),
         )
+
+
+@keep_within(_ROOM_BYTES)
+def room_for(size: int, extra: int) -> Room:
+    """Room for systems of `size` unknowns: fresh memory would cost as much as an eighth of the products."""
+    return Room(size, extra)
 
 
 def gmres(
@@ -56,7 +61,6 @@ def gmres(
     precondition: Product,
     relative: float,
     max_steps: int,
-    room: Room | None = None,
     extra: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve A x = b to ||b - A x|| <= relative * ||b||, from x = 0, by flexible GMRES (Saad 1993).
@@ -69,14 +73,15 @@ def gmres(
     beta = float(np.sqrt(b @ b))
     if beta == 0.0:
         return x, more
-    room = room or Room()
-    v, z, w, h, rotation, g = room.arrays(b.size, extra)
+    room = room_for(b.size, extra)
+    v, z, w, h, rotation, g = room.arrays
     g[0] = beta
     np.divide(b, beta, out=v[0])
     k = 0
     while k < max_steps:
         if k == len(z):
-            v, z, w, h, rotation, g = room.doubled()
+            room.double()
+            v, z, w, h, rotation, g = room.arrays
         precondition(v[k], z[k])
         apply(z[k], w[k])
         residual = tractions.arnoldi_step(v, k, w[k], h, rotation, g)

@@ -44,7 +44,7 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
-from rcstudy.mechanics.krylov import Room, gmres
+from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.scene import Creepage
 
 _MAX_NEWTON = 60
@@ -183,7 +183,6 @@ class NewtonSystem:
         self.products = 0
         self._no_slip = np.zeros(n, dtype=np.bool_)
         self._leaned = np.empty(2 * n)  # slips at cell centres: not wanted but on the way
-        self._room = Room()
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
@@ -264,7 +263,7 @@ class NewtonSystem:
         tractions.newton_residual(
             self.at_centres(s), q, self.slip, self.normal, self.curvature, self.bound, self.unit, residual
         )
-        change, slips = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS, self._room, q.size)
+        change, slips = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS, q.size)
         after = np.empty(q.shape)
         tractions.add_step(q, change, self.slip, self.normal, self.unit, after)
         return after, s + slips.reshape(s.shape)
@@ -337,10 +336,8 @@ def on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndar
 
     What misses the bound by rounding alone stays as it is.
     """
-    size = np.hypot(q[:, 0], q[:, 1])
-    result = q * np.where(size > bound * (1.0 + 1e-15), bound / np.maximum(size, 1e-300), 1.0)[:, None]
-    off = slip & (size < bound * (1.0 - 1e-12))
-    result[off] = bound[off, None] * normal[off]
+    result = np.empty(q.shape)
+    tractions.put_on_bound(q, slip, normal, bound, result)
     return result
 
 

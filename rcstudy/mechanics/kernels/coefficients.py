@@ -96,33 +96,42 @@ def layered_response(
 
 @jit
 def half_spaces(
-    dx: float, dy: float, normal: float, shear: float, dilation: float, more: np.ndarray, out: np.ndarray
+    dx: float,
+    dy: float,
+    normal: float,
+    shear: float,
+    dilation: float,
+    have_x: int,
+    have_y: int,
+    more: np.ndarray,
+    out: np.ndarray,
 ) -> None:
     """Influence coefficients of two half-spaces plus `more`: out [6, nx, ny] = zz, xx, yy, xy, xp, yp at (i dx, j dy).
 
     normal, shear, dilation (1/MPa): the bodies' (1-nu)/(2 pi G) and nu/(2 pi G), summed, and (1-2nu)/(4 pi G),
     differenced. Integrals of 1/r, x^2/r^3, y^2/r^3, x y/r^3, x/r^2, y/r^2 over the cell, as differences of their
-    primitives over its corners (Love 1929; Cerruti).
+    primitives over its corners (Love 1929; Cerruti). Cells with i < have_x and j < have_y are left alone.
     """
     nx, ny = out.shape[1], out.shape[2]
     # corner values of two rows of corners (fixed x) at a time
-    low = np.empty((5, ny + 1))
-    high = np.empty((5, ny + 1))
+    low = np.zeros((5, ny + 1))
+    high = np.zeros((5, ny + 1))
     for i in range(nx + 1):
         x = (i - 0.5) * dx
-        for j in range(ny + 1):
+        for j in range(have_y if i < have_x else 0, ny + 1):
             y = (j - 0.5) * dy
             r = math.sqrt(x * x + y * y)
             # asinh(x/|y|) = log((x + r)/|y|); x and y are negative in the first row and column only
             high[0, j] = y * math.copysign(math.log((abs(x) + r) / abs(y)), x)
             high[1, j] = x * math.copysign(math.log((abs(y) + r) / abs(x)), y)
             high[2, j] = -r
-            log_r = math.log(r)
-            angle = math.atan(y / x)
-            high[3, j] = y * log_r + x * angle
-            high[4, j] = x * log_r + y * (math.copysign(0.5 * math.pi, y / x) - angle)
+            if dilation != 0.0:
+                log_r = math.log(r)
+                angle = math.atan(y / x)
+                high[3, j] = y * log_r + x * angle
+                high[4, j] = x * log_r + y * (math.copysign(0.5 * math.pi, y / x) - angle)
         if i > 0:
-            for j in range(ny):
+            for j in range(have_y if i - 1 < have_x else 0, ny):
                 xx = high[0, j + 1] - high[0, j] - low[0, j + 1] + low[0, j]
                 yy = high[1, j + 1] - high[1, j] - low[1, j + 1] + low[1, j]
                 xy = high[2, j + 1] - high[2, j] - low[2, j + 1] + low[2, j]

@@ -240,6 +240,22 @@ def add_step(
 
 
 @jit
+def put_on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray, out: np.ndarray) -> None:
+    """Tractions q [m, 2] scaled back to the bound; slip cells' that fall short of it taken along the normal."""
+    for m in range(q.shape[0]):
+        x, y = q[m, 0], q[m, 1]
+        size = math.sqrt(x * x + y * y)
+        if size > bound[m] * (1.0 + 1e-15):
+            x *= bound[m] / size
+            y *= bound[m] / size
+        elif slip[m] and size < bound[m] * (1.0 - 1e-12):
+            x = bound[m] * normal[m, 0]
+            y = bound[m] * normal[m, 1]
+        out[m, 0] = x
+        out[m, 1] = y
+
+
+@jit
 def integrate_rows(
     v: np.ndarray,
     cells: np.ndarray,
