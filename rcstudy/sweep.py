@@ -10,15 +10,15 @@ import contextlib
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy import cluster, pool, provenance
 from rcstudy.assemble import Assembly
+from rcstudy.batch import make_batches, solve_batch, warm_up_scenes
 from rcstudy.errors import UserError
 from rcstudy.layout import case_label, check_names
-from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.progress import Progress, Silent
 from rcstudy.record import Keep, Packed, Packer, Packing
 from rcstudy.result import Result, Status
@@ -28,12 +28,11 @@ from rcstudy.store import Store, opened
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion
     from rcstudy.index import Index
+    from rcstudy.mechanics.scene import Scene
     from rcstudy.study import Outputs, Study
 
-_BATCHES_PER_WORKER = 4  # so that workers end at about the same time
 _SECONDS_TO_JUDGE = 1.0  # of solving, before the time of the whole is guessed
 _SECONDS_WORTH_WORKERS = 15.0  # left to solve by one process
-_SMALLEST_SPLIT, _LARGEST_BATCH = 8, 64  # cases; a batch that is split has its pressure solved again
 
 
 @dataclass(frozen=True)
@@ -291,52 +290,3 @@ def _solved_here(
         if hand_over and seconds >= _SECONDS_TO_JUDGE and left * seconds / done > _SECONDS_WORTH_WORKERS:
             return batches[k + 1 :]
     return []
-
-
-def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
-    """Neighbouring cases with the same normal problem, in batches small enough to keep `workers` busy to the end."""
-    from rcstudy.cases import normal_problem
-
-    if workers == 1:
-        limit = len(cases)
-    else:
-        share = -(-len(cases) // (_BATCHES_PER_WORKER * workers))
-        limit = min(max(share, _SMALLEST_SPLIT), _LARGEST_BATCH)
-    batches: list[list[Case]] = []
-    last = None
-    for case in cases:
-        key = normal_problem(case.scene)
-        if key != last or len(batches[-1]) >= limit:
-            batches.append([])
-        batches[-1].append(case)
-        last = key
-    return batches
-
-
-def solve_batch(scenes: Sequence[Scene]) -> Iterator[Result]:
-    """Solve scenes that share a normal problem: a result each, in order, whatever the solver does."""
-    from rcstudy.solve import solve_group
-
-    done = 0
-    while done < len(scenes):
-        reason = "the solver gave no result"
-        try:
-            for result in solve_group(scenes[done:]):
-                done += 1
-                yield result
-        except Exception as error:  # not the solver's own: it turns those into results
-            reason = f"{type(error).__name__}: {error}"
-        if done < len(scenes):
-            done += 1
-            yield Result(Status.ERROR, reason)
-
-
-def warm_up_scenes(cases: Sequence[Case]) -> list[Scene]:
-    """A few tiny scenes, one of each kind among `cases`, that have every kernel compiled that the cases will use."""
-    kinds: dict[tuple[object, ...], Scene] = {}
-    for case in cases:
-        s = case.scene
-        kind = (s.method, s.coupling, s.discretisation, s.counterbody is None, bool(s.layers), s.creepage is None)
-        if kind not in kinds:
-            kinds[kind] = replace(s, mesh=Mesh(s.mesh.size, (16, 16)))
-    return list(kinds.values())

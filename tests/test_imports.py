@@ -24,6 +24,7 @@ ORDER = [
     "rcstudy.plan",
     "rcstudy.estimate",
     "rcstudy.solve",
+    "rcstudy.batch",
     "rcstudy.deflate",
     "rcstudy.record",
     "rcstudy.layout",

@@ -91,3 +91,17 @@ print(done.failed, *sorted(sys.modules))
     failed, *loaded = run_python(code)
     assert failed == "0"
     assert {"numba", "pyfftw", "scipy", "rcstudy.solve"}.isdisjoint(loaded)
+
+
+def test_a_worker_loads_what_solves_and_no_more():
+    code = """
+import sys
+import rcstudy.pool
+from rcstudy.batch import solve_batch
+from rcstudy.record import Keep, Packing
+print(list(Packing(solve_batch, Keep())([])), *sorted(sys.modules))
+"""
+    results, *loaded = run_python(code)
+    assert results == "[]"
+    assert "rcstudy.solve" in loaded
+    assert {"h5py", "pydantic", "ruamel.yaml", "typer", "xarray", "rcstudy.sweep", "rcstudy.spec"}.isdisjoint(loaded)
