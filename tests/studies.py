@@ -1,4 +1,4 @@
-"""Studies written as text by the tests of the study file, cases and plan."""
+"""Studies written as text by the tests of the study file, cases and plan, and of sweeps."""
 
 import os
 from pathlib import Path
@@ -20,6 +20,27 @@ scene:
   mesh: {size: [2, 2], cells: [32, 32]}
 grids:
 """
+
+# 14 cases in 6 normal problems
+SWEPT = """
+study: swept
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [1, 1], cells: [24, 20]}
+  load: 100
+grids:
+  loads:
+    axes:
+      load: [20, 40, 60, 80]
+      creepage:
+        - {label: a, longitudinal: 0.001}
+        - {label: b, lateral: 0.002}
+        - {label: c, spin: 0.01}
+  bare:
+    axes: {radius: [30, 40]}
+"""
+CASES = 14
 
 
 def load_text(folder, text):

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import synthetic
 import workers
+from studies import CASES, SWEPT
 
 from rcstudy import index, lock, publish, store, sweep
 from rcstudy.cases import expand, scene_record
@@ -29,26 +30,6 @@ from rcstudy.status import report
 from rcstudy.store import units_folder
 from rcstudy.study import Study, load_study, study_from_text
 from rcstudy.units import read_unit, unit_paths, write_unit
-
-STUDY = """
-study: resumed
-scene:
-  substrate: {E: 210000, nu: 0.3}
-  radius: 50
-  mesh: {size: [1, 1], cells: [24, 20]}
-  load: 100
-grids:
-  loads:
-    axes:
-      load: [20, 40, 60, 80]
-      creepage:
-        - {label: a, longitudinal: 0.001}
-        - {label: b, lateral: 0.002}
-        - {label: c, spin: 0.01}
-  bare:
-    axes: {radius: [30, 40]}
-"""
-CASES = 14
 
 
 class Solver:
@@ -76,7 +57,7 @@ class Sweeps:
         self.output = folder / "c.nc"
         self.units = units_folder(self.output)
         self.told: list[str] = []
-        self.write(STUDY)
+        self.write(SWEPT)
 
     def write(self, text: str) -> None:
         (self.folder / "study.yaml").write_text(text)
@@ -166,7 +147,7 @@ def test_failed_cases_are_solved_again(sweeps: Sweeps) -> None:
 def test_an_edited_study_solves_what_has_changed(sweeps: Sweeps, most: int) -> None:
     """Whether the others are in units or in the cube; whatever grid they stand in now."""
     sweeps.run(most)
-    sweeps.write(STUDY.replace("[20, 40, 60, 80]", "[80, 20, 50]").replace("bare", "plain"))
+    sweeps.write(SWEPT.replace("[20, 40, 60, 80]", "[80, 20, 50]").replace("bare", "plain"))
     found = sweeps.run()
     kept = {6: {20.0}, CASES: {20.0, 80.0}}[most]
     assert sorted({scene.load for scene in found if scene.creepage}) == sorted({20.0, 50.0, 80.0} - kept)
@@ -176,7 +157,7 @@ def test_an_edited_study_solves_what_has_changed(sweeps: Sweeps, most: int) -> N
 
 def test_a_study_whose_words_alone_change(sweeps: Sweeps) -> None:
     sweeps.run()
-    sweeps.write(STUDY.replace("study: resumed", "study: resumed\ndescription: another"))
+    sweeps.write(SWEPT.replace("study: swept", "study: swept\ndescription: another"))
     assert sweeps.run() == []
     with open_cube(sweeps.output) as tree:
         assert tree.attrs["description"] == "another"
@@ -207,9 +188,9 @@ BOTH = "{crop: contact, precision: float32}"
 def test_outputs_that_hold_less_are_made_of_those_that_hold_more(
     sweeps: Sweeps, before: str, after: str, most: int
 ) -> None:
-    sweeps.write(f"{STUDY}outputs: {before}\n")
+    sweeps.write(f"{SWEPT}outputs: {before}\n")
     sweeps.run(most)
-    sweeps.write(f"{STUDY}outputs: {after}\n")
+    sweeps.write(f"{SWEPT}outputs: {after}\n")
     ranks = [0 if "fields" in text else 1 if "float32" in text else 2 for text in (before, after)]
     assert len(sweeps.run()) == (CASES - most if ranks[0] >= ranks[1] else CASES)
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
@@ -217,7 +198,7 @@ def test_outputs_that_hold_less_are_made_of_those_that_hold_more(
 
 def test_cropped_fields_are_cut_to_all_contacts_of_the_grid(sweeps: Sweeps) -> None:
     sweeps.run()
-    sweeps.write(f"{STUDY}outputs: {{crop: contact}}\n")
+    sweeps.write(f"{SWEPT}outputs: {{crop: contact}}\n")
     with open_cube(sweeps.output) as tree:
         whole = {name: grid.load() for name, grid in grids(tree).items()}
     sweeps.run(fresh=True)
@@ -232,7 +213,7 @@ def test_cropped_fields_are_cut_to_all_contacts_of_the_grid(sweeps: Sweeps) -> N
 
 
 def test_cropped_fields_of_several_meshes(sweeps: Sweeps) -> None:
-    text = STUDY.replace("axes: {radius: [30, 40]}", "axes: {mesh.cells: [[24, 20], [30, 40]], load: [30, 60]}")
+    text = SWEPT.replace("axes: {radius: [30, 40]}", "axes: {mesh.cells: [[24, 20], [30, 40]], load: [30, 60]}")
     sweeps.write(f"{text}outputs: {{crop: contact}}\n")
     sweeps.run(13)
     sweeps.run()
@@ -253,7 +234,7 @@ def grid_of(path: Path, name: str):
 
 def test_cases_that_are_the_same_are_solved_once(sweeps: Sweeps) -> None:
     sweeps.write(
-        STUDY.replace("axes: {radius: [30, 40]}", "axes: {radius: [30, 40]}\n  again:\n    axes: {radius: [40, 30]}")
+        SWEPT.replace("axes: {radius: [30, 40]}", "axes: {radius: [30, 40]}\n  again:\n    axes: {radius: [40, 30]}")
     )
     found = sweeps.run()
     assert len(found) == CASES
@@ -394,7 +375,7 @@ def test_a_damaged_cube_is_no_source(sweeps: Sweeps) -> None:
     """A flipped bit anywhere in it: found where it matters, and never taken over."""
     sweeps.run()
     whole = sweeps.output.read_bytes()
-    sweeps.write(STUDY.replace("80]", "80, 90]"))
+    sweeps.write(SWEPT.replace("80]", "80, 90]"))
     good = sweeps.uninterrupted()
     rng = np.random.default_rng(3)
     solved = []
@@ -414,7 +395,7 @@ def test_an_earlier_cube_without_checksums(sweeps: Sweeps) -> None:
     sweeps.run()
     with h5py.File(sweeps.output, "r+") as file:
         del file["bare"].attrs["numbers_sha256"]
-    sweeps.write(STUDY + "# edited\n")
+    sweeps.write(SWEPT + "# edited\n")
     assert len(sweeps.run()) == CASES
     assert sweeps.told == [f"{sweeps.output}: no cases are taken from it: the checksum of its numbers does not match"]
 
@@ -537,7 +518,7 @@ def test_a_merge_refuses_what_does_not_belong(sweeps: Sweeps, tmp_path: Path) ->
         merge(sweeps.study, sweeps.output, [tmp_path / "none"])
     sweeps.run(8)
     other = tmp_path / "other.yaml"
-    other.write_text(STUDY.replace("[20, 40,", "[20, 41,"))
+    other.write_text(SWEPT.replace("[20, 40,", "[20, 41,"))
     path = tmp_path / "other.nc"
     sweep.run(load_study(other), path, workers=1, solve=workers.made_up, shard=(1, 1))
     with pytest.raises(UserError, match="3 of its 14 cases are not of this study"):

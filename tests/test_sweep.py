@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 import workers
 import xarray as xr
+from studies import CASES, SWEPT
 
 from rcstudy import pool, provenance, sweep
 from rcstudy.cases import Case, expand
@@ -31,32 +32,12 @@ from rcstudy.steady import interrupts_remembered
 from rcstudy.study import Study, load_study
 from rcstudy.threads import THREAD_VARIABLES
 
-STUDY = """
-study: sweeps
-scene:
-  substrate: {E: 210000, nu: 0.3}
-  radius: 50
-  mesh: {size: [1, 1], cells: [24, 20]}
-  load: 100
-grids:
-  loads:
-    axes:
-      load: [20, 40, 60, 80]
-      creepage:
-        - {label: a, longitudinal: 0.001}
-        - {label: b, lateral: 0.002}
-        - {label: c, spin: 0.01}
-  bare:
-    axes: {radius: [30, 40]}
-"""
-CASES = 14
-
 
 @pytest.fixture
 def study(tmp_path: Path) -> Study:
     """14 cases in 6 normal problems."""
     path = tmp_path / "study.yaml"
-    path.write_text(STUDY)
+    path.write_text(SWEPT)
     return load_study(path)
 
 
@@ -109,7 +90,7 @@ def test_provenance_is_in_the_cube(study: Study, tmp_path: Path) -> None:
     sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up, command="rcstudy sweep study.yaml")
     with open_cube(tmp_path / "c.nc") as tree:
         attrs = tree.attrs
-        assert attrs["study_text"] == STUDY
+        assert attrs["study_text"] == SWEPT
         assert attrs["study_sha256"] == study.sha256
         assert attrs["command"] == "rcstudy sweep study.yaml"
         for name in ("numpy", "scipy", "numba", "pyfftw", "h5py", "xarray", "python", "hdf5"):
@@ -351,7 +332,7 @@ def test_warm_up_has_each_kind_once_on_a_small_mesh(study: Study) -> None:
 @pytest.mark.heavy
 def test_with_the_solver_itself(tmp_path: Path) -> None:
     path = tmp_path / "study.yaml"
-    path.write_text(STUDY.replace("load: [20, 40, 60, 80]", "load: [20, 60]"))
+    path.write_text(SWEPT.replace("load: [20, 40, 60, 80]", "load: [20, 60]"))
     done = sweep.run(load_study(path), tmp_path / "c.nc", workers=2)
     assert done.failures == []
     with open_cube(tmp_path / "c.nc") as tree:
