@@ -1,6 +1,7 @@
 """From a study to cases: coordinates, hashes, order; and the plan."""
 
 import dataclasses
+import hashlib
 import itertools
 import json
 import math
@@ -206,6 +207,28 @@ def test_normal_tolerance_is_part_of_the_normal_problem():
     finer = dataclasses.replace(SCENE, tolerance=Tolerance(1e-6, 1e-7))
     assert normal_key(finer) != normal_key(SCENE)
     assert cases_module.normal_problem(finer) != cases_module.normal_problem(SCENE)
+
+
+def encoded_key(scene):
+    record = {"scene": scene_record(scene), "solver": cases_module.SOLVER_VERSION, "schema": cases_module.CASE_SCHEMA}
+    text = json.dumps(record, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_key_is_that_of_the_record_as_json(name):
+    for scene in (SCENE, dataclasses.replace(SCENE, **{name: CHANGES[name]})):
+        assert case_key(scene) == encoded_key(scene)
+
+
+def test_keys_of_numbers_that_are_equal_and_written_otherwise():
+    """Each its own text, whichever was seen first: a whole number and a float, zeros of both signs, NumPy's."""
+    seen = set()
+    for number in (0.0, -0.0, 0, 1.0, 1, 1e-300, 0.1 + 0.2, 1e22, np.float64(1.0), np.float64(-0.0), 12345678901234567):
+        scene = dataclasses.replace(SCENE, spin_point=number, creepage=Creepage(number, -number, 3.0 * number))
+        assert case_key(scene) == encoded_key(scene)
+        seen.add(case_key(scene))
+    assert len(seen) == 9
 
 
 def test_key_follows_solver_and_schema_versions(monkeypatch):
