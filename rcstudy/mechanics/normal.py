@@ -116,7 +116,7 @@ def solve_pressure(
             guess = (gap <= gap.min() * (1.0 + 1e-12)).astype(float)
     else:
         box = Box.around(guess > 0.0)
-        box = box.grown(box.shape[0] // 8 + 2, box.shape[1] // 8 + 2, (nx, ny))
+        box = box.grown(box.shape[0] // 16 + 2, box.shape[1] // 16 + 2, (nx, ny))
     p = guess * (scene.load / (guess.sum() * dx * dy))
     iterations = products = 0
     while True:
@@ -224,7 +224,9 @@ def _conjugate_gradients(
         products += 1
         cut, scale = pressure.normal_step(p, g, d, plan.real[0], r, total)
         iteration += 1
-        if cut or abs(scale - 1.0) > 1e-14:
+        if cut:
             g = gap + operator.displacement(p)
             products += 1
+        elif scale != 1.0:
+            g = gap + scale * (g - gap)
     return BoxSolution(p, approach, residual, iteration, products, converged, attainable)

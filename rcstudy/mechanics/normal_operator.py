@@ -46,7 +46,7 @@ class NormalOperator:
 
     def displacement(self, p: np.ndarray) -> np.ndarray:
         """u_z [nx, ny] (mm) by pressures `p` [nx, ny] (MPa)."""
-        return convolve(self.symbol, self.padded, p)
+        return convolve(self.real, self.padded, p)
 
     def closing(self, gap: np.ndarray) -> np.ndarray:
         """Pressures [nx, ny] (MPa) that make gaps `gap` [nx, ny] (mm) on a torus, zero on the rest of it."""
