@@ -48,6 +48,7 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, coupled, tractions
 from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.normal import (
+    HOPELESS,
     NormalSolution,
     at_edge,
     cell_centres,
@@ -55,7 +56,7 @@ from rcstudy.mechanics.normal import (
     initial_gap,
     solve_pressure,
 )
-from rcstudy.mechanics.normal_operator import inverse_symbol
+from rcstudy.mechanics.normal_operator import attainable_residual, inverse_symbol, stiffness_of
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
     RollingSolution,
@@ -101,6 +102,7 @@ class CoupledOperator:
         self.plan = transform(padded, 3, shape[0])
         self.torus_inverse = inverse_symbol(symbols([(quadrant[0], (1, 1))], torus)[0].real, influence, torus)
         self.torus_plan = transform(torus, 1, torus[0])
+        self.stiffness = stiffness_of(self.torus_inverse, torus)
 
     def multiply(self) -> None:
         """From stresses to responses, in place in the corner of `plan.real` [3, nx, py]."""
@@ -181,6 +183,11 @@ class CoupledSystem:
         """Whether both residuals meet their tolerances, and no cell overlaps without pressure."""
         return self.residual <= 1.0 and self.settled
 
+    @property
+    def attainable(self) -> float:
+        """About the least normal residual that rounding allows."""
+        return attainable_residual(self.operator.stiffness, self.rigid[2], self.response[2], self.stress[2])
+
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [3 m], into `out`."""
         self.products += 1
@@ -223,12 +230,13 @@ class CoupledSystem:
         return stress
 
     def solve(self, stress: np.ndarray) -> int:
-        """Newton's method from `stress` to the scene's tolerances. Returns the steps taken."""
+        """Newton's method from `stress` to the scene's tolerances, if rounding allows. Returns the steps taken."""
         without_tractions = stress * np.array([0.0, 0.0, 1.0])[:, None, None]
         self.scale = (self.operator.responses(without_tractions) + self.rigid)[:2]
         self.products += 1
         self.look(stress)
-        return newton.solve(self, _MAX_NEWTON, _PATIENCE)
+        hopeless = self.scene.tolerance.normal < HOPELESS * self.attainable
+        return 0 if hopeless else newton.solve(self, _MAX_NEWTON, _PATIENCE)
 
 
 def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[NormalContact, RollingSolution]:
@@ -252,7 +260,7 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
         stress = np.zeros_like(stress)
         stress[:, *box.slices] = system.stress
         touched = Box.around(stress[2] > 0.0)
-        if not system.solved and not taken_in_turn:
+        if not system.solved and not taken_in_turn and scene.tolerance.normal >= system.attainable:
             stress, box, turns, more = _in_turn(scene, influence, start)
             taken_in_turn = True
             iterations += turns
@@ -270,6 +278,7 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
         contact.solution.products,
         system.settled and system.residual_normal <= tolerance.normal,
         at_edge(touched, scene.mesh.cells),
+        system.attainable,
     )
     rolling = _tractions(system)
     rolling.iterations, rolling.products, rolling.coarser = iterations, products, coarse

@@ -25,7 +25,7 @@ from rcstudy.mechanics.scene import Layer, Material, Scene
 
 _MAX_ITERATIONS = 400
 _MARGIN = 1.35  # of the first box over the estimated semi-axes
-_HOPELESS = 0.1  # tolerance over what rounding allows at which no step is taken (residuals end at 0.1 to 20 times that)
+HOPELESS = 0.1  # tolerance over what rounding allows at which no step is taken (residuals end at 0.1 to 20 times that)
 _PLATE = 5.0  # compliance to long waves over that to short ones, from which on the rim is solved for directly
 _PATIENCE = 30  # steps without a smaller residual, where rounding may be what stops them
 
@@ -159,7 +159,7 @@ def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np
     first: BoxSolution | None = None
     if influence.once(("bends", box.shape), lambda: _bends(influence, box.shape)):
         solver = RimSolver(operator, gap, p, total)
-        if tolerance >= _HOPELESS * solver.attainable:
+        if tolerance >= HOPELESS * solver.attainable:
             first = solver.solve(tolerance)
             if first.converged or tolerance < first.attainable:
                 return first
@@ -202,7 +202,7 @@ def _conjugate_gradients(
     residual = best = np.inf
     converged = False
     iteration = since_best = 0
-    while iteration < _MAX_ITERATIONS and tolerance >= _HOPELESS * attainable:
+    while iteration < _MAX_ITERATIONS and tolerance >= HOPELESS * attainable:
         approach, entered, _ = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
         plan.forward()
         arrays.scale_real(plan.hat[0], operator.inverse)

@@ -17,13 +17,12 @@ _SOUND = 1e-5  # smallest over largest value of a symbol that needs no second lo
 class NormalOperator:
     """u_z (mm) by pressure (MPa) on a box of cells. Belongs to one set of bodies, one mesh and one padded shape.
 
-    `symbol` [px, py//2+1]: with 1/(px py) in it; `real`: its real part, the coefficients being even; `inverse`: symbol
-    of pressures by gaps, see `inverse_symbol`; `stiffness` (MPa/mm): how large it makes noise; `coefficients`
+    `real` [px, py//2+1]: the symbol, with 1/(px py) in it, real as the coefficients are even; `inverse`: symbol of
+    pressures by gaps, see `inverse_symbol`; `stiffness` (MPa/mm): how large it makes noise; `coefficients`
     [> px//2, > py//2] (mm/MPa): u_z at offsets i, j >= 0.
     """
 
     padded: tuple[int, int]
-    symbol: np.ndarray
     real: np.ndarray
     inverse: np.ndarray
     stiffness: float
@@ -38,11 +37,10 @@ class NormalOperator:
     @staticmethod
     def _made(influence: Influence, padded: tuple[int, int]) -> NormalOperator:
         coefficients = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)[0]
-        symbol = symbols([(coefficients, (1, 1))], padded)[0]
-        real = np.ascontiguousarray(symbol.real)
+        real = np.ascontiguousarray(symbols([(coefficients, (1, 1))], padded)[0].real)
         inverse = inverse_symbol(real, influence, padded)
-        stiffness = float(np.linalg.norm(inverse)) / math.sqrt(inverse.size) * padded[0] * padded[1]
-        return NormalOperator(padded, symbol, real, inverse, stiffness, coefficients)
+        stiffness = stiffness_of(inverse, padded)
+        return NormalOperator(padded, real, inverse, stiffness, coefficients)
 
     def displacement(self, p: np.ndarray) -> np.ndarray:
         """u_z [nx, ny] (mm) by pressures `p` [nx, ny] (MPa)."""
@@ -53,12 +51,22 @@ class NormalOperator:
         return convolve(self.inverse, self.padded, gap)
 
     def attainable(self, gap: np.ndarray, g: np.ndarray, p: np.ndarray) -> float:
-        """About the least residual that rounding allows, at pressure `p` and gaps undeformed `gap` and deformed `g`.
+        """About the least residual that rounding allows, see `attainable_residual`."""
+        return attainable_residual(self.stiffness, gap, g, p)
 
-        Rounding leaves noise in the gap, and the inverse makes pressures of it.
-        """
-        noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
-        return float(noise * self.stiffness * math.sqrt(np.count_nonzero(p)) / np.linalg.norm(p))
+
+def stiffness_of(inverse: np.ndarray, padded: tuple[int, int]) -> float:
+    """How large (MPa/mm) the symbol `inverse` on a torus `padded` makes noise."""
+    return float(np.linalg.norm(inverse)) / math.sqrt(inverse.size) * padded[0] * padded[1]
+
+
+def attainable_residual(stiffness: float, gap: np.ndarray, g: np.ndarray, p: np.ndarray) -> float:
+    """About the least residual that rounding allows, at pressure `p` and gaps undeformed `gap` and deformed `g`.
+
+    Rounding leaves noise in the gap, and the inverse makes pressures of it.
+    """
+    noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
+    return noise * stiffness * math.sqrt(float(np.count_nonzero(p))) / float(np.linalg.norm(p))
 
 
 def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
