@@ -182,8 +182,7 @@ class Packer:
     def __init__(self, keep: Keep) -> None:
         self.keep = keep
         self._kinds = {name: _KINDS.index(field_type(name, keep.precision)) + 1 for name in FIELDS}
-        self._pressure = np.empty((0, 0))
-        self._stream = b""
+        self._pressure = self._stream = b""
 
     def pack(self, result: Result, cells: tuple[int, int]) -> Packed:
         """`result` of a scene with so many `cells`. ValueError when its names or shapes are wrong."""
@@ -206,8 +205,9 @@ class Packer:
             stream = self._shared(inner) if name == "pressure" else compress(inner)
             entries += (kind, len(stream))
             streams.append(stream)
-        scalars = [result.scalars.get(name, math.nan) for name in SCALARS]
-        numbers = [x if math.isfinite(x) else math.nan for x in scalars]
+        numbers = [result.scalars.get(name, math.nan) for name in SCALARS]
+        if not math.isfinite(sum(numbers)):
+            numbers = [x if math.isfinite(x) else math.nan for x in numbers]
         reason = result.reason.encode(errors="backslashreplace")
         status = Status(result.status).value
         head = FORM.head.pack(status, *cells, i0, i1, j0, j1, len(reason), *entries, *numbers)
@@ -215,9 +215,9 @@ class Packer:
 
     def _shared(self, pressure: np.ndarray) -> bytes:
         """The stream of `pressure`; that of the last one if it is the same, bit for bit."""
-        bits = f"i{pressure.itemsize}"  # so that -0 is not 0
-        if not np.array_equal(self._pressure.view(bits), pressure.view(bits)):
-            self._pressure, self._stream = pressure.copy(), compress(pressure)
+        data = pressure.tobytes()
+        if data != self._pressure:
+            self._pressure, self._stream = data, compress(pressure)
         return self._stream
 
 
