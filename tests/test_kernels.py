@@ -64,6 +64,20 @@ def test_pad(shape: tuple[int, int], length: int) -> None:
     np.testing.assert_array_equal(out, np.pad(field, ((0, 0), (0, length - shape[1]))))
 
 
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.1, 0.7])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (12, 7)])
+def test_bounds(shape: tuple[int, int], share: float) -> None:
+    rng = np.random.default_rng([*shape, int(100 * share)])
+    for _ in range(20):
+        mask = rng.random(shape) < share
+        i0, i1, j0, j1 = arrays.bounds(mask)
+        if mask.any():
+            i, j = np.nonzero(mask)
+            assert (i0, i1, j0, j1) == (i.min(), i.max() + 1, j.min(), j.max() + 1)
+        else:
+            assert i1 == j1 == 0
+
+
 @pytest.mark.parametrize("torus", TORI)
 def test_multiply_packed(torus: tuple[int, int]) -> None:
     """A symmetric matrix of convolutions of two real arrays, by their real transforms."""

@@ -49,9 +49,10 @@ class Box:
     @staticmethod
     def around(mask: np.ndarray) -> Box:
         """Smallest box of all true cells of `mask` [nx, ny], which must not be empty."""
-        i = np.flatnonzero(mask.any(axis=1))
-        j = np.flatnonzero(mask.any(axis=0))
-        return Box(int(i[0]), int(i[-1]) + 1, int(j[0]), int(j[-1]) + 1)
+        box = Box(*arrays.bounds(mask))
+        if box.i1 == 0:
+            raise ValueError("no cell to put a box around")
+        return box
 
     def grown(self, i: int, j: int, window: tuple[int, int]) -> Box:
         """This box with `i` and `j` more cells on each side, cut to the window."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -70,7 +71,7 @@ def gmres(
     rows' product with x.
     """
     x, more = np.zeros_like(b), np.zeros(extra)
-    beta = float(np.sqrt(b @ b))
+    beta = math.sqrt(b @ b)
     if beta == 0.0:
         return x, more
     room = room_for(b.size, extra)

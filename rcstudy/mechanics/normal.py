@@ -21,7 +21,7 @@ from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
 from rcstudy.mechanics.normal_operator import NormalOperator
 from rcstudy.mechanics.rim import BoxSolution, RimSolver
-from rcstudy.mechanics.scene import Layer, Material, Scene
+from rcstudy.mechanics.scene import Layer, Material, Mesh, Scene
 
 _MAX_ITERATIONS = 400
 _MARGIN = 1.35  # of the first box over the estimated semi-axes
@@ -50,10 +50,19 @@ class NormalSolution:
 
 
 def cell_centres(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates x [nx], y [ny] of the cell centres (mm); the window is centred on the origin."""
-    nx, ny = scene.mesh.cells
-    dx, dy = scene.mesh.spacing
-    return (np.arange(nx) - 0.5 * (nx - 1)) * dx, (np.arange(ny) - 0.5 * (ny - 1)) * dy
+    """Coordinates x [nx], y [ny] of the cell centres (mm), not to be changed; the window is centred on the origin."""
+    return _centres(scene.mesh)
+
+
+@lru_cache(maxsize=64)
+def _centres(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """As `cell_centres`."""
+    nx, ny = mesh.cells
+    dx, dy = mesh.spacing
+    x, y = (np.arange(nx) - 0.5 * (nx - 1)) * dx, (np.arange(ny) - 0.5 * (ny - 1)) * dy
+    x.setflags(write=False)
+    y.setflags(write=False)
+    return x, y
 
 
 def initial_gap(scene: Scene) -> np.ndarray:

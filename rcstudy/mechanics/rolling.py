@@ -22,6 +22,7 @@ torus no larger than the contact. So the number of products hardly depends on th
 
 from __future__ import annotations
 
+import math
 from copy import copy
 from dataclasses import dataclass
 
@@ -148,7 +149,10 @@ def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -
 
     The paper's Eq. 5; `ahead` (mm) moves the point at which the spin part is taken.
     """
-    return np.stack((creepage.longitudinal - creepage.spin * y, creepage.lateral + creepage.spin * (x + ahead)), axis=1)
+    w = np.empty((x.size, 2))
+    w[:, 0] = creepage.longitudinal - creepage.spin * y
+    w[:, 1] = creepage.lateral + creepage.spin * (x + ahead)
+    return w
 
 
 class NewtonSystem:
@@ -174,7 +178,7 @@ class NewtonSystem:
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.rho = 1.0 / operator.diagonal
         self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
-        self._scale = self.rho * float(np.linalg.norm(w))
+        self._scale = self.rho * _norm(w)
         self.slip = np.zeros(n, dtype=np.bool_)
         self.normal = np.zeros((n, 2))
         self.curvature = np.zeros(n)
@@ -194,7 +198,7 @@ class NewtonSystem:
         operator = self.operator
         coupling = operator.spacing[0] / operator.compliance
         tractions.slip_rows(self.curvature, operator.diagonal, coupling, self.diagonal, self.damping)
-        return _relative(float(np.sqrt(square)), min(float(np.linalg.norm(q)), self._scale))
+        return _relative(math.sqrt(square), min(_norm(q), self._scale))
 
     def slips(self, q: np.ndarray) -> np.ndarray:
         """Slip [m, 2] under tractions `q` [m, 2]."""
@@ -346,6 +350,12 @@ def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
     size = np.hypot(q[:, 0], q[:, 1])
     result: np.ndarray = q * np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]
     return result
+
+
+def _norm(a: np.ndarray) -> float:
+    """Euclidean norm of all of `a`: np.linalg.norm takes as long as a kernel on small arrays."""
+    flat = a.ravel()
+    return math.sqrt(flat @ flat)
 
 
 def _relative(size: float, scale: float) -> float:

@@ -61,6 +61,29 @@ def upwind_difference(quadrant: np.ndarray, parity_x: int, parity_y: int, dx: fl
 
 
 @jit
+def bounds(mask: np.ndarray) -> tuple[int, int, int, int]:
+    """Smallest i0, i1, j0, j1 with all true cells of mask [nx, ny] in i0 <= i < i1 and j0 <= j < j1.
+
+    Without any, i1 = j1 = 0.
+    """
+    nx, ny = mask.shape
+    i0, i1, j0, j1 = nx, 0, ny, 0
+    for i in range(nx):
+        first = ny
+        for j in range(ny):
+            if mask[i, j]:
+                first = j
+                break
+        if first < ny:
+            last = ny - 1
+            while not mask[i, last]:
+                last -= 1
+            i0, i1 = min(i0, i), i + 1
+            j0, j1 = min(j0, first), max(j1, last + 1)
+    return i0, i1, j0, j1
+
+
+@jit
 def pad(field: np.ndarray, out: np.ndarray) -> None:
     """Copy field [nx, ny] into out [nx, py], zeros beyond ny."""
     nx, ny = field.shape
