@@ -120,8 +120,11 @@ def run(
     packing = Packing(solve or solve_batch, keep_of(study.outputs))
     with contextlib.ExitStack() as stack:
         processes = stack.enter_context(pool.Pool(packing))
-        if workers is not None and workers > 1:  # they load what they need while the study is made ready here
-            processes.start(min(workers, sum(grid.size for grid in study.grids)))
+        if workers is not None and workers > 1:
+            # they load what they need while the study is made ready here: on a processor each, lest the first one, for
+            # which the others wait, be slowed down
+            free = max(1, provenance.available_cores() - 1)
+            processes.start(min(workers, free, sum(grid.size for grid in study.grids)))
         expansion = expand(study)
         check_names(expansion)
         cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
