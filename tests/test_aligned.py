@@ -11,7 +11,9 @@ from scipy.linalg import solve_toeplitz
 
 from rcstudy.mechanics import aligned
 from rcstudy.mechanics.aligned import AlignedContact
+from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
+from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.rolling import NewtonSystem
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Tolerance
 from rcstudy.result import CellState, Status
@@ -272,6 +274,51 @@ def test_much_spin(cells, spin):
     a = hertz_of().a[0]
     scene = steel(window((a, a), cells), creepage=Creepage(0.0, 0.0, spin), discretisation="aligned")
     assert solved(scene).scalars["moment_z"] < 0.0
+
+
+def test_what_is_added_to_the_slip_is_kept_after_some_looks():
+    """Then slips are what they are plus that, whatever they are; changes of slip are as they are."""
+    rng = np.random.default_rng(4)
+    neighbours = np.array([[1, 2, 2], [0, 0, 1]])
+    slip, cells = np.ones(3, dtype=bool), np.array([[0, 0], [1, 0], [2, 0]])
+    centring = Centring(neighbours, 1)
+    while centring.kept is None:
+        s = np.array([0.7, 0.4]) + 0.1 * rng.normal(size=(3, 2))
+        centred = centring.look(s, slip)
+        np.testing.assert_array_equal(centred, slip_at_centres(s, slip, neighbours))
+    np.testing.assert_allclose(centring.kept, centred - s, atol=1e-15)
+    other = rng.normal(size=(3, 2))
+    np.testing.assert_allclose(centring.of(other, slip), other + centring.kept, atol=1e-15)
+    np.testing.assert_allclose(
+        slip_at_centres(other, slip, neighbours, centring.kept), other + centring.kept, atol=1e-15
+    )
+    field = rng.normal(size=(2, 3, 1))
+    before = field.copy()
+    centring.of_changes(field, cells, slip)
+    np.testing.assert_array_equal(field, before)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("seed", range(4))
+def test_any_contact_on_any_cells_is_solved(seed):
+    """Long and wide cells, few and many, spin of any size: the states beside its pole are the hard part."""
+    rng = np.random.default_rng(seed)
+    for _ in range(12):
+        cells = int(rng.integers(8, 60)), int(rng.integers(8, 60))
+        slips = rng.normal(size=3) * (0.002, 0.002, 0.02) * rng.integers(0, 2, 3) * 10.0 ** rng.uniform(-1.5, 1.5)
+        layers = (Layer(210000.0 * 10.0 ** rng.uniform(-1.0, 0.7), 0.3, rng.uniform(0.02, 0.3)),)
+        counterbody = (None, STEEL)[rng.integers(2)]
+        scene = steel(
+            Mesh((1.0, 1.0), cells),
+            creepage=Creepage(*slips.tolist()),
+            counterbody=counterbody,
+            layers=layers[: rng.integers(2)],
+            discretisation="aligned",
+            friction=float(rng.uniform(0.02, 1.5)),
+            tolerance=Tolerance(1e-6, float(10.0 ** rng.uniform(-10.0, -3.0))),
+        )
+        ax, ay = estimated_contact(scene)
+        solved(replace(scene, mesh=Mesh((2.8 * ax, 2.8 * ay), cells)))
 
 
 def test_a_mirrored_scene_has_the_mirrored_solution():

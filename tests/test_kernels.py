@@ -591,7 +591,7 @@ def test_classify(m: int) -> None:
     slip = rng.random(m) < 0.5
     normal, diagonal = np.full((m, 2), 7.0), np.full(m, 7.0)
     before = slip.copy()
-    changed, square = tractions.classify(q, s, bound, rho, slip, normal, diagonal, 0.0)
+    changed, square = tractions.classify(q, s, bound, rho, slip, normal, diagonal)
     expected_square = 0.0
     for k in range(m):
         t = q[k] - rho * s[k]
@@ -611,17 +611,6 @@ def test_classify(m: int) -> None:
         assert slip.any()
     assert changed == (slip != before).sum()
     assert square == pytest.approx(expected_square, rel=1e-12)
-
-
-def test_classify_keeps_slip_cells_a_little_below_the_bound() -> None:
-    bound, size = np.full(4, 2.0), np.array([1.97, 1.99, 1.99, 2.01])
-    slip = np.array([True, True, False, False])
-    q = np.stack((size, np.zeros(4)), axis=1)
-    arrays = np.full((4, 2), np.nan), np.full(4, np.nan)
-    changed, square = tractions.classify(q, np.zeros((4, 2)), bound, 1.0, slip, *arrays, 0.01)
-    np.testing.assert_array_equal(slip, [False, True, False, True])
-    assert changed == 2
-    assert square == pytest.approx(0.01**2)
 
 
 def test_slip_rows() -> None:

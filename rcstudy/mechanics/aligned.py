@@ -17,7 +17,7 @@ Hence:
 - the bound is the mean of mu p over the moved cell; each row keeps its force;
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
-  half behind and one and a half ahead;
+  half behind and one and a half ahead (`centring.py`);
 - contact and slip areas are those within the edges of contact and stick zone, found between cells in each row.
 
 Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound

@@ -10,10 +10,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rcstudy.mechanics.centring import slip_at_centres
 from rcstudy.mechanics.contact import NormalContact
 from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbols
 from rcstudy.mechanics.normal import initial_gap
-from rcstudy.mechanics.rolling import RollingSolution, slip_at_centres
+from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
 
 # How far a proof may miss, in units of the tolerance asked for, and never asked to be better than _FLOOR.
@@ -62,7 +63,11 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
     u = contact.displacement.on_box(rolling.q, contact.cells)
     w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
     result: np.ndarray = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
-    return result if contact.neighbours is None else slip_at_centres(result, rolling.slip, contact.neighbours)
+    return (
+        result
+        if contact.neighbours is None
+        else slip_at_centres(result, rolling.slip, contact.neighbours, rolling.centring)
+    )
 
 
 def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:

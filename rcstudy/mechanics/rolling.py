@@ -29,6 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rcstudy.mechanics import newton
+from rcstudy.mechanics.centring import Centring
 from rcstudy.mechanics.convolution import (
     ShiftedTransform,
     Transform,
@@ -52,9 +53,6 @@ _MAX_NEWTON = 60
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
 _WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
-# With slip taken at the centres a cell at the border may want to stick as soon as it slips, by a few parts in 10 000 of
-# its bound, and to slip as soon as it sticks.
-_KEEP = 1e-3
 
 
 @dataclass
@@ -62,7 +60,8 @@ class RollingSolution:
     """Tractions `q` and slips `s` [m, 2] (MPa, -) and slip flags [m] of the contact cells, and how they were found.
 
     `residual`: see `solve_tractions`; `products`: operator and preconditioner
-    products on the mesh itself; `coarser`: the solution with cells of twice the size that it started from.
+    products on the mesh itself; `coarser`: the solution with cells of twice the size that it started from; `centring`
+    [m, 2]: what it kept adding to the slip (`centring.py`).
     """
 
     q: np.ndarray
@@ -73,6 +72,7 @@ class RollingSolution:
     products: int
     converged: bool
     coarser: RollingSolution | None = None
+    centring: np.ndarray | None = None
 
     @property
     def coarse_products(self) -> int:
@@ -170,11 +170,7 @@ class NewtonSystem:
         neighbours: np.ndarray | None = None,
     ) -> None:
         n = cells.shape[0]
-        self.neighbours = neighbours
-        self.weight = np.zeros((2, n))
-        if neighbours is not None:
-            tractions.lean_weights(neighbours, self.weight)
-        self._behind = np.zeros((2, operator.plan.real.shape[2]))
+        self.centring = Centring(neighbours, operator.plan.real.shape[2]) if neighbours is not None else None
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.rho = 1.0 / operator.diagonal
         self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
@@ -190,10 +186,11 @@ class NewtonSystem:
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
-        keep = 0.0 if self.neighbours is None else _KEEP
-        _, square = tractions.classify(q, s, self.bound, self.rho, self.slip, self.normal, self.curvature, keep)
-        if self.neighbours is not None:
-            centred = self.at_centres(s)
+        settled = self.centring is None or self.centring.kept is not None
+        law = self.at_centres(s) if settled else s
+        _, square = tractions.classify(q, law, self.bound, self.rho, self.slip, self.normal, self.curvature)
+        if self.centring is not None and not settled:
+            centred = self.centring.look(s, self.slip)
             square = tractions.turn(q, centred, self.bound, self.rho, self.slip, self.normal, self.curvature)
         operator = self.operator
         coupling = operator.spacing[0] / operator.compliance
@@ -209,21 +206,17 @@ class NewtonSystem:
         return s
 
     def at_centres(self, s: np.ndarray) -> np.ndarray:
-        """Slip [m, 2] as the law of friction wants it: with `neighbours` at the centres of slip cells."""
-        if self.neighbours is None:
-            return s
-        out = np.empty(s.shape)
-        tractions.lean(s, self.slip, self.neighbours, self.weight, out)
-        return out
+        """Slip [m, 2] as the law of friction wants it: at the centres of slip cells, with a `centring`."""
+        return s if self.centring is None else self.centring.of(s, self.slip)
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [2 m], and the slips, into `out` [4 m]."""
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
         field = self.operator.plan.real
-        if self.neighbours is not None:
+        if self.centring is not None:
             tractions.gather(field, self.cells, slips)
-            tractions.lean_back(field, self.cells, self.slip, self.weight, self._behind)
+            self.centring.of_changes(field, self.cells, self.slip)
             slips = self._leaned
         tractions.gather_slip(field, v, self.cells, self.slip, self.normal, self.curvature, slips, rows)
 
@@ -273,17 +266,6 @@ class NewtonSystem:
         return after, s + slips.reshape(s.shape)
 
 
-def slip_at_centres(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray) -> np.ndarray:
-    """Slip `s` [m, 2], which belongs to the points half a cell ahead, interpolated to the centres of `slip` cells.
-
-    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none.
-    """
-    weight, out = np.empty((2, len(s))), np.empty(s.shape)
-    tractions.lean_weights(neighbours, weight)
-    tractions.lean(s, slip, neighbours, weight, out)
-    return out
-
-
 def solve_tractions(
     operator: SlipOperator,
     cells: np.ndarray,
@@ -297,7 +279,7 @@ def solve_tractions(
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
     pressure; `guess` [m, 2]: tractions to start from; `neighbours` [2, m]: take the direction of slip at the centres
-    of slip cells, see `slip_at_centres`. The relative tolerance is on
+    of slip cells (`centring.py`). The relative tolerance is on
     ||q - Proj(q - rho s)|| over the smaller of ||q|| and rho ||w||, 1/rho being the diagonal of B: the tractions,
     and the slip, are then right to about that fraction of their own size.
     """
@@ -307,7 +289,8 @@ def solve_tractions(
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
     q = on_bound(state.q, system.slip, system.normal, bound)
     s = system.at_centres(state.s)
-    return RollingSolution(q, s, system.slip, residual, iterations, system.products, state.solved)
+    kept = system.centring.kept if system.centring is not None else None
+    return RollingSolution(q, s, system.slip, residual, iterations, system.products, state.solved, centring=kept)
 
 
 class _Tractions:

@@ -78,14 +78,12 @@ def classify(
     slip: np.ndarray,
     normal: np.ndarray,
     diagonal: np.ndarray,
-    keep: float,
 ) -> tuple[int, float]:
     """Stick or slip by t = q - rho s against the bound, and the coefficients of the Newton step.
 
     q, s [m, 2] (MPa, -), bound mu p [m] (MPa), rho (MPa). A cell slips if |t| > bound; then normal = t/|t| and
     diagonal = (|t| - bound)/(rho bound). Where t has turned against q, slip has gone through zero: such a cell is taken
-    to stick. A cell that slipped goes on to if |t| is within the part `keep` of the bound. Returns the number of cells
-    that changed their state and the squared norm of q - Proj(t).
+    to stick. Returns the number of cells that changed their state and the squared norm of q - Proj(t).
     """
     # a share of the bound. Without the rule cells ten times longer than wide and stiff films took thousands of
     # products, some had no end; 0 to 0.5 do as well
@@ -97,8 +95,7 @@ def classify(
         ty = q[m, 1] - rho * s[m, 1]
         size = math.sqrt(tx * tx + ty * ty)
         outside = size > bound[m]
-        least = (1.0 - keep) * bound[m] if slip[m] else bound[m]
-        slips = size > least and tx * q[m, 0] + ty * q[m, 1] > turned * bound[m] * size
+        slips = outside and tx * q[m, 0] + ty * q[m, 1] > turned * bound[m] * size
         if slips != slip[m]:
             changed += 1
         slip[m] = slips
@@ -114,20 +111,26 @@ def classify(
 
 
 @jit
-def lean_weights(neighbours: np.ndarray, weight: np.ndarray) -> None:
-    """Weights [2, m] that interpolate slip to the cells' centres, from the points half a cell ahead where it is known.
+def lean_weights(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.ndarray) -> None:
+    """Weights [2, m] that interpolate slip to the centres of slip cells, from the points half a cell ahead.
 
     Centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s): the parabola through the three points, a
-    straight line where one is missing. neighbours [2, m]: numbers of the cells ahead and behind, a cell's own where
-    there is none.
+    straight line where one is missing or the cell ahead sticks, and no more than leaves half of s along itself.
+    neighbours [2, m]: numbers of the cells ahead and behind, a cell's own where there is none.
     """
-    for m in range(neighbours.shape[1]):
-        leading, last = neighbours[0, m] == m, neighbours[1, m] == m
-        if leading or last:
-            weight[0, m] = 0.0 if leading else -0.5
-            weight[1, m] = 0.0 if last else 0.5
-        else:
-            weight[0, m], weight[1, m] = -0.125, 0.375
+    for m in range(s.shape[0]):
+        ahead, behind = neighbours[0, m], neighbours[1, m]
+        of_ahead, of_behind = -0.125, 0.375
+        if ahead == m:
+            of_ahead, of_behind = 0.0, 0.5 if behind != m else 0.0
+        elif behind == m or not slip[ahead]:
+            of_ahead, of_behind = -0.5, 0.0
+        x = of_ahead * (s[ahead, 0] - s[m, 0]) + of_behind * (s[behind, 0] - s[m, 0])
+        y = of_ahead * (s[ahead, 1] - s[m, 1]) + of_behind * (s[behind, 1] - s[m, 1])
+        square = s[m, 0] ** 2 + s[m, 1] ** 2
+        along = x * s[m, 0] + y * s[m, 1]
+        part = 1.0 if along >= -0.5 * square else -0.5 * square / along
+        weight[0, m], weight[1, m] = part * of_ahead, part * of_behind
 
 
 @jit
