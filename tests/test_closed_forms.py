@@ -661,6 +661,7 @@ def test_naive_proof(layers: tuple[Layer, ...], counterbody: Material | None, co
 # --- the paper's own method ---
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("creepage", [MIXED, Creepage(0.002), Creepage(0.05)])
 def test_papers_method_is_reported_honestly(creepage: Creepage) -> None:
     """It does not satisfy Coulomb's law: never SOLVED, with the reason in words.

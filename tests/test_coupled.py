@@ -208,6 +208,7 @@ def test_a_plate_on_a_soft_core() -> None:
     solved(scene)
 
 
+@pytest.mark.heavy
 def test_at_most_twice_the_products_of_one_way() -> None:
     """A product of both together costs half as much again as one of the tractions alone: three times in all."""
     for scene in (STIFF_LAYERS, replace(STIFF_LAYERS, layers=(), creepage=MIXED)):

@@ -209,6 +209,7 @@ FITTED = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", FITTED)
 @pytest.mark.parametrize("margin", [1.1, 1.25, 2.0])
 def test_fitted_window(name, margin):

@@ -110,6 +110,7 @@ def test_further_than_rounding_allows_is_not_converged(monkeypatch: pytest.Monke
     assert found.converged == (found.residual <= 1e-30)
 
 
+@pytest.mark.heavy
 def test_load_is_kept_and_nothing_pulls() -> None:
     """Also where the pressures to start from are far from it: one cell, or all."""
     scene = CONTACTS["plate"]
