@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-_LOOSEST = 0.2  # linear residual of a Newton step, over its first one
+_LOOSEST = 0.3  # linear residual of a Newton step, over its first one
 _TIGHTEST = 1e-4  # to which that comes down where steps gain little
 _SHORTEST = 0.05  # step length
 
@@ -65,4 +65,4 @@ def forcing_term(residual: float, previous: float, loosest: float) -> float:
     """
     if not np.isfinite(previous):
         return loosest
-    return min(loosest, max(0.5 * (residual / previous) ** 2, 0.5 / residual))
+    return min(loosest, max(0.9 * (residual / previous) ** 2, 0.5 / residual))
