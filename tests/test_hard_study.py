@@ -213,5 +213,9 @@ def test_published_tables_are_of_these_cases(study: Study) -> None:
     words = " ".join((PUBLISHED / "README.md").read_text(encoding="utf-8").split())
     counts = rows.status.value_counts()
     assert f"{len(rows)} cases: {', '.join(f'{n} {status}' for status, n in counts.items())}." in words
-    products = rows[rows.status == "solved"].operator_products
+    solved = rows[rows.status == "solved"]
+    products, normal = (solved[name][solved[name] > 0] for name in ("operator_products", "products_normal"))
     assert f"{products.median():g} products in the median and {products.max():g} at most" in words
+    assert f"their pressures {normal.median():g} and {normal.max():g}" in words
+    for counts in (products, normal):
+        assert counts.max() <= MOST_PRODUCTS * counts.median()
