@@ -29,14 +29,15 @@ class State(Protocol):
         """Take a full step, its linear system solved to `forcing` of its first residual."""
 
     def shorten(self, length: float) -> None:
-        """Go back, and take no more than the part `length` of the last full step."""
+        """Go back, and take the part `length`, up to 1, of the last full step."""
 
 
 def solve(state: State, max_steps: int, patience: int) -> int:
     """Newton's method from `state` until it is solved, or for `max_steps` steps. Returns the steps taken.
 
     Full steps as long as they get anywhere: a gain of a tenth in `patience` steps. Then shorter ones, down to where
-    the residual falls, which break a cycle of active sets.
+    the residual falls, which break a cycle of active sets. Where it falls for none the full step is taken after all:
+    tiny ones would end where they began.
     """
     previous, best, loosest = np.inf, np.inf, _LOOSEST
     steps = since_best = 0
@@ -51,9 +52,11 @@ def solve(state: State, max_steps: int, patience: int) -> int:
         steps += 1
         previous = residual
         length = 1.0
-        while since_best >= patience and state.residual >= previous and length >= _SHORTEST:
-            length *= 0.5
+        while since_best >= patience and state.residual >= previous:
+            length = 0.5 * length if length >= 2.0 * _SHORTEST else 1.0
             state.shorten(length)
+            if length == 1.0:
+                break
     return steps
 
 
