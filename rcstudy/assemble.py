@@ -1,4 +1,4 @@
-"""The cube from the results that are on the disk: case by case, in bounded memory, in the study's own order.
+"""The cube from the results of its cases: case by case, in bounded memory, in the study's own order.
 
 The order makes two cubes of one study the same to the last byte, whatever order their cases were solved in, but for
 times and what is told of the run. Cases are solved in about that order too, so most of the cube is there when the last

@@ -21,7 +21,7 @@ from rcstudy.errors import UserError
 from rcstudy.index import Index
 from rcstudy.lock import locked
 from rcstudy.publish import remove_leftovers, sync
-from rcstudy.record import Keep, Packed, Record
+from rcstudy.record import Keep, Packed, Record, parse
 from rcstudy.result import Status
 from rcstudy.steady import interrupts_held
 from rcstudy.units import BadUnit, Unit, number_of, read_unit, unit_paths, write_unit
@@ -55,6 +55,7 @@ class Store:
         self.kept = 0  # results written by this store
         self._expected: set[str] = set()
         self._pending: list[tuple[str, Packed]] = []
+        self._held: dict[str, bytes] = {}  # records of those that are pending, by key
         self._bytes = 0
         self._since = 0.0
         self._units = 0  # written by this store, without those put together
@@ -73,13 +74,14 @@ class Store:
         self._expected.update(keys)
 
     def is_final(self, key: str) -> bool:
-        """Whether the result of a case is on the disk, and is not to be solved any more."""
+        """Whether the result of a case is here, and is not to be solved any more."""
         return key not in self._expected
 
     def record(self, key: str) -> Record:
         """The record of a case: as in :meth:`Index.record`."""
         with self._lock:  # else its unit might be put together with others meanwhile
-            return self.index.record(key)
+            body = self._held.get(key)
+            return self.index.record(key) if body is None else parse(body)
 
     def add(self, key: str, result: Packed) -> None:
         """Take a result; it reaches the disk within some seconds. Raises UserError when units cannot be written."""
@@ -88,6 +90,8 @@ class Store:
                 self._since = time.monotonic()
             self._pending.append((key, result))
             self._bytes += len(result.body)
+            self._held[key] = result.body
+            self._expected.discard(key)
         if self._waiting >= _MOST_PENDING or self._error is not None:
             self.flush()
         elif self._waiting >= 1.0:
@@ -150,7 +154,8 @@ class Store:
         statuses = tuple(Status(result.status) for _, result in taken)
         unit = self._written(cases, statuses)
         with self._lock:
-            self._expected.difference_update(key for key, _ in cases)
+            for key, _ in cases:
+                self._held.pop(key, None)
             del self._pending[: len(taken)]  # others may have come meanwhile
             self._bytes -= sum(len(body) for _, body in cases)
             self._since = time.monotonic()

@@ -149,12 +149,13 @@ def run(
             results = _results(pending, workers, scheduler, processes, packing)
             with contextlib.closing(results):
                 _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube)
+            summary.failures = failures(expansion, cases, store.index)
             if cube is not None:
                 cube.finish(attributes, started, check_interrupts)
                 store.clear()
         else:
             summary.kept = len(cases)
-        summary.failures = failures(expansion, cases, store.index)
+            summary.failures = failures(expansion, cases, store.index)
     summary.seconds = time.monotonic() - started
     return summary
 

@@ -143,6 +143,14 @@ def test_failed_cases_are_solved_again(sweeps: Sweeps) -> None:
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
 
 
+def test_failed_cases_in_more_units_than_files_stay_open(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(index, "_OPEN_FILES", 1)
+    monkeypatch.setattr(store, "UNIT_CASES", 1)
+    monkeypatch.setattr(store, "_PUT_TOGETHER", 100)
+    sweeps.run(fails=(20.0, 80.0))
+    assert [f.reason for f in sweeps.done.failures] == ["made up not to converge"] * 6
+
+
 @pytest.mark.parametrize("most", [6, CASES])
 def test_an_edited_study_solves_what_has_changed(sweeps: Sweeps, most: int) -> None:
     """Whether the others are in units or in the cube; whatever grid they stand in now."""
