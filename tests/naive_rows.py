@@ -170,6 +170,22 @@ def area(length: np.ndarray) -> float:
     return total
 
 
+def peak_at_borders(p: np.ndarray, borders: list[tuple[float, int]]) -> float:
+    """Largest pressure at borders (x, row) under pressure p [nx, ny], and between them and the rows beside."""
+    squares = [float(np.interp(x, np.arange(len(p)), p[:, row] ** 2)) for x, row in borders]
+    top = int(np.argmax(squares))
+    x, row = borders[top]
+    beside = []
+    for other in (row - 1, row + 1):
+        of_row = [k for k, border in enumerate(borders) if border[1] == other]
+        if of_row:
+            beside.append(squares[min(of_row, key=lambda k: abs(borders[k][0] - x))])
+    if len(beside) < 2:
+        return float(np.sqrt(squares[top]))
+    a, b, c = np.polyfit([-1.0, 0.0, 1.0], [beside[0], squares[top], beside[1]], 2)
+    return float(np.sqrt(c - b * b / (4.0 * a) if a < 0.0 else squares[top]))
+
+
 # --- moved rows ---
 
 

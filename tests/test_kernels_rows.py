@@ -339,6 +339,58 @@ def test_stick_rows(seed: int) -> None:
     assert borders == expected_borders
 
 
+def test_shorten_tips() -> None:
+    """As much of an outermost row slips as of the one beside it, be there a stick zone or not; no row gains."""
+    chords = np.array([0.0, 2.0, 5.0, 6.0, 5.0, 3.0, 0.0])
+    length = np.array([0.0, 1.7, 3.5, 4.5, 4.0, 1.0, 0.0])
+    rows.shorten_tips(length, chords)
+    np.testing.assert_allclose(length, [0.0, 0.5, 3.5, 4.5, 4.0, 1.0, 0.0], atol=1e-15)
+    length = np.array([0.0, 1.7, 1.0, 0.0, 4.0, 2.5, 0.0])
+    rows.shorten_tips(length, chords)
+    np.testing.assert_allclose(length, [0.0, 0.0, 1.0, 0.0, 4.0, 2.0, 0.0], atol=1e-15)
+    two = np.array([0.0, 1.5, 1.2, 0.0])
+    rows.shorten_tips(two, np.array([0.0, 2.0, 3.0, 0.0]))
+    np.testing.assert_array_equal(two, [0.0, 1.5, 1.2, 0.0])
+
+
+def test_vertex() -> None:
+    for values in ([1.0, 2.0, 1.5], [1.9, 2.0, 0.0], [0.3, 0.4, 0.3]):
+        a, b, c = np.polyfit([-1.0, 0.0, 1.0], values, 2)
+        assert rows.vertex(*values) == pytest.approx(c - b * b / (4.0 * a), rel=1e-12)
+    assert rows.vertex(2.0, 2.0, 2.0) == 2.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_peak_at_borders(seed: int) -> None:
+    """One border or many a row, at places within the box; the rows beside the highest one may have none."""
+    rng = np.random.default_rng(seed)
+    p = 3.0 * ellipse((9, 8), (4.2, 3.3), (3.9, 3.6)) + rng.uniform(0.0, 0.1, size=(9, 8))
+    borders = [(float(x), int(j)) for j in range(8) for x in rng.uniform(0.0, 8.0, size=rng.integers(0, 3))]
+    found = rows.peak_at_borders(p, np.array(borders, dtype=float).reshape(-1, 2))
+    assert found == pytest.approx(naive_rows.peak_at_borders(p, borders), rel=1e-12)
+    assert rows.peak_at_borders(p, np.zeros((0, 2))) == 0.0
+
+
+def test_by_law() -> None:
+    """Slip cells are on the bound and slip against it, stick cells within it and at rest; others are not touched."""
+    rng = np.random.default_rng(3)
+    cells = np.array([[0, 1], [1, 0], [2, 2], [2, 3]])
+    slip, bound = np.array([True, False, False, True]), rng.uniform(0.5, 2.0, size=4)
+    found = rng.normal(size=(4, 4))
+    found[1, :2], found[2, :2], found[3, :2] = (0.3, -0.4), (3.0, 4.0), 0.0
+    out = np.full((4, 6, 7), 7.0)
+    rows.by_law(found, slip, bound, cells, (2, 1), out)
+    at = out[:, 2 + cells[:, 0], 1 + cells[:, 1]].T
+    size, speed = np.hypot(*found[:, :2].T), np.hypot(*found[:, 2:].T)
+    np.testing.assert_allclose(at[0, :2], found[0, :2] / size[0] * bound[0], rtol=1e-14)
+    np.testing.assert_allclose(at[0, 2:], -found[0, :2] / size[0] * speed[0], rtol=1e-14)
+    np.testing.assert_allclose(at[1, :2], found[1, :2] * bound[1], rtol=1e-14)
+    np.testing.assert_allclose(at[2, :2], found[2, :2] / 5.0 * bound[2], rtol=1e-14)
+    assert (at[1:3, 2:] == 0.0).all()
+    assert (at[3] == 0.0).all()
+    assert (out == 7.0).sum() == out.size - 16
+
+
 # --- area ---
 
 

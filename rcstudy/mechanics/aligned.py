@@ -62,6 +62,7 @@ _SEEN = np.concatenate(
     )
 )
 _TRUE = np.linspace(-0.15, 0.85, _SEEN.size)
+_NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
 
 
 class AlignedContact(NormalContact):
@@ -74,7 +75,7 @@ class AlignedContact(NormalContact):
         box = contact.box.grown(1, 0, contact.scene.mesh.cells)
         coarser = AlignedContact(contact.coarser) if contact.coarser is not None else None
         super().__init__(contact.scene, contact.influence, contact.solution, box, coarser)
-        p = np.ascontiguousarray(self.solution.p[box.slices])
+        self._p = p = np.ascontiguousarray(self.solution.p[box.slices])
         ny = p.shape[1]
         self._low, self._high = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64)
         self._edges = np.zeros((2, ny))
@@ -210,24 +211,22 @@ class AlignedContact(NormalContact):
         i, j = self.cells.T
         values[:2, i, j] = (q / (friction * self.pressure)[:, None]).T
         values[2:, i, j] = s.T
-        p = self.solution.p[self.box.slices]
-        own = np.ascontiguousarray(np.argwhere(p > 0.0))
-        out, nearest = np.zeros((len(own), 4)), np.zeros(len(own), dtype=np.int64)
-        rows.to_centres(values, self._held, self.shift, own, out, nearest)
+        own = self._own
+        found, nearest = np.zeros((len(own), 4)), np.zeros(len(own), dtype=np.int64)
+        rows.to_centres(values, self._held, self.shift, own, found, nearest)
         flags = np.zeros(self.box.shape, dtype=np.bool_)
         flags[i, j] = slip
         slips = flags[nearest, own[:, 1]]
-        fraction, velocity = out[:, :2], out[:, 2:]
-        size = np.hypot(*fraction.T)
-        # in slip cells the traction has the size of the bound and slip points against it
-        direction = fraction / np.maximum(size, 1e-300)[:, None]
-        fraction = np.where(slips[:, None], direction, fraction / np.maximum(size, 1.0)[:, None])
-        velocity = np.where(slips[:, None], -direction * np.hypot(*velocity.T)[:, None], 0.0)
-        bound = friction * p[own[:, 0], own[:, 1]]
-        window = np.zeros((5, *self.scene.mesh.cells))
-        touched = self.solution.p > 0.0  # in the order of `own`
-        window[:, touched] = np.column_stack((fraction * bound[:, None], velocity, slips)).T
-        return window[:2], window[2:4], window[4] > 0.0
+        window, states = np.zeros((4, *self.scene.mesh.cells)), np.zeros(self.scene.mesh.cells, dtype=np.bool_)
+        corner = self.box.i0, self.box.j0
+        rows.by_law(found, slips, friction * self._p[own[:, 0], own[:, 1]], own, corner, window)
+        states[corner[0] + own[:, 0], corner[1] + own[:, 1]] = slips
+        return window[:2], window[2:], states
+
+    @cached_property
+    def _own(self) -> np.ndarray:
+        """Indices [m, 2] in the box of the mesh's own cells in contact."""
+        return np.ascontiguousarray(np.argwhere(self._p > 0.0))
 
     @cached_property
     def area(self) -> float:
@@ -239,7 +238,7 @@ class AlignedContact(NormalContact):
     @cached_property
     def _chords(self) -> tuple[np.ndarray, np.ndarray]:
         """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
-        across = np.ascontiguousarray(self.solution.p[self.box.slices].T)
+        across = np.ascontiguousarray(self._p.T)
         nx = across.shape[1]
         low, high, edges = np.zeros(nx, dtype=np.int64), np.zeros(nx, dtype=np.int64), np.zeros((2, nx))
         rows.row_edges(across, _SEEN, _TRUE, low, high, edges)
@@ -252,64 +251,34 @@ class AlignedContact(NormalContact):
     @cached_property
     def pressure_max(self) -> float:
         """Largest pressure (MPa): the vertex, along x and y, of parabolas through p^2."""
-        squares = np.pad(self.solution.p**2, 1)
+        squares = np.pad(self._p**2, 1)
         i, j = np.unravel_index(np.argmax(squares), squares.shape)
-        return float(np.sqrt(squares[i, j] + _rise(squares[i - 1 : i + 2, j]) + _rise(squares[i, j - 1 : j + 2])))
+        top = squares[i, j]
+        along, across = (rows.vertex(*line) for line in (squares[i - 1 : i + 2, j], squares[i, j - 1 : j + 2]))
+        return float(np.sqrt(along + across - top))
+
+    @cached_property
+    def _top(self) -> int:
+        """Number of the cell closest to the largest pressure."""
+        i, j = np.unravel_index(np.argmax(self._p), self._p.shape)
+        return int(self._index[min(max(round(self._start[j] - i), 0), self._count[j] - 1), j])
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa).
 
         Tractions peak at that border, where they are mu p, or where the pressure does.
         """
-        bound = friction * self.pressure
-        size = np.hypot(*rolling.q.T)
-        length, borders = np.zeros(self.box.shape[1]), np.zeros((2 * len(self.cells), 2))
-        found = rows.stick_rows(
-            bound - size, rolling.slip, self._index, self._start, self._count, self._edges, length, borders
-        )
+        size, slip = np.hypot(rolling.q[:, 0], rolling.q[:, 1]), rolling.slip
+        if not slip.any():
+            return 0.0, float(size.max())
+        room = friction * self.pressure - size
+        length, borders = np.zeros(self.box.shape[1]), np.zeros((2 * len(size), 2))
+        found = rows.stick_rows(room, slip, self._index, self._start, self._count, self._edges, length, borders)
+        rows.shorten_tips(length, self._chords[0])
         dx, dy = self.scene.mesh.spacing
-        self._shorten_tips(length)
-        within = float(rows.area_under(length, np.full(2, np.nan))) * dx * dy
-        stick = min(within, self.area) if rolling.slip.any() else self.area
-        i, j = np.unravel_index(np.argmax(self.solution.p[self.box.slices]), self.box.shape)
-        top = self._index[np.clip(round(self._start[j] - i), 0, self._count[j] - 1), j]
+        stick = min(float(rows.area_under(length, _NOT_KNOWN)) * dx * dy, self.area)
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
-        peaks = [float(size[~rolling.slip].max(initial=0.0)), self._peak_at_borders(borders[:found], friction)]
-        peaks.append(friction * self.pressure_max if rolling.slip[top] else float(size.max()))
+        peaks = [friction * self.pressure_max if slip[self._top] else float(size.max())]
+        if found:
+            peaks += [friction * rows.peak_at_borders(self._p, borders[:found]), float(size[~slip].max())]
         return self.area - stick, max(peaks)
-
-    def _shorten_tips(self, length: np.ndarray) -> None:
-        """Chords `length` [ny] of the stick zone in the outermost rows, whose cells do not tell them.
-
-        As much of the row slips as of the one beside it.
-        """
-        chords, touched = self._chords[0], np.flatnonzero(self._count)
-        if len(touched) > 2:
-            for outer, inner in (touched[:2], touched[:-3:-1]):
-                slipping = chords[inner] - length[inner]
-                length[outer] = max(0.0, min(length[outer], chords[outer] - slipping))
-
-    def _peak_at_borders(self, borders: np.ndarray, friction: float) -> float:
-        """Largest mu p (MPa) at `borders` [n, 2] (positions x, j) between stick and slip, and between their rows."""
-        if len(borders) == 0:
-            return 0.0
-        x, j = borders[:, 0], borders[:, 1].astype(np.int64)
-        i = np.clip(np.floor(x).astype(np.int64), 0, self.box.shape[0] - 2)
-        squares = self.solution.p[self.box.slices] ** 2
-        at_border = squares[i, j] + (x - i) * (squares[i + 1, j] - squares[i, j])
-        top = int(np.argmax(at_border))
-        beside = []
-        for row in (j[top] - 1, j[top] + 1):
-            of_row = np.flatnonzero(j == row)
-            if of_row.size:
-                beside.append(at_border[of_row[np.argmin(np.abs(x[of_row] - x[top]))]])
-        square = at_border[top]
-        if len(beside) == 2:
-            square += _rise(np.array([beside[0], square, beside[1]]))
-        return friction * float(np.sqrt(square))
-
-
-def _rise(values: np.ndarray) -> float:
-    """By how much the vertex of the parabola through three `values`, the middle one the largest, is above that."""
-    bend = 2.0 * values[1] - values[0] - values[2]
-    return float((values[2] - values[0]) ** 2 / (8.0 * bend)) if bend > 0.0 else 0.0

@@ -174,6 +174,25 @@ def to_centres(
 
 
 @jit
+def by_law(
+    found: np.ndarray, slip: np.ndarray, bound: np.ndarray, cells: np.ndarray, corner: tuple[int, int], out: np.ndarray
+) -> None:
+    """Tractions (MPa) and slips of cells [m, 2] that keep Coulomb's law, from what was found [m, 4] between others.
+
+    found: traction over bound, x and y, and slip, x and y; slip [m]; bound mu p [m] (MPa). Into out [4, nx, ny], the
+    cells being counted from corner. In slip cells the traction has the size of the bound and slip points against it.
+    """
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0] + corner[0], cells[m, 1] + corner[1]
+        size = math.sqrt(found[m, 0] ** 2 + found[m, 1] ** 2)
+        speed = math.sqrt(found[m, 2] ** 2 + found[m, 3] ** 2) if slip[m] else 0.0
+        scale = max(size, 1e-300 if slip[m] else 1.0)
+        for k in range(2):
+            out[k, i, j] = found[m, k] / scale * bound[m]
+            out[2 + k, i, j] = -found[m, k] / scale * speed
+
+
+@jit
 def border_ahead(near: float, next_one: float) -> float:
     """Distance, at most a cell, from the first stick cell of a row to the border of the stick zone ahead of it.
 
@@ -235,6 +254,59 @@ def stick_rows(
                     found += 1
                 length[j] += front - back
     return found
+
+
+@jit
+def shorten_tips(length: np.ndarray, chords: np.ndarray) -> None:
+    """Chords length [ny] of the stick zone in the contact's outermost rows, whose cells do not tell them, in place.
+
+    chords [ny]: those of the contact. As much of an outermost row slips as of the one beside it.
+    """
+    low, high = 0, chords.size - 1
+    while low < high and chords[low] == 0.0:
+        low += 1
+    while high > low and chords[high] == 0.0:
+        high -= 1
+    if high - low < 2:
+        return
+    for outer, inner in ((low, low + 1), (high, high - 1)):
+        length[outer] = max(0.0, min(length[outer], chords[outer] - (chords[inner] - length[inner])))
+
+
+@jit
+def vertex(before: float, top: float, after: float) -> float:
+    """Height of the parabola through three values one apart, of which the one in the middle is the largest."""
+    bend = 2.0 * top - before - after
+    return top + (after - before) ** 2 / (8.0 * bend) if bend > 0.0 else top
+
+
+@jit
+def peak_at_borders(p: np.ndarray, borders: np.ndarray) -> float:
+    """Largest pressure (MPa) at borders [n, 2], positions x and rows j in p [nx, ny] (MPa); between the rows, too.
+
+    p^2 goes straight from cell to cell along a row, and by a parabola over the largest one's row and those beside it.
+    """
+    n, last = borders.shape[0], p.shape[0] - 2
+    square = np.zeros(n)
+    top = 0
+    for k in range(n):
+        j = int(borders[k, 1])
+        i = min(max(math.floor(borders[k, 0]), 0), last)
+        square[k] = p[i, j] ** 2 + (borders[k, 0] - i) * (p[i + 1, j] ** 2 - p[i, j] ** 2)
+        if square[k] > square[top]:
+            top = k
+    if n == 0:
+        return 0.0
+    beside = np.full(2, -1)
+    for k in range(n):
+        side = int(borders[k, 1] - borders[top, 1])
+        if side in (-1, 1):
+            other = beside[(side + 1) // 2]
+            if other < 0 or abs(borders[k, 0] - borders[top, 0]) < abs(borders[other, 0] - borders[top, 0]):
+                beside[(side + 1) // 2] = k
+    if beside.min() < 0:
+        return math.sqrt(max(square[top], 0.0))
+    return math.sqrt(max(vertex(square[beside[0]], square[top], square[beside[1]]), 0.0))
 
 
 @jit
