@@ -188,7 +188,8 @@ def _bends(influence: Influence, shape: tuple[int, int]) -> bool:
     if not influence.layered:
         return False
     dx, dy = influence.spacing
-    alpha = np.geomspace(1.0 / max(shape[0] * dx, shape[1] * dy), math.pi / min(dx, dy), 40)
+    longest, shortest = max(shape[0] * dx, shape[1] * dy), min(dx, dy) / math.pi
+    alpha = np.exp(np.linspace(-math.log(longest), -math.log(shortest), 40))
     compliance = influence.normal_response(alpha) * alpha
     return float((np.maximum.accumulate(compliance) / compliance).max()) > _PLATE
 
