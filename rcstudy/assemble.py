@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from rcstudy.cube_writer import AT_ONCE, CubeWriter, writing
+from rcstudy.cube_writer import CubeWriter, writing
 from rcstudy.errors import UserError
 from rcstudy.record import DamagedRecord, Region
 
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Mesh
     from rcstudy.store import Store
     from rcstudy.study import Study
+
+AT_ONCE = 64  # cases handed to HDF5 while Ctrl-C waits: many, so that its code stays in the processor's caches
+_CELLS_AT_ONCE = 2**22  # of all these cases: their records are in memory meanwhile
 
 
 class Assembly:
@@ -38,6 +41,9 @@ class Assembly:
         self._cube: CubeWriter | None = None
         self._open = contextlib.ExitStack()
         self._taken = 0  # the first so many cases are in the cube
+        meshes = {case.scene.mesh for case in expansion.cases}
+        most = max(mesh.cells[0] * mesh.cells[1] for mesh in meshes)
+        self._at_once = max(1, min(AT_ONCE, _CELLS_AT_ONCE // most))
 
     def __enter__(self) -> Self:
         return self
@@ -53,7 +59,7 @@ class Assembly:
 
     def go_on(self) -> None:
         """Take the next few cases, if their results are final."""
-        cases = self._expansion.cases[self._taken : self._taken + AT_ONCE]
+        cases = self._expansion.cases[self._taken : self._taken + self._at_once]
         if self._cube is None or not cases or not all(self._store.is_final(case.key) for case in reversed(cases)):
             return
         try:
@@ -90,7 +96,7 @@ class Assembly:
 
     def _take(self) -> None:
         assert self._cube is not None
-        cases = self._expansion.cases[self._taken : self._taken + AT_ONCE]
+        cases = self._expansion.cases[self._taken : self._taken + self._at_once]
         self._cube.add([(case, self._store.record(case.key)) for case in cases])
         self._taken += len(cases)
 

@@ -130,7 +130,7 @@ class CubeWriter:
         storage.check()
 
     def add(self, some: Sequence[tuple[Case, Record]]) -> None:
-        """Take some cases, few enough that Ctrl-C may wait: AT_ONCE. Raises OSError when the file cannot be written."""
+        """Take some cases, few enough that Ctrl-C may wait. Raises OSError when the file cannot be written."""
         with interrupts_held():
             for case, record in some:
                 self._grids[case.grid].add(case, record)
