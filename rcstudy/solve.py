@@ -217,7 +217,7 @@ def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSoluti
 def _rolling_numbers(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> dict[str, float]:
     """Scalars that follow from the tractions."""
     dx, dy = scene.mesh.spacing
-    x, y = contact.centres
+    x, y = contact.levers
     qx, qy = rolling.q.T
     slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
     return {

@@ -21,13 +21,13 @@ def first_root(v0: float, slope: float, bend: float) -> float:
     return float(min((1.0 / root.real for root in inverse if root.imag == 0.0 and root.real > 0.0), default=NEVER))
 
 
-def integral_of_root(x: np.ndarray, v: np.ndarray, low: float, high: float) -> float:
-    """Integral from `low` to `high` of sqrt(v), v [n] >= 0 at rising x [n] being joined by straight lines."""
+def integral_of_root(x: np.ndarray, v: np.ndarray, low: float, high: float, power: int = 0) -> float:
+    """Integral from `low` to `high` of x^power sqrt(v), v [n] >= 0 at rising x [n] being joined by straight lines."""
     total = 0.0
     for a, b in pairwise(x):
         a, b = max(a, low), min(b, high)
         if a < b:
-            total += quad(lambda t: np.sqrt(np.interp(t, x, v)), a, b, epsabs=1e-11, epsrel=1e-11)[0]
+            total += quad(lambda t: t**power * np.sqrt(np.interp(t, x, v)), a, b, epsabs=1e-11, epsrel=1e-11)[0]
     return float(total)
 
 
@@ -69,14 +69,40 @@ def outwards(v: np.ndarray, bend: float, seen: np.ndarray, true: np.ndarray) -> 
     return min(1.0, first_root(v[0], slope, bend))
 
 
-def bounds(p: np.ndarray, back: float, front: float, start: float, count: int) -> np.ndarray:
-    """Pressures [count] of cells at start - k that carry what a row p [nx] carries, by quadrature."""
+def profile(p: np.ndarray, back: float, front: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places and squares of the pressure p [nx] of a row between which p^2 is taken as a straight line."""
     cells = cells_of_row(p)
-    x = np.concatenate([[back], cells, [front]])
-    v = np.concatenate([[0.0], p[cells] ** 2, [0.0]])
+    x, v = cells.astype(float), p[cells] ** 2
+    if len(cells) < 6:
+        return np.concatenate([[back], x, [front]]), np.concatenate([[0.0], v, [0.0]])
+    for edge, outer, inner in ((back, 0, [1, 2]), (front, -1, [-2, -3])):
+        parabola = np.polyfit([edge, *x[inner]], [0.0, *v[inner]], 2)
+        outside = x[outer] <= edge if outer == 0 else x[outer] >= edge
+        v[outer] = 0.0 if outside else max(0.0, np.polyval(parabola, x[outer]))
+    second = np.concatenate([[0.0], np.diff(v, 2), [0.0]])
+    second[[0, -1]] = second[[1, -2]]
+    # of the pieces between edge, cells and edge; those of an outermost cell beyond its edge are not there
+    bends = np.concatenate([second[:1], 0.5 * (second[1:] + second[:-1]), second[-1:]])
+    places, values = np.concatenate([[back], x, [front]]), np.concatenate([[0.0], v, [0.0]])
+    if x[0] <= back:
+        places, values, bends = np.delete(places, 1), np.delete(values, 1), np.delete(bends, 0)
+    if x[-1] >= front:
+        places, values, bends = np.delete(places, -2), np.delete(values, -2), np.delete(bends, -2)
+        bends[-1] = second[-1]
+    halves = np.maximum(0.0, 0.5 * (values[1:] + values[:-1]) - bends * np.diff(places) ** 2 / 6.0)
+    knots = np.empty(2 * len(places) - 1)
+    squares = np.empty(len(knots))
+    knots[::2], knots[1::2] = places, 0.5 * (places[1:] + places[:-1])
+    squares[::2], squares[1::2] = values, halves
+    return knots, squares
+
+
+def bounds(p: np.ndarray, back: float, front: float, start: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Pressures [count] of cells at start - k that carry what a row p [nx] carries, and where, by quadrature."""
+    x, v = profile(p, back, front)
     ends = [front, *(start - k - 0.5 for k in range(count - 1)), back]
-    parts = np.array([integral_of_root(x, v, ends[k + 1], ends[k]) for k in range(count)])
-    return parts * p.sum() / parts.sum()
+    parts, moments = ([integral_of_root(x, v, ends[k + 1], ends[k], power) for k in range(count)] for power in (0, 1))
+    return np.array(parts) * p.sum() / sum(parts), np.array(moments) / np.array(parts)
 
 
 # --- between cells ---

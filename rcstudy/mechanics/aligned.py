@@ -14,7 +14,7 @@ Hence:
 - each row of cells is moved along x, by up to half a cell, so that its leading cell's centre lies theta dx behind the
   edge of the contact in that row. That edge is where p^2, which falls almost linearly, comes to zero. Rows are moved
   by phases between the two stages of the transforms;
-- the bound is the mean of mu p over the moved cell; each row keeps its force;
+- the bound is the mean of mu p over the moved cell; each row keeps its force, and moments take it where it is;
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
@@ -50,7 +50,7 @@ _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the co
 _SPIN_POINT = 0.5  # in cells ahead of the centre
 # Slip by pressure goes like the root of the distance from the edge, too; at the leading cell it comes out too large by
 # this part of its rise from the third cell to the fourth (from contacts with slip by pressure only).
-_LEADING = 0.05
+_LEADING = 0.15
 
 # Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
 # and where the contact ends in truth: the two-dimensional contact of a cylinder on many cells, moved over the mesh.
@@ -99,10 +99,11 @@ class AlignedContact(NormalContact):
         number = np.full(p.shape, -1)
         number[held] = np.arange(len(self._cells))
         self._index = np.where(taken, number[np.where(taken, i, 0), np.arange(ny)], -1)
-        bounds = np.zeros(i.shape)
-        rows.row_bounds(p, self._low, self._high, self._edges, self._start, self._count, bounds)
-        self._pressure = np.zeros(len(self._cells))
+        bounds, middles = np.zeros(i.shape), np.zeros(i.shape)
+        rows.row_bounds(p, self._low, self._high, self._edges, self._start, self._count, bounds, middles)
+        self._pressure, self._middle = np.zeros(len(self._cells)), np.zeros(len(self._cells))
         self._pressure[self._index[taken]] = bounds[taken]
+        self._middle[self._index[taken]] = middles[taken]
 
     @cached_property
     def cells(self) -> np.ndarray:
@@ -120,6 +121,14 @@ class AlignedContact(NormalContact):
         x, y = cell_centres(self.scene)
         i, j = self.cells.T
         return x[self.box.i0 + i] + self.shift[j] * self.scene.mesh.spacing[0], y[self.box.j0 + j]
+
+    @cached_property
+    def levers(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates x [m], y [m] (mm) of the middle of each cell's force; outermost cells hold what lies beyond."""
+        dx = self.scene.mesh.spacing[0]
+        i, j = self.cells.T
+        x, y = self.centres
+        return x + (self._middle - (i + self.shift[j])) * dx, y
 
     @cached_property
     def neighbours(self) -> np.ndarray:
@@ -144,10 +153,10 @@ class AlignedContact(NormalContact):
 
         def make() -> np.ndarray:
             quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-            return (
-                symbols(pressure_quadrants(quadrant), padded, x_first=True)
-                * upwind_factor(padded[0], self.influence.spacing[0])[:, None]
-            )
+            symbol = symbols(pressure_quadrants(quadrant), padded, x_first=True)
+            along_x = upwind_factor(padded[0], self.influence.spacing[0]) * point_factor(padded[0], symbol.shape[1])
+            symbol *= along_x[:, None]
+            return symbol
 
         # first of all: of a contact one row wide the symbols are made in this very plan
         hat = self.influence.once(("by pressure, x first", padded), make)

@@ -77,6 +77,11 @@ class NormalContact:
         x, y = cell_centres(self.scene)
         return x[self.box.i0 + self.cells[:, 0]], y[self.box.j0 + self.cells[:, 1]]
 
+    @property
+    def levers(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates x [m], y [m] (mm) of where each cell's force is."""
+        return self.centres
+
     @cached_property
     def neighbours(self) -> np.ndarray | None:
         """Numbers [2, m] of the cells ahead and behind, where slip is wanted at cell centres (`aligned.py`)."""

@@ -90,6 +90,59 @@ def piece(v0: float, v1: float, length: float) -> float:
 
 
 @jit
+def row_profile(p: np.ndarray, ends: np.ndarray, edges: np.ndarray, knots: np.ndarray, squares: np.ndarray) -> int:
+    """Where p^2 is taken as a straight line in between: knots and squares [>= 2 nx + 3] of a row p [nx] (MPa).
+
+    ends [2]: first and last cell in contact, edges [2]: where the contact ends. Returns the number of knots: edges,
+    centres, and halfway between these what lets two lines enclose as much as a parabola does. Outermost cells, which
+    are pressed more or less than their centres, are put on the parabola through the edge and the next two. Of less than
+    six cells p^2 goes straight.
+    """
+    low, high = ends[0], ends[1]
+    enough = high - low >= 5
+    v = np.zeros(high - low + 1)
+    for k in range(v.size):
+        v[k] = p[low + k] ** 2
+    bends = np.zeros(v.size)
+    if enough:
+        for side in range(2):
+            inward = 1 if side == 0 else -1
+            outer = 0 if side == 0 else v.size - 1
+            t = (ends[side] - edges[side]) * inward  # how far the outermost centre is inside the edge
+            slope = v[outer + inward] / (t + 1.0)
+            bend = v[outer + 2 * inward] / (t + 2.0) - slope
+            v[outer] = max(t * (slope - bend), 0.0)
+        for k in range(1, v.size - 1):
+            bends[k] = v[k + 1] - 2.0 * v[k] + v[k - 1]
+        bends[0], bends[-1] = bends[1], bends[-2]
+    knots[0], squares[0] = edges[0], 0.0
+    n = 1
+    for k in range(v.size + 1):
+        last = k == v.size
+        x, value = (edges[1], 0.0) if last else (float(low + k), v[k])
+        if x <= knots[n - 1] or (not last and x >= edges[1]):
+            continue  # an outermost centre beyond its edge
+        if enough:
+            bend = 0.5 * (bends[min(k, v.size - 1)] + bends[max(k - 1, 0)])
+            length = x - knots[n - 1]
+            knots[n] = 0.5 * (knots[n - 1] + x)
+            squares[n] = max(0.5 * (squares[n - 1] + value) - bend * length * length / 6.0, 0.0)
+            n += 1
+        knots[n], squares[n] = x, value
+        n += 1
+    return n
+
+
+@jit
+def piece_moment(v0: float, v1: float, length: float) -> float:
+    """Integral of t sqrt(v), t from where v is v0: see `piece`."""
+    a, b = math.sqrt(v0), math.sqrt(v1)
+    if a + b == 0.0:
+        return 0.0
+    return 2.0 / 15.0 * length**2 * (3.0 * b**3 + 6.0 * a * b * b + 4.0 * a * a * b + 2.0 * a**3) / (a + b) ** 2
+
+
+@jit
 def row_bounds(
     p: np.ndarray,
     low: np.ndarray,
@@ -98,44 +151,42 @@ def row_bounds(
     start: np.ndarray,
     count: np.ndarray,
     out: np.ndarray,
+    middle: np.ndarray,
 ) -> None:
     """Mean pressure of cells with centres start[j] - k, k < count[j], into out [max count, ny] (MPa).
 
-    p^2 is taken as linear between the centres of cells and the edges, and scaled so that every row carries the force
-    that it carries in p. The first and last cell take what lies beyond them.
+    And the middle of its force, a position along x, into middle [max count, ny]. From `row_profile`, scaled so that
+    every row carries the force that it carries in p. The first and last cell take what lies beyond them.
     """
-    nx = p.shape[0]
-    knots = np.zeros(nx + 2)
-    squares = np.zeros(nx + 2)
-    mass = np.zeros(nx + 2)
+    most = 2 * p.shape[0] + 3
+    knots, squares, mass, moment = np.zeros(most), np.zeros(most), np.zeros(most), np.zeros(most)
     for j in range(p.shape[1]):
         if count[j] == 0:
             continue
-        a, b = low[j], high[j]
-        n = b - a + 3
-        total = 0.0
-        knots[0], knots[n - 1] = edges[0, j], edges[1, j]
-        squares[0] = squares[n - 1] = 0.0
-        for i in range(a, b + 1):
-            knots[i - a + 1] = i
-            squares[i - a + 1] = p[i, j] ** 2
-            total += p[i, j]
-        mass[0] = 0.0
+        row = p[:, j].copy()
+        n = row_profile(row, np.array([low[j], high[j]]), edges[:, j].copy(), knots, squares)
         for k in range(1, n):
-            mass[k] = mass[k - 1] + piece(squares[k - 1], squares[k], knots[k] - knots[k - 1])
-        scale = total / mass[n - 1]
-        beyond = mass[n - 1]
+            length = knots[k] - knots[k - 1]
+            own = piece(squares[k - 1], squares[k], length)
+            mass[k] = mass[k - 1] + own
+            moment[k] = moment[k - 1] + knots[k - 1] * own + piece_moment(squares[k - 1], squares[k], length)
+        scale = row.sum() / mass[n - 1]
+        beyond, moment_beyond = mass[n - 1], moment[n - 1]
+        m = n - 2
         for k in range(count[j]):
             x = start[j] - k - 0.5
-            if k == count[j] - 1 or x <= knots[0]:
-                here = 0.0
-            else:
-                # the piece that x lies in
-                m = 0 if x < a else (n - 2 if x >= b else 1 + math.floor(x) - a)
-                part = (x - knots[m]) / (knots[m + 1] - knots[m])
-                here = mass[m] + piece(squares[m], squares[m] + part * (squares[m + 1] - squares[m]), x - knots[m])
+            here = moment_here = 0.0
+            if k < count[j] - 1 and x > knots[0]:
+                while knots[m] > x:
+                    m -= 1
+                length = x - knots[m]
+                square = squares[m] + length / (knots[m + 1] - knots[m]) * (squares[m + 1] - squares[m])
+                own = piece(squares[m], square, length)
+                here = mass[m] + own
+                moment_here = moment[m] + knots[m] * own + piece_moment(squares[m], square, length)
             out[k, j] = scale * (beyond - here)
-            beyond = here
+            middle[k, j] = (moment_beyond - moment_here) / (beyond - here) if beyond > here else start[j] - k
+            beyond, moment_beyond = here, moment_here
 
 
 @jit
