@@ -153,11 +153,15 @@ def stick_zone(
     for first, last in stick_runs(slip.tolist()):
         ends = [front, back]
         for side, (outermost, inner) in enumerate([(first, first + 1), (last, last - 1)]):
-            if outermost == (0, len(slip) - 1)[side]:
+            of_row = outermost == (0, len(slip) - 1)[side]
+            if of_row and (side == 0 or first == last):
                 continue
             near, next_one = room[outermost], room[inner] if first < last else 0.0
             distance = (border_ahead, border_behind)[side](near, next_one)
-            ends[side] = start - outermost + (distance if side == 0 else -distance)
+            place = start - outermost + (distance if side == 0 else -distance)
+            if of_row and place <= back:
+                continue  # a slip zone narrower than a cell shows in the room alone
+            ends[side] = place
             borders.append(ends[side])
         length += ends[0] - ends[1]
     return length, borders

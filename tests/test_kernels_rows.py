@@ -326,7 +326,7 @@ def test_stick_rows_between_borders() -> None:
     x = start - np.arange(10)
     j = np.arange(3.0)
     behind = (j + 0.5 - 0.075) * gamma(j + 0.5) / gamma(j + 1.0)  # the border 0.6 cells behind the last stick cell
-    room = np.zeros(10)
+    room = np.ones(10)
     room[2:5], room[4:7] = np.sqrt(8.1 - x[2:5]), behind[::-1]
     length, borders = found_zone(["ss-----sss"], room, [start], [(back, front)])
     assert length == pytest.approx([8.1 - 3.1])
@@ -337,6 +337,10 @@ def test_stick_rows_between_borders() -> None:
     length, borders = found_zone(["ss--------"], room, [start], [(back, front)])
     assert length == pytest.approx([8.1 - back])
     assert borders == [(pytest.approx(8.1), 0.0)]
+    room[-3:] = behind[::-1]  # all stick, but for the last 0.3 cells
+    length, borders = found_zone(["----------"], room, [start], [(-0.2, front)])
+    assert length == pytest.approx([front - 0.1])
+    assert borders == [(pytest.approx(0.1), 0.0)]
 
 
 def test_stick_rows_of_single_cells() -> None:

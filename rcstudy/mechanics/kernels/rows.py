@@ -299,10 +299,13 @@ def stick_rows(
                 found += 1
             if not behind:
                 back = edges[0, j]
-                if k + 1 < count[j]:
-                    back = start[j] - k - border_behind(room[m], room[index[k - 1, j]] if ahead else 0.0)
-                    borders[found, 0], borders[found, 1] = back, j
-                    found += 1
+                # a slip zone narrower than a cell shows in the room alone
+                if k + 1 < count[j] or ahead:
+                    border = start[j] - k - border_behind(room[m], room[index[k - 1, j]] if ahead else 0.0)
+                    if k + 1 < count[j] or border > back:
+                        back = border
+                        borders[found, 0], borders[found, 1] = back, j
+                        found += 1
                 length[j] += front - back
     return found
 
