@@ -78,7 +78,9 @@ def profile(p: np.ndarray, back: float, front: float) -> tuple[np.ndarray, np.nd
     for edge, outer, inner in ((back, 0, [1, 2]), (front, -1, [-2, -3])):
         parabola = np.polyfit([edge, *x[inner]], [0.0, *v[inner]], 2)
         outside = x[outer] <= edge if outer == 0 else x[outer] >= edge
-        v[outer] = 0.0 if outside else max(0.0, np.polyval(parabola, x[outer]))
+        on_parabola = 0.0 if outside else float(np.polyval(parabola, x[outer]))
+        if outside or on_parabola > 0.0:
+            v[outer] = on_parabola
     second = np.concatenate([[0.0], np.diff(v, 2), [0.0]])
     second[[0, -1]] = second[[1, -2]]
     # of the pieces between edge, cells and edge; those of an outermost cell beyond its edge are not there
@@ -89,7 +91,8 @@ def profile(p: np.ndarray, back: float, front: float) -> tuple[np.ndarray, np.nd
     if x[-1] >= front:
         places, values, bends = np.delete(places, -2), np.delete(values, -2), np.delete(bends, -2)
         bends[-1] = second[-1]
-    halves = np.maximum(0.0, 0.5 * (values[1:] + values[:-1]) - bends * np.diff(places) ** 2 / 6.0)
+    straight = 0.5 * (values[1:] + values[:-1])
+    halves = np.maximum(straight - bends * np.diff(places) ** 2 / 6.0, 0.25 * straight)
     knots = np.empty(2 * len(places) - 1)
     squares = np.empty(len(knots))
     knots[::2], knots[1::2] = places, 0.5 * (places[1:] + places[:-1])

@@ -141,6 +141,17 @@ def test_row_profile(cells: int, back: float, front: float) -> None:
     assert np.isnan(knots[n:]).all()
 
 
+def test_row_bounds_are_above_nothing() -> None:
+    """Whatever the pressures are: where parabolas fall below nothing, too."""
+    rng = np.random.default_rng(8)
+    for _ in range(200):
+        p = np.zeros((14, 1))
+        p[2:12, 0] = 10.0 ** rng.uniform(-3.0, 0.0, size=10)
+        edges = np.array([[rng.uniform(1.2, 2.14)], [rng.uniform(10.86, 11.8)]])
+        start = edges[1] - 0.748
+        assert (found_bounds(p, edges, start, np.ceil(start - edges[0]).astype(np.int64)) > 0.0).all()
+
+
 def found_bounds(p: np.ndarray, edges: np.ndarray, start: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Bounds [max count, ny] as the kernel finds them, none where there is no cell."""
     inside = [np.flatnonzero(row) if row.any() else np.array([len(row), -1]) for row in p.T]

@@ -95,8 +95,8 @@ def row_profile(p: np.ndarray, ends: np.ndarray, edges: np.ndarray, knots: np.nd
 
     ends [2]: first and last cell in contact, edges [2]: where the contact ends. Returns the number of knots: edges,
     centres, and halfway between these what lets two lines enclose as much as a parabola does. Outermost cells, which
-    are pressed more or less than their centres, are put on the parabola through the edge and the next two. Of less than
-    six cells p^2 goes straight.
+    are pressed more or less than their centres, are put on the parabola through the edge and the next two, if it is
+    above nothing there. Of less than six cells p^2 goes straight.
     """
     low, high = ends[0], ends[1]
     enough = high - low >= 5
@@ -111,7 +111,8 @@ def row_profile(p: np.ndarray, ends: np.ndarray, edges: np.ndarray, knots: np.nd
             t = (ends[side] - edges[side]) * inward  # how far the outermost centre is inside the edge
             slope = v[outer + inward] / (t + 1.0)
             bend = v[outer + 2 * inward] / (t + 2.0) - slope
-            v[outer] = max(t * (slope - bend), 0.0)
+            if t <= 0.0 or slope > bend:
+                v[outer] = max(t, 0.0) * (slope - bend)
         for k in range(1, v.size - 1):
             bends[k] = v[k + 1] - 2.0 * v[k] + v[k - 1]
         bends[0], bends[-1] = bends[1], bends[-2]
@@ -126,7 +127,8 @@ def row_profile(p: np.ndarray, ends: np.ndarray, edges: np.ndarray, knots: np.nd
             bend = 0.5 * (bends[min(k, v.size - 1)] + bends[max(k - 1, 0)])
             length = x - knots[n - 1]
             knots[n] = 0.5 * (knots[n - 1] + x)
-            squares[n] = max(0.5 * (squares[n - 1] + value) - bend * length * length / 6.0, 0.0)
+            straight = 0.5 * (squares[n - 1] + value)
+            squares[n] = max(straight - bend * length * length / 6.0, 0.25 * straight)
             n += 1
         knots[n], squares[n] = x, value
         n += 1
