@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import cubes
@@ -80,16 +80,22 @@ def files(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir() if path.is_file())
 
 
-def test_most_of_it_is_there_when_the_last_case_is_solved(
-    study: Study, at_the_end: Path, tmp_path: Path, taken: list[str]
-) -> None:
-    seen = []
+def noting(seen: list[int], taken: list[str]) -> Callable[[Sequence[Scene]], Iterator[Result]]:
+    """A solver that puts into `seen` how many cases are in the cube when each result is asked for."""
 
     def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
         for scene in scenes:
             seen.append(len(taken))
             yield synthetic.made_up_result(scene)
 
+    return solve
+
+
+def test_most_of_it_is_there_when_the_last_case_is_solved(
+    study: Study, at_the_end: Path, tmp_path: Path, taken: list[str]
+) -> None:
+    seen: list[int] = []
+    solve = noting(seen, taken)
     sweep.run(study, tmp_path / "c.nc", workers=1, solve=solve)
     # two by two, as their units are written; before the last result is asked for, those before it were taken
     assert seen[-1] >= CASES - 4
@@ -160,13 +166,8 @@ def test_a_cube_that_cannot_be_written_at_all(study: Study, tmp_path: Path, monk
 
 def test_fields_cut_to_the_contact_need_all_cases_first(study: Study, tmp_path: Path, taken: list[str]) -> None:
     cropped = study_from_text(STUDY.replace("crop: none", "crop: contact"), "s.yaml")
-    seen = []
-
-    def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
-        for scene in scenes:
-            seen.append(len(taken))
-            yield synthetic.made_up_result(scene)
-
+    seen: list[int] = []
+    solve = noting(seen, taken)
     sweep.run(cropped, tmp_path / "c.nc", workers=1, solve=solve)
     assert set(seen) == {0}
     assert taken == order(study)

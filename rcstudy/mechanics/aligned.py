@@ -36,10 +36,10 @@ from rcstudy.mechanics.convolution import (
     padded_shape,
     point_factor,
     pressure_quadrants,
+    sharp_difference,
     shifted_transform,
     symbols,
     traction_quadrants,
-    upwind_factor,
 )
 from rcstudy.mechanics.kernels import rows
 from rcstudy.mechanics.normal import cell_centres
@@ -77,9 +77,7 @@ class AlignedContact(NormalContact):
         super().__init__(contact.scene, contact.influence, contact.solution, box, coarser)
         self._p = p = np.ascontiguousarray(self.solution.p[box.slices])
         ny = p.shape[1]
-        self._low, self._high = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64)
-        self._edges = np.zeros((2, ny))
-        rows.row_edges(p, _SEEN, _TRUE, self._low, self._high, self._edges)
+        self._low, self._high, self._edges = _edges_of(p)
         # a contact at the window's edge is refused later on; until then its cells must not leave the box
         np.clip(self._edges, -0.49, p.shape[0] - 0.51, out=self._edges)
         touched = self._high >= self._low
@@ -154,8 +152,7 @@ class AlignedContact(NormalContact):
         def make() -> np.ndarray:
             quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
             symbol = symbols(pressure_quadrants(quadrant), padded, x_first=True)
-            along_x = upwind_factor(padded[0], self.influence.spacing[0]) * point_factor(padded[0], symbol.shape[1])
-            symbol *= along_x[:, None]
+            symbol *= sharp_difference(padded[0], self.influence.spacing[0])[:, None]
             return symbol
 
         # first of all: of a contact one row wide the symbols are made in this very plan
@@ -247,10 +244,7 @@ class AlignedContact(NormalContact):
     @cached_property
     def _chords(self) -> tuple[np.ndarray, np.ndarray]:
         """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
-        across = np.ascontiguousarray(self._p.T)
-        nx = across.shape[1]
-        low, high, edges = np.zeros(nx, dtype=np.int64), np.zeros(nx, dtype=np.int64), np.zeros((2, nx))
-        rows.row_edges(across, _SEEN, _TRUE, low, high, edges)
+        low, high, edges = _edges_of(np.ascontiguousarray(self._p.T))
         touched = high >= low
         tips = np.array([edges[0, touched].min(), edges[1, touched].max()])
         chords = self._edges[1] - self._edges[0]
@@ -291,3 +285,11 @@ class AlignedContact(NormalContact):
         if found:
             peaks += [friction * rows.peak_at_borders(self._p, borders[:found]), float(size[~slip].max())]
         return self.area - stick, max(peaks)
+
+
+def _edges_of(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First and last cell [ny] in contact of each row of pressures `p` [nx, ny], and where its contact ends [2, ny]."""
+    ny = p.shape[1]
+    low, high, edges = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
+    rows.row_edges(p, _SEEN, _TRUE, low, high, edges)
+    return low, high, edges

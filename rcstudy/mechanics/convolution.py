@@ -64,7 +64,26 @@ _SPENT: dict[str, Any] = {"flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "thr
 _BACK: dict[str, Any] = {"direction": "FFTW_BACKWARD"}
 
 
-class Transform:
+class _TwoStages:
+    """Transforms along y and x one after the other, and back: plans are made by those who own the buffers."""
+
+    _along_y: Any
+    _along_x: Any
+    _back_x: Any
+    _back_y: Any
+
+    def forward(self) -> None:
+        """From what goes in to the coefficients."""
+        self._along_y()
+        self._along_x()
+
+    def backward(self) -> None:
+        """From the coefficients to what comes out."""
+        self._back_x()
+        self._back_y()
+
+
+class Transform(_TwoStages):
     """Real FFTs of `fields` zero-padded arrays at once, and back, stage by stage so that padding costs little.
 
     `real` [fields, rows, py] holds the first `rows` of px rows; the others are zero (forward) or not wanted
@@ -91,16 +110,6 @@ class Transform:
         """Bytes of all buffers."""
         return int(self.real.nbytes + 3 * self.hat.nbytes)
 
-    def forward(self) -> None:
-        """From `real` to `hat`."""
-        self._along_y()
-        self._along_x()
-
-    def backward(self) -> None:
-        """From `hat` to `real`."""
-        self._back_x()
-        self._back_y()
-
 
 @keep_within(PLAN_BYTES)
 def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
@@ -108,11 +117,12 @@ def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
     return Transform(padded, fields, rows)
 
 
-class PairTransform:
+class PairTransform(_TwoStages):
     """FFTs of pairs (a, b) of real arrays on a torus, as one of complex numbers a + i b, and back.
 
-    `field` [px, py, 2] is transformed, and left as it is, into `hat` [px, py]; `result` [px, py, 2] comes back from it.
-    Faster than two real transforms: FFTW's complex ones make use of the vector units. Unnormalised.
+    `field` [px, py, 2] is transformed, and left as it is, into `hat` [px, py]; `result` [px, py, 2] comes back from it,
+    and `hat` is spent. Faster than two real transforms: FFTW's complex ones make use of the vector units.
+    Unnormalised.
     """
 
     def __init__(self, torus: tuple[int, int]) -> None:
@@ -127,16 +137,6 @@ class PairTransform:
     def nbytes(self) -> int:
         """Bytes of all buffers."""
         return int(5 * self.hat.nbytes)
-
-    def forward(self) -> None:
-        """From `field` to `hat`."""
-        self._along_y()
-        self._along_x()
-
-    def backward(self) -> None:
-        """From `hat`, which is spent, to `result`."""
-        self._back_x()
-        self._back_y()
 
 
 @keep_within(PLAN_BYTES)
@@ -274,6 +274,12 @@ def point_factor(px: int, waves: int) -> np.ndarray:
     by 1 - k^2/12; with the factor what is left is of order k^3.
     """
     result: np.ndarray = 1.0 + (1.0 - np.cos(2.0 * np.pi / px * np.arange(waves))) / 6.0
+    return result
+
+
+def sharp_difference(px: int, dx: float) -> np.ndarray:
+    """Symbol [px//2+1] of the upwind difference in which waves along x lose nothing: both of these factors."""
+    result: np.ndarray = upwind_factor(px, dx) * point_factor(px, px // 2 + 1)
     return result
 
 

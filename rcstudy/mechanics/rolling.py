@@ -38,11 +38,11 @@ from rcstudy.mechanics.convolution import (
     padded_shape,
     pair_transform,
     point_factor,
+    sharp_difference,
     shifted_transform,
     symbols,
     traction_quadrants,
     transform,
-    upwind_factor,
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
@@ -106,8 +106,7 @@ class SlipOperator:
         self.plan: Transform | ShiftedTransform
         if x_first:
             self.symbol = symbols(coefficients, padded, x_first=True)
-            waves = self.symbol.shape[1]
-            self.symbol *= (upwind_factor(padded[0], spacing[0]) * point_factor(padded[0], waves))[:, None]
+            self.symbol *= sharp_difference(padded[0], spacing[0])[:, None]
             self.plan = shifted_transform(padded, 2, shape[1])
         else:
             self.symbol = difference_symbols(coefficients, padded, spacing[0])
