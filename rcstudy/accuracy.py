@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rcstudy.batch import warm_up_scenes
 from rcstudy.cases import Case, expand
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL
@@ -173,7 +174,7 @@ def run(
     paths: list[Path] = []
     if cube is None:
         cube = out / "solutions.nc"
-        for _ in timed(sweep.warm_up_scenes(expand(study).cases)):
+        for _ in timed(warm_up_scenes(expand(study).cases)):
             pass
         sweep.run(study, cube, workers=1, progress=progress, solve=timed, fresh=True)
         paths.append(cube)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, ParamSpec
 import typer
 
 from rcstudy.errors import UserError
-from rcstudy.threads import limit_threads
+from rcstudy.threads import available_cores, limit_threads
 
 if TYPE_CHECKING:
     from rcstudy.sweep import Summary
@@ -118,30 +118,35 @@ def sweep(
     Exit codes: 0 all cases are solved, 2 bad input, 3 some are not solved (rcstudy failures CUBE lists them), 130
     interrupted.
     """
-    from rcstudy import progress
-    from rcstudy import sweep as sweeping
-    from rcstudy.cluster import scheduler_at
-    from rcstudy.study import load_study
+    from rcstudy import pool
 
-    study = load_study(spec)
-    target = _target(spec, output)
-    reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
-    try:
-        done = sweeping.run(
-            study,
-            target,
-            workers=workers,
-            scheduler=scheduler_at(scheduler, scheduler_file),
-            progress=reporter,
-            fresh=fresh,
-            shard=None if shard is None else _shard(shard),
-            take_over=unlock,
-            tell=_say,
-        )
-    except sweeping.Interrupted as interrupt:
-        there = f"{target} is as it was" if target.exists() else f"{target} was not written"
-        _say(f"interrupted: {there}; {interrupt}: the same command goes on from there")
-        return EXIT_INTERRUPTED
+    with pool.Pool("rcstudy.solve") as processes:
+        if workers is not None and workers > 1 and not (scheduler or scheduler_file):
+            processes.start(min(workers, available_cores()))  # they load what they need while the study is made ready
+        from rcstudy import progress
+        from rcstudy import sweep as sweeping
+        from rcstudy.cluster import scheduler_at
+        from rcstudy.study import load_study
+
+        target = _target(spec, output)
+        reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
+        try:
+            done = sweeping.run(
+                load_study(spec),
+                target,
+                workers=workers,
+                processes=processes,
+                scheduler=scheduler_at(scheduler, scheduler_file),
+                progress=reporter,
+                fresh=fresh,
+                shard=None if shard is None else _shard(shard),
+                take_over=unlock,
+                tell=_say,
+            )
+        except sweeping.Interrupted as interrupt:
+            there = f"{target} is as it was" if target.exists() else f"{target} was not written"
+            _say(f"interrupted: {there}; {interrupt}: the same command goes on from there")
+            return EXIT_INTERRUPTED
     return _outcome(done, "" if shard is None else f"shard {shard}: ")
 
 

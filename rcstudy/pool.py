@@ -1,14 +1,15 @@
 """Solves batches of cases in worker processes: single-threaded, spawned, replaced when they die.
 
-All workers start at once, but the others wait for the first one to compile the kernels, if that has to be done. Each
-holds one batch at a time and sends its results every tenth of a second. Once a worker has died, and the cases it held
-go to others, all send a result as soon as they have one, so that it is known which case a worker dies of. That case is
-tried once more; if its worker dies again it gets status ERROR, and the rest of its batch goes on in another worker.
+All workers start at once, before it is known what there is to solve if need be. Each holds one batch at a time and
+sends its results every tenth of a second. Once a worker has died, and the cases it held go to others, all send a result
+as soon as they have one, so that it is known which case a worker dies of. That case is tried once more; if its worker
+dies again it gets status ERROR, and the rest of its batch goes on in another worker.
 """
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import multiprocessing
 import signal
 import time
@@ -20,14 +21,14 @@ from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any, Self
 
 from rcstudy.errors import UserError
-from rcstudy.result import Result, Status
 from rcstudy.threads import limited_threads
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case
     from rcstudy.mechanics.scene import Scene
+    from rcstudy.result import Result
 
-Solve = Callable[[Sequence["Scene"]], Iterator[Result]]
+Solve = Callable[[Sequence["Scene"]], Iterator[Any]]
 """Solves scenes that share a normal problem, a result each, in order; importable by name, so that workers find it."""
 
 ATTEMPTS = 2
@@ -41,21 +42,21 @@ _PATIENCE = 0.1  # seconds that results may wait for others to be sent with
 class _Worker:
     process: Any
     connection: Connection
-    ready: bool = False
-    compiles: bool = False  # solves scenes that nobody wants but for the kernels; others wait for that
+    told: bool = False  # what solves
+    ready: bool = False  # has loaded that
     batch: deque[Case] = field(default_factory=deque)  # whose results are not here yet
     at_once: bool = False  # sends each result as it has it: the first case of the batch is the one being solved
 
 
 class Pool:
-    """Worker processes that run `solve`; they end with the ``with`` block.
+    """Worker processes; they end with the ``with`` block.
 
-    They may be started before it is known what there is to solve, and load what they need meanwhile.
+    They may be started before it is known what there is to solve, and load the module `preload` meanwhile.
     """
 
-    def __init__(self, solve: Callable[[Sequence[Scene]], Iterator[Any]]) -> None:
-        self._solve = solve
-        self._warm_up: list[Scene] = []
+    def __init__(self, preload: str = "") -> None:
+        self._preload = preload
+        self._solve: Solve | None = None
         self._waiting: deque[list[Case]] = deque()
         self._workers: list[_Worker] = []
         self._deaths: dict[tuple[str, tuple[int, ...]], int] = {}
@@ -73,17 +74,14 @@ class Pool:
         while len(self._workers) < workers:
             self._start()
 
-    def solve(
-        self, batches: Iterable[Sequence[Case]], workers: int, warm_up: Sequence[Scene] = ()
-    ) -> Iterator[tuple[Case, Any]]:
-        """Solve `batches` (cases sharing a normal problem) in `workers` processes; yield results as they come.
+    def solve(self, batches: Iterable[Sequence[Case]], workers: int, solve: Solve) -> Iterator[tuple[Case, Any]]:
+        """Solve `batches` (cases sharing a normal problem) in so many processes; yield results as they come.
 
-        A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers. The first
-        worker solves the scenes of `warm_up` before the others begin, so that kernels are compiled once.
+        A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers.
         Raises UserError when worker processes do not start.
         """
         self._waiting = deque(list(batch) for batch in batches)
-        self._warm_up = list(warm_up)
+        self._solve = solve
         self.start(min(workers, len(self._waiting)))
         self._give_all()
         while self._waiting or any(worker.batch for worker in self._workers):
@@ -95,17 +93,18 @@ class Pool:
                     yield from self._bury(worker)
                     continue
                 if message is None:
-                    worker.ready, worker.compiles = True, False
+                    worker.ready = True
                     self._failed_starts = 0
                 solved = [(worker.batch.popleft(), result) for result in message or ()]
                 self._give_all()  # first, so that they need not wait
                 yield from solved
             self.start(min(workers, len(self._workers) + len(self._waiting)))
+            self._give_all()
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
-        process = context.Process(target=_work, args=(theirs, self._solve), daemon=True)
+        process = context.Process(target=_work, args=(theirs, self._preload), daemon=True)
         # Ctrl-C goes to every process of the terminal: it is this one's to handle. Starting multiprocessing's own
         # helper lets interrupts through again, so that comes first.
         resource_tracker.ensure_running()
@@ -115,32 +114,26 @@ class Pool:
         self._workers.append(_Worker(process, ours))
 
     def _give_all(self) -> None:
-        """Give work to all workers that have none: first to compile, and when that is done batches."""
+        """Tell new workers what solves, and give a batch to those that have none."""
         for worker in self._workers:
-            if any(other.compiles for other in self._workers):
-                return
-            if not worker.ready or worker.batch:
-                continue
-            if self._warm_up:
-                worker.ready, worker.compiles = False, True
-                self._send(worker, self._warm_up, None)
-                self._warm_up = []
-            elif self._waiting:
-                self._give(worker)
+            if not worker.told:
+                worker.told = True
+                self._send(worker, self._solve)
+            elif worker.ready and not worker.batch and self._waiting:
+                batch = self._waiting.popleft()
+                worker.batch = deque(batch)
+                worker.at_once = self._patience == 0.0
+                self._send(worker, ([case.scene for case in batch], self._patience))
 
-    def _give(self, worker: _Worker) -> None:
-        batch = self._waiting.popleft()
-        worker.batch = deque(batch)
-        worker.at_once = self._patience == 0.0
-        self._send(worker, [case.scene for case in batch], self._patience)
-
-    def _send(self, worker: _Worker, scenes: Sequence[Scene], patience: float | None) -> None:
+    def _send(self, worker: _Worker, message: object) -> None:
         # a worker that has just died is found out at the next wait
         with contextlib.suppress(OSError):
-            worker.connection.send((scenes, patience))
+            worker.connection.send(message)
 
     def _bury(self, worker: _Worker) -> Iterator[tuple[Case, Result]]:
         """Deal with a dead worker: its case again or given up, the rest of its batch to others."""
+        from rcstudy.result import Result, Status
+
         self._workers.remove(worker)
         worker.connection.close()
         worker.process.join()
@@ -161,7 +154,6 @@ class Pool:
                 yield case, Result(Status.ERROR, f"the worker process died {deaths} times at this case: {how}")
         if worker.batch:
             self._waiting.appendleft(list(worker.batch))
-        self._give_all()  # those that waited for this one
 
     def stop(self) -> None:
         """End all workers. They hold nothing that is wanted, and to leave by themselves would take them a while."""
@@ -177,19 +169,18 @@ class Pool:
         self._workers.clear()
 
 
-def _work(connection: Connection, solve: Callable[[Sequence[Scene]], Iterator[Any]]) -> None:
-    """A worker's life: ready, then scenes in, their results out, until it is ended or the parent is gone."""
+def _work(connection: Connection, preload: str) -> None:
+    """A worker's life: what solves, then scenes in, their results out, until it is ended or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where they could not be held back from the start
-    for _ in solve([]):  # nothing to solve: what solves is loaded
-        pass
+    if preload:
+        importlib.import_module(preload)
     try:
+        solve = connection.recv()
+        for _ in solve([]):  # nothing to solve: what solves is loaded
+            pass
         connection.send(None)
         while True:
             scenes, patience = connection.recv()
-            if patience is None:
-                _warm_up(scenes, solve)
-                connection.send(None)
-                continue
             results, sent = [], time.monotonic()
             for result in solve(scenes):
                 results.append(result)
@@ -200,13 +191,6 @@ def _work(connection: Connection, solve: Callable[[Sequence[Scene]], Iterator[An
                 connection.send(results)
     except (EOFError, OSError):
         pass  # the parent has gone, and with it whoever wanted the results
-
-
-def _warm_up(scenes: Sequence[Scene], solve: Callable[[Sequence[Scene]], Iterator[Any]]) -> None:
-    """Solve scenes that have nothing in common for what is compiled or loaded on the way."""
-    for scene in scenes:
-        for _ in solve([scene]):
-            pass
 
 
 def _how_it_died(code: int | None) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import shlex
 import subprocess
@@ -12,6 +11,7 @@ from importlib import metadata
 from pathlib import Path
 
 from rcstudy.mechanics import SOLVER_VERSION
+from rcstudy.threads import available_cores
 
 _LIBRARIES = ("numpy", "scipy", "numba", "pyfftw", "h5py", "h5netcdf", "xarray")
 
@@ -47,13 +47,6 @@ def version(distribution: str) -> str:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:
         return "unknown"
-
-
-def available_cores() -> int:
-    """Number of processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _command() -> str:

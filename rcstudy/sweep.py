@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy import cluster, pool, provenance
+from rcstudy import cluster, pool, provenance, threads
 from rcstudy.assemble import Assembly
-from rcstudy.batch import make_batches, solve_batch, warm_up_scenes
+from rcstudy.batch import make_batches, solve_batch
 from rcstudy.errors import UserError
 from rcstudy.layout import case_label, check_names
 from rcstudy.progress import Progress, Silent
@@ -28,7 +28,6 @@ from rcstudy.store import Store, opened
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion
     from rcstudy.index import Index
-    from rcstudy.mechanics.scene import Scene
     from rcstudy.study import Outputs, Study
 
 _SECONDS_TO_JUDGE = 1.0  # of solving, before the time of the whole is guessed
@@ -83,6 +82,7 @@ def run(
     output: Path | str,
     *,
     workers: int | None = None,
+    processes: pool.Pool | None = None,
     scheduler: cluster.Scheduler | None = None,
     progress: Progress | None = None,
     command: str | None = None,
@@ -100,9 +100,9 @@ def run(
 
     `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
     over to as many workers as there are processors if what is left is worth their start; with `scheduler` the workers
-    of a Dask cluster solve all instead. `progress` is told of each case, `tell` what a person should know; `command`
-    goes to the provenance; `solve` takes the place of :func:`rcstudy.solve.solve_group`. A case that fails gets its
-    status and reason, and the batch goes on.
+    of a Dask cluster solve all instead. `processes` are workers that may have been started already. `progress` is told
+    of each case, `tell` what a person should know; `command` goes to the provenance; `solve` takes the place of
+    :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch goes on.
 
     Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
     interrupted; the cube that was there before then stays as it was, and what is solved is kept beside it.
@@ -119,12 +119,8 @@ def run(
     say = tell or (lambda text: None)
     packing = Packing(solve or solve_batch, keep_of(study.outputs))
     with contextlib.ExitStack() as stack:
-        processes = stack.enter_context(pool.Pool(packing))
-        if workers is not None and workers > 1:
-            # they load what they need while the study is made ready here: on a processor each, lest the first one, for
-            # which the others wait, be slowed down
-            free = max(1, provenance.available_cores() - 1)
-            processes.start(min(workers, free, sum(grid.size for grid in study.grids)))
+        if processes is None:
+            processes = stack.enter_context(pool.Pool())
         expansion = expand(study)
         check_names(expansion)
         cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
@@ -262,15 +258,12 @@ def _results(
     if scheduler is not None:
         yield from cluster.solve_on_cluster(make_batches(cases, 1), scheduler, solve)
         return
-    wanted = workers or provenance.available_cores()
+    wanted = workers or threads.available_cores()
     batches = make_batches(cases, wanted)
-    warm_up: Sequence[Scene] = ()
     if workers is None or wanted == 1:
         batches = yield from _solved_here(batches, solve, hand_over=wanted > 1)
-    else:
-        warm_up = warm_up_scenes(cases)
     if batches:
-        yield from processes.solve(batches, wanted, warm_up)
+        yield from processes.solve(batches, wanted, solve)
 
 
 def _solved_here(

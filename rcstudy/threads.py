@@ -13,6 +13,13 @@ from collections.abc import Iterator
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
+def available_cores() -> int:
+    """Number of processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def limit_threads() -> None:
     """Set the variables for this process and those it starts."""
     os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))

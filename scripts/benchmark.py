@@ -48,6 +48,7 @@ from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tole
 from rcstudy.progress import Silent
 from rcstudy.result import Status
 from rcstudy.study import load_study
+from rcstudy.threads import available_cores
 
 solve = importlib.import_module("rcstudy.solve")  # the package's own `solve` is a function
 ROOT = Path(__file__).resolve().parent.parent
@@ -533,7 +534,7 @@ def main() -> None:
     load = os.getloadavg()
     found: dict[str, Any] = {
         "cpu": str(provenance.collect("benchmark").get("machine_cpu", platform.machine())),
-        "cores": provenance.available_cores(),
+        "cores": available_cores(),
         "load_average_before": load,
     }
     print("# Benchmark\n")

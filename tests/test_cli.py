@@ -216,6 +216,27 @@ def test_ctrl_c(tmp_path: Path, workers: str) -> None:
     assert gone(sweep.pid), "a worker is left"
 
 
+def test_a_study_that_is_refused_leaves_no_workers(tmp_path: Path) -> None:
+    """They start before the study is read."""
+    (tmp_path / "bad.yaml").write_text("study: bad\nscene: 5\n")
+    command = [sys.executable, "-m", "rcstudy", "sweep", "bad.yaml", "--workers", "2"]
+    sweep = subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    out, err = sweep.communicate(timeout=60)
+    assert (sweep.returncode, out) == (cli.EXIT_BAD_INPUT, "")
+    assert "bad.yaml:2:8: scene: 5: a mapping of scene keys" in err
+    assert "Traceback" not in err
+    assert gone(sweep.pid), "a worker is left"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["bad.yaml"]
+
+
 def test_ctrl_c_inside_text_that_is_executed(folder: Path) -> None:
     """As when dataclasses are made: CPython then forgets that it was dealt with, and `python -m` dies of SIGINT."""
     (folder / "sitecustomize.py").write_text(

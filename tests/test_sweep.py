@@ -20,7 +20,8 @@ import workers
 import xarray as xr
 from studies import CASES, SWEPT
 
-from rcstudy import pool, provenance, sweep
+from rcstudy import pool, provenance, sweep, threads
+from rcstudy.batch import warm_up_scenes
 from rcstudy.cases import Case, expand
 from rcstudy.compare import compare
 from rcstudy.cube import case_table, open_cube
@@ -153,19 +154,19 @@ def processes_of(done: sweep.Summary) -> list[int]:
 
 
 def test_short_sweeps_start_no_workers(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(provenance, "available_cores", lambda: 2)
+    monkeypatch.setattr(threads, "available_cores", lambda: 2)
     done = sweep.run(study, tmp_path / "c.nc", solve=workers.tells_environment)
     assert processes_of(done) == [os.getpid()] * CASES
 
 
 def test_long_sweeps_are_handed_over(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(provenance, "available_cores", lambda: 2)
+    monkeypatch.setattr(threads, "available_cores", lambda: 2)
     monkeypatch.setattr(sweep, "_SECONDS_TO_JUDGE", 0.0)
     monkeypatch.setattr(sweep, "_SECONDS_WORTH_WORKERS", 0.0)
     done = sweep.run(study, tmp_path / "c.nc", solve=workers.tells_environment)
     first = [process == os.getpid() for process in processes_of(done)]
     assert first == [True] * 6 + [False] * (CASES - 6)
-    monkeypatch.setattr(provenance, "available_cores", lambda: 1)
+    monkeypatch.setattr(threads, "available_cores", lambda: 1)
     done = sweep.run(study, tmp_path / "c.nc", solve=workers.tells_environment)
     assert processes_of(done) == [os.getpid()] * CASES
 
@@ -324,7 +325,7 @@ def test_batches_share_their_pressure_and_keep_workers_busy(study: Study) -> Non
 
 
 def test_warm_up_has_each_kind_once_on_a_small_mesh(study: Study) -> None:
-    scenes = sweep.warm_up_scenes(expand(study).cases)
+    scenes = warm_up_scenes(expand(study).cases)
     assert [scene.creepage is None for scene in scenes] == [False, True]
     assert {scene.mesh.cells for scene in scenes} == {(16, 16)}
 

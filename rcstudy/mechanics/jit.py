@@ -3,14 +3,17 @@
 ``fastmath`` and ``parallel`` stay off: they change last bits, and active sets amplify them. ``cache`` keeps the
 machine code between processes; all kernels live in a package whose files do not call each other, so an edited callee
 can never leave a stale caller behind. Numba trusts its files; here each has a checksum, and one that was damaged, or
-cannot be written, is as good as none.
+cannot be written, is as good as none. Processes that miss the same kernel do not all compile it: one does, the others
+wait for it.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
 import pickle
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -25,22 +28,91 @@ with put_off("scipy.linalg.cython_blas"):
 
 F = TypeVar("F", bound=Callable[..., Any])
 _DIGEST = hashlib.sha256().digest_size
+_PATIENCE = 60.0  # seconds to wait for another process to compile a kernel, before doing so as well
+_LOOK = 0.1  # seconds between two looks for it
+
+
+class _Turn:
+    """The right to compile kernels kept in a folder: of one process at a time.
+
+    A kernel that calls another one is compiled around it, so the right is taken and given back in layers.
+    """
+
+    def __init__(self, folder: str) -> None:
+        self._path = Path(folder) / "compiling.lock"
+        self._depth = 0
+        self._file = -1
+
+    def take(self) -> bool:
+        """Take it, unless another process has it; where no such rights can be kept everyone has it."""
+        if self._depth == 0:
+            try:
+                import fcntl  # not on every system
+
+                self._path.parent.mkdir(parents=True, exist_ok=True)
+                self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                self._close()
+                return False
+            except (ImportError, OSError):
+                self._close()
+        self._depth += 1
+        return True
+
+    def give_back(self) -> None:
+        """Let others have it, if it was taken; the system does so when a process ends."""
+        self._depth = max(0, self._depth - 1)
+        if self._depth == 0:
+            self._close()
+
+    def _close(self) -> None:
+        if self._file >= 0:
+            os.close(self._file)
+        self._file = -1
+
+
+_turns: dict[str, _Turn] = {}
 
 
 class _CheckedFiles(IndexDataCacheFile):
     """A kernel's files on the disk, an index and machine code for each signature, with their SHA-256 at their ends."""
 
     def load(self, key: Any) -> Any:
-        """What was saved under `key`; None if there is nothing, or nothing whole."""
+        """What was saved under `key`; None if there is nothing, or nothing whole: then it is this process's to compile.
+
+        Numba compiles and saves what it could not load, at once and in one thread.
+        """
+        found = self._loaded(key)
+        if found is not None:
+            return found
+        turn, until = self._turn(), time.monotonic() + _PATIENCE
+        while not turn.take() and time.monotonic() < until:
+            time.sleep(_LOOK)
+            found = self._loaded(key)
+            if found is not None:
+                return found
+        found = self._loaded(key)  # somebody may have saved it just before this process had its turn
+        if found is not None:
+            turn.give_back()
+        return found
+
+    def save(self, key: Any, data: Any) -> None:
+        """Save, unless that fails: then the next process compiles once more."""
+        try:
+            with contextlib.suppress(OSError):
+                super().save(key, data)
+        finally:
+            self._turn().give_back()
+
+    def _turn(self) -> _Turn:
+        return _turns.setdefault(self._cache_path, _Turn(self._cache_path))
+
+    def _loaded(self, key: Any) -> Any:
         try:
             return super().load(key)
         except Exception:  # whatever pickle makes of files of another version
             return None
-
-    def save(self, key: Any, data: Any) -> None:
-        """Save, unless that fails: then the next process compiles once more."""
-        with contextlib.suppress(OSError):
-            super().save(key, data)
 
     def _load_index(self) -> Any:
         try:

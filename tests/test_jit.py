@@ -1,0 +1,98 @@
+"""Kernels on the disk: several processes that miss one do not all compile it."""
+
+import multiprocessing
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+numba = pytest.importorskip("numba")
+
+from rcstudy.mechanics import jit  # noqa: E402
+
+compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
+
+KERNELS = """
+import os, sys, time
+import numpy as np
+from rcstudy.mechanics.kernels.arrays import bounds, norm2, unfold
+open(sys.argv[1] + str(os.getpid()), "w").close()
+while len(os.listdir(os.path.dirname(sys.argv[1]))) < int(sys.argv[2]):
+    time.sleep(0.001)  # all begin at once
+assert norm2(np.ones((2, 2))) == 2.0
+assert bounds(np.ones((2, 3), dtype=bool)) == (0, 2, 0, 3)
+print(*(sum(kernel.stats.cache_misses.values()) for kernel in (norm2, bounds)))
+"""
+
+
+@compiled
+def test_processes_that_start_together_compile_each_kernel_once(tmp_path):
+    here = tmp_path / "here"
+    here.mkdir()
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    command = [sys.executable, "-c", KERNELS, f"{here}{os.sep}", "3"]
+    processes = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
+    misses = [process.communicate(timeout=120)[0].split() for process in processes]
+    assert [process.returncode for process in processes] == [0, 0, 0]
+    assert [sum(int(of[k]) for of in misses) for k in (0, 1)] == [1, 1]
+
+
+def hold(folder, pipe):
+    assert jit._Turn(folder).take()
+    pipe.send("taken")
+    pipe.recv()
+
+
+@pytest.fixture
+def holder(tmp_path):
+    """A process that has its turn."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=hold, args=(str(tmp_path), theirs))
+    process.start()
+    assert ours.recv() == "taken"
+    yield process
+    process.kill()
+    process.join()
+
+
+def test_a_process_that_is_killed_loses_its_turn(tmp_path, holder):
+    turn = jit._Turn(str(tmp_path))
+    assert not turn.take()
+    holder.kill()
+    holder.join()
+    assert turn.take()
+    turn.give_back()
+
+
+def test_a_kernel_that_another_process_takes_too_long_for_is_compiled(tmp_path, holder, monkeypatch):
+    files = jit._CheckedFiles(str(tmp_path), "kernel", 0)
+    monkeypatch.setattr(jit, "_PATIENCE", 0.2)
+    begun = time.monotonic()
+    assert files.load("signature") is None  # Numba then compiles
+    assert time.monotonic() - begun >= 0.2
+    files.save("signature", "machine code")
+    assert files.load("signature") == "machine code"
+    assert holder.is_alive()
+
+
+def test_a_turn_is_held_until_it_has_been_given_back_as_often_as_taken(tmp_path):
+    outer, other = jit._Turn(str(tmp_path)), jit._Turn(str(tmp_path))
+    assert outer.take()
+    assert outer.take()
+    outer.give_back()
+    assert not other.take()
+    other.give_back()  # what it has not
+    assert not other.take()
+    outer.give_back()
+    assert other.take()
+    assert not outer.take()
+    other.give_back()
+
+
+def test_everyone_has_a_turn_where_nothing_can_be_written(tmp_path):
+    (tmp_path / "cache").write_text("a file")
+    assert jit._Turn(str(tmp_path / "cache")).take()
+    assert jit._Turn(str(tmp_path / "cache")).take()
