@@ -1,9 +1,9 @@
 """Solves batches of cases in worker processes: single-threaded, spawned, replaced when they die.
 
-All workers start at once, before it is known what there is to solve if need be. Each holds one batch at a time and
-sends its results every tenth of a second. Once a worker has died, and the cases it held go to others, all send a result
-as soon as they have one, so that it is known which case a worker dies of. That case is tried once more; if its worker
-dies again it gets status ERROR, and the rest of its batch goes on in another worker.
+All workers start at once, before it is known what there is to solve if need be. Each solves one batch, has the next one
+with it where batches are short, and sends its results every tenth of a second. Once a worker has died, and the
+cases it held go to others, all send a result as soon as they have one, so that it is known which case a worker dies of.
+That case is tried once more; if its worker dies again it gets status ERROR, and the rest goes on in another worker.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
+from multiprocessing.reduction import ForkingPickler
 from typing import TYPE_CHECKING, Any, Self
 
 from rcstudy.errors import UserError
@@ -36,6 +37,16 @@ ATTEMPTS = 2
 
 _FAILED_STARTS = 3
 _PATIENCE = 0.1  # seconds that results may wait for others to be sent with
+# A batch is sent to a worker that is still at another one, so that it need not wait, if a pipe takes so many bytes
+# whether read or not, and if the worker took no longer for the last one: else others wait for it at the end.
+_AHEAD_BYTES = 8000
+_AHEAD_SECONDS = 1.0
+
+
+@dataclass
+class _Batch:
+    cases: deque[Case]  # whose results are not here yet
+    at_once: bool  # each result is sent as it is there: the first case is the one being solved
 
 
 @dataclass
@@ -44,8 +55,24 @@ class _Worker:
     connection: Connection
     told: bool = False  # what solves
     ready: bool = False  # has loaded that
-    batch: deque[Case] = field(default_factory=deque)  # whose results are not here yet
-    at_once: bool = False  # sends each result as it has it: the first case of the batch is the one being solved
+    batches: deque[_Batch] = field(default_factory=deque)  # the one being solved, and the next one
+    quick: bool = False  # at the last one
+    since: float = 0.0  # is at this one
+
+    def give(self, batch: _Batch) -> None:
+        """Note that a batch is sent to it."""
+        if not self.batches:
+            self.since = time.monotonic()
+        self.batches.append(batch)
+
+    def solved(self) -> Case:
+        """The case that the next result belongs to, which is not expected any more."""
+        case = self.batches[0].cases.popleft()
+        if not self.batches[0].cases:
+            self.batches.popleft()
+            now = time.monotonic()
+            self.quick, self.since = now - self.since <= _AHEAD_SECONDS, now
+        return case
 
 
 class Pool:
@@ -62,6 +89,7 @@ class Pool:
         self._deaths: dict[tuple[str, tuple[int, ...]], int] = {}
         self._failed_starts = 0
         self._patience = _PATIENCE
+        self._next: memoryview | None = None  # the first of those waiting, as it is sent
 
     def __enter__(self) -> Self:
         return self
@@ -80,11 +108,11 @@ class Pool:
         A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers.
         Raises UserError when worker processes do not start.
         """
-        self._waiting = deque(list(batch) for batch in batches)
+        self._waiting, self._next = deque(list(batch) for batch in batches), None
         self._solve = solve
         self.start(min(workers, len(self._waiting)))
         self._give_all()
-        while self._waiting or any(worker.batch for worker in self._workers):
+        while self._waiting or any(worker.batches for worker in self._workers):
             for connection in wait([worker.connection for worker in self._workers]):
                 worker = next(w for w in self._workers if w.connection is connection)
                 try:
@@ -95,7 +123,7 @@ class Pool:
                 if message is None:
                     worker.ready = True
                     self._failed_starts = 0
-                solved = [(worker.batch.popleft(), result) for result in message or ()]
+                solved = [(worker.solved(), result) for result in message or ()]
                 self._give_all()  # first, so that they need not wait
                 yield from solved
             self.start(min(workers, len(self._workers) + len(self._waiting)))
@@ -114,21 +142,31 @@ class Pool:
         self._workers.append(_Worker(process, ours))
 
     def _give_all(self) -> None:
-        """Tell new workers what solves, and give a batch to those that have none."""
+        """Tell new workers what solves, and give them batches: one to each that has none, then one to solve next."""
         for worker in self._workers:
             if not worker.told:
                 worker.told = True
-                self._send(worker, self._solve)
-            elif worker.ready and not worker.batch and self._waiting:
-                batch = self._waiting.popleft()
-                worker.batch = deque(batch)
-                worker.at_once = self._patience == 0.0
-                self._send(worker, ([case.scene for case in batch], self._patience))
+                self._send(worker, ForkingPickler.dumps(self._solve))
+        for held in (0, 1):
+            for worker in self._workers:
+                # at the end nobody waits for another's batch
+                wanted = len(self._waiting) > held * len(self._workers) and (held == 0 or worker.quick)
+                if worker.ready and len(worker.batches) == held and wanted:
+                    self._give(worker)
 
-    def _send(self, worker: _Worker, message: object) -> None:
+    def _give(self, worker: _Worker) -> None:
+        """Send the next batch, unless the worker has one and it is too long to lie in the pipe."""
+        if self._next is None:
+            self._next = ForkingPickler.dumps(([case.scene for case in self._waiting[0]], self._patience))
+        if not worker.batches or len(self._next) <= _AHEAD_BYTES:
+            worker.give(_Batch(deque(self._waiting.popleft()), self._patience == 0.0))
+            self._send(worker, self._next)
+            self._next = None
+
+    def _send(self, worker: _Worker, message: memoryview) -> None:
         # a worker that has just died is found out at the next wait
         with contextlib.suppress(OSError):
-            worker.connection.send(message)
+            worker.connection.send_bytes(message)
 
     def _bury(self, worker: _Worker) -> Iterator[tuple[Case, Result]]:
         """Deal with a dead worker: its case again or given up, the rest of its batch to others."""
@@ -138,7 +176,7 @@ class Pool:
         worker.connection.close()
         worker.process.join()
         how = _how_it_died(worker.process.exitcode)
-        self._patience = 0.0
+        self._patience, self._next = 0.0, None
         if not worker.ready:
             self._failed_starts += 1
             if self._failed_starts >= _FAILED_STARTS and not any(w.ready for w in self._workers):
@@ -146,14 +184,13 @@ class Pool:
                     f"worker processes do not start ({how}); in a script, call rcstudy under "
                     'if __name__ == "__main__", or use one worker'
                 )
-        if worker.batch and worker.at_once:
-            case = worker.batch[0]
+        if worker.batches and worker.batches[0].at_once:
+            case = worker.batches[0].cases[0]
             deaths = self._deaths[case.grid, case.index] = self._deaths.get((case.grid, case.index), 0) + 1
             if deaths >= ATTEMPTS:
-                worker.batch.popleft()
+                worker.solved()
                 yield case, Result(Status.ERROR, f"the worker process died {deaths} times at this case: {how}")
-        if worker.batch:
-            self._waiting.appendleft(list(worker.batch))
+        self._waiting.extendleft(list(batch.cases) for batch in reversed(worker.batches))
 
     def stop(self) -> None:
         """End all workers. They hold nothing that is wanted, and to leave by themselves would take them a while."""

@@ -141,10 +141,16 @@ def run(
             store.expect(case.key for case in pending)
             check_interrupts = stack.enter_context(_interrupts(cases, store))
             cube = None if shard else stack.enter_context(Assembly(summary.output, study, expansion, store))
-            attributes = provenance.collect(command)
+            attributes: dict[str, str | int | float] = {}
+
+            def meanwhile() -> None:
+                attributes.update(provenance.collect(command))
+                if cube is not None:
+                    cube.begin()
+
             results = _results(pending, workers, scheduler, processes, packing)
             with contextlib.closing(results):
-                _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube)
+                _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube, meanwhile)
             summary.failures = failures(expansion, cases, store.index)
             if cube is not None:
                 cube.finish(attributes, started, check_interrupts)
@@ -225,22 +231,30 @@ def _keep_all(
     reporter: Progress,
     check_interrupts: Callable[[], None],
     cube: Assembly | None,
+    meanwhile: Callable[[], None],
 ) -> None:
-    """Put all results into the store, and from there into the cube, keeping the progress up to date."""
+    """Put all results into the store, and from there into the cube, keeping the progress up to date.
+
+    `meanwhile`: what else is to be done, once those who solve are at work.
+    """
     packer = Packer(store.index.keep)
     like = Counter(case.key for case in pending)
-    if cube is not None:
-        cube.begin()
     reporter.begin(len(pending))
+    begun = False
     try:
         for case, result in results:
             check_interrupts()
+            if not begun:
+                meanwhile()
+                begun = True
             packed = packer.pack(result, case.scene.mesh.cells) if isinstance(result, Result) else result
             store.add(case.key, packed)
             for _ in range(like[case.key]):
                 reporter.advance(failed=packed.status != Status.SOLVED)
             if cube is not None:
                 cube.go_on()
+        if not begun:
+            meanwhile()
         store.flush()
     finally:
         reporter.end()

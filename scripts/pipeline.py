@@ -2,24 +2,26 @@
 
     python scripts/pipeline.py [--cases 2000] [--repeats 3] [--memory 10000]
 
-Pipeline: processor time of a sweep by one process that the solver does not take, from case to case and of all; layered
-cases of 64 x 64 cells with fields. Efficiency: wall time of the whole command with one worker over twice that with two,
-for so many cases, and from case to case (by the difference to a quarter of them, so that what is needed once does not
-count); that needs a machine with nothing else to do. Memory: the largest sum of resident memory (as /proc tells it,
-what processes share counted once for each) of a sweep of that many cases with two workers.
+Pipeline: time of a sweep by one process that the solver does not take, from case to case and of all, as wall time (a
+thread writes units beside the solver) and as processor time; layered cases of 64 x 64 cells with fields. Efficiency:
+wall time of the whole command with one worker over twice that with two, for so many cases, and from case to case (by
+the difference to a quarter of them, so that what is needed once does not count); beside it what the machine itself
+allows: two bare solvers, that share nothing, side by side against one. Memory: the largest sum of resident memory (as
+/proc tells it, what processes share counted once for each) of a sweep of that many cases with two workers.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rcstudy.threads import limit_threads
 
@@ -43,6 +45,8 @@ grids:
 """
 CREEPAGES = 25
 
+_BARE_SECONDS = 2.0
+
 
 def study_text(cases: int, cells: int = 64) -> str:
     """A study of about so many layered cases: 25 creepages a pressure."""
@@ -58,11 +62,20 @@ def study_text(cases: int, cells: int = 64) -> str:
     )
 
 
+class Times(NamedTuple):
+    """Seconds of wall and of processor time: of the solver, and of the rest of a sweep."""
+
+    solver_wall: float
+    solver_processor: float
+    rest_wall: float
+    rest_processor: float
+
+
 class Solver:
-    """The solver, with a clock for the processor time that it takes itself."""
+    """The solver, with clocks for the time that it takes itself."""
 
     def __init__(self) -> None:
-        self.seconds = 0.0
+        self.wall = self.processor = 0.0
 
     def __call__(self, scenes: Sequence[Scene]) -> Iterator[Result]:
         """Results of scenes that share a normal problem."""
@@ -70,25 +83,27 @@ class Solver:
 
         results = solve_batch(scenes)
         while True:
-            begun = time.process_time()
+            wall, processor = time.perf_counter(), time.thread_time()
             result = next(results, None)
-            self.seconds += time.process_time() - begun
+            self.wall += time.perf_counter() - wall
+            self.processor += time.thread_time() - processor
             if result is None:
                 return
             yield result
 
 
-def sweep_seconds(path: Path, cases: int) -> tuple[float, float]:
-    """Processor time (s) of a sweep in this process, from study file to cube: of the solver, and of the rest."""
+def sweep_seconds(path: Path, cases: int) -> Times:
+    """What a sweep in this process takes, from study file to cube."""
     from rcstudy import sweep
     from rcstudy.study import load_study
 
     path.write_text(study_text(cases), encoding="utf-8")
-    solver, begun = Solver(), time.process_time()
+    solver, wall, processor = Solver(), time.perf_counter(), time.process_time()
     done = sweep.run(load_study(path), path.with_suffix(".nc"), workers=1, solve=solver, fresh=True)
+    wall, processor = time.perf_counter() - wall, time.process_time() - processor
     if done.failed:
         raise SystemExit(f"{done.failed} of {done.cases} cases failed")
-    return solver.seconds, time.process_time() - begun - solver.seconds
+    return Times(solver.wall, solver.processor, wall - solver.wall, processor - solver.processor)
 
 
 def command_seconds(path: Path, cases: int, workers: int) -> float:
@@ -109,17 +124,66 @@ def pipeline_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
     """What the pipeline takes, as text: least of `repeats` times, each of a quarter of the cases and of all."""
     counts = (cases // 4, cases)
     runs = [[sweep_seconds(path, count) for count in counts] for _ in range(repeats)]
-    few, many = ([min(run[k][part] for run in runs) for part in (0, 1)] for k in (0, 1))
-    solver, rest = ((m - f) / (counts[1] - counts[0]) * 1e3 for f, m in zip(few, many, strict=True))
-    yield f"solver      {solver:.2f} ms of processor time a case"
-    yield f"pipeline    {rest:.2f} ms a case: {rest / (solver + rest):.1%} of both"
-    yield f"            {many[1]:.1f} of {sum(many):.1f} s in all: {many[1] / sum(many):.1%}"
+    few, many = (Times(*map(min, zip(*(run[k] for run in runs), strict=True))) for k in (0, 1))
+    each = Times(*((m - f) / (counts[1] - counts[0]) * 1e3 for f, m in zip(few, many, strict=True)))
+    for solver, rest, what in ((0, 2, "wall"), (1, 3, "processor")):
+        share, of_all = each[rest] / (each[solver] + each[rest]), many[rest] / (many[solver] + many[rest])
+        yield f"{what:<11} solver {each[solver]:.2f} ms a case, pipeline {each[rest]:.2f} ms: {share:.1%} of both"
+        yield f"            pipeline {many[rest]:.1f} of {many[solver] + many[rest]:.1f} s in all: {of_all:.1%}"
+
+
+class BareSolver:
+    """A process that solves and does nothing else, when it is told to."""
+
+    def __init__(self) -> None:
+        command = [sys.executable, __file__, "--bare"]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def begin(self) -> None:
+        """Tell it."""
+        assert self._process.stdin is not None
+        print(_BARE_SECONDS, file=self._process.stdin, flush=True)
+
+    def milliseconds(self) -> float:
+        """Wall time a case, once it has done."""
+        assert self._process.stdout is not None
+        return float(self._process.stdout.readline())
+
+    def end(self) -> None:
+        """End the process."""
+        self._process.communicate()
+
+
+def solve_bare() -> None:
+    """Solve the cases of a study of this kind for as many seconds as each line of the input says."""
+    from rcstudy.cases import expand
+    from rcstudy.solve import solve_group
+    from rcstudy.study import study_from_text
+
+    cases = expand(study_from_text(study_text(16 * CREEPAGES), "bare")).cases
+    batches = [[case.scene for case in cases[k : k + CREEPAGES]] for k in range(0, len(cases), CREEPAGES)]
+    for _ in solve_group(batches[0]):
+        pass
+    for line in sys.stdin:
+        begun, solved = time.perf_counter(), 0
+        while time.perf_counter() - begun < float(line):
+            solved += sum(1 for _ in solve_group(batches[solved // CREEPAGES % len(batches)]))
+        print((time.perf_counter() - begun) / solved * 1e3, flush=True)
 
 
 def efficiency_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
     """How well two workers share the work, as text: least of `repeats` times, one and two workers by turns."""
     counts = (cases // 4, cases)
-    runs = [[[command_seconds(path, count, w) for w in (1, 2)] for count in counts] for _ in range(repeats)]
+    bare = [BareSolver(), BareSolver()]
+    runs: list[list[list[float]]] = []
+    machine: list[float] = []
+    for _ in range(repeats):
+        runs.append([])
+        for count in counts:
+            runs[-1].append([command_seconds(path, count, workers) for workers in (1, 2)])
+            machine.append(side_by_side(bare))
+    for solver in bare:
+        solver.end()
     few, many = ([min(run[k][w] for run in runs) for w in (0, 1)] for k in (0, 1))
     one, two = ((m - f) / (counts[1] - counts[0]) * 1e3 for f, m in zip(few, many, strict=True))
     pairs = ", ".join(f"{a:.1f}/{b:.1f}" for a, b in (run[1] for run in runs))
@@ -128,6 +192,20 @@ def efficiency_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
         f" (runs: {pairs})"
     )
     yield f"            {one:.2f} and {two:.2f} ms from case to case: efficiency {one / two / 2:.2f}"
+    texts = ", ".join(f"{value:.2f}" for value in machine)
+    yield f"machine     two bare solvers side by side: efficiency {statistics.median(machine):.2f} (runs: {texts})"
+
+
+def side_by_side(solvers: Sequence[BareSolver]) -> float:
+    """How fast each of some solvers is beside the others, over how fast it is alone."""
+    alone = []
+    for solver in solvers:
+        solver.begin()
+        alone.append(solver.milliseconds())
+    for solver in solvers:
+        solver.begin()
+    together = [solver.milliseconds() for solver in solvers]
+    return statistics.fmean(a / t for a, t in zip(alone, together, strict=True))
 
 
 def resident(pid: int) -> int:
@@ -162,8 +240,12 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=2000)
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--memory", type=int, default=0, help="cases of the sweep whose memory is measured")
+    parser.add_argument("--bare", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     limit_threads()
+    if options.bare:
+        solve_bare()
+        return
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pipeline.yaml"
         sweep_seconds(path, 50)  # compiles, loads

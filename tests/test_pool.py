@@ -1,0 +1,66 @@
+"""Which worker holds what: one batch that it solves, and the next one where batches are short."""
+
+import pytest
+import workers
+
+from rcstudy import pool
+from rcstudy.batch import make_batches
+from rcstudy.cases import expand
+from rcstudy.study import study_from_text
+
+STUDY = """
+study: pool
+scene: {substrate: {E: 210000, nu: 0.3}, radius: 50, mesh: {size: [2, 2], cells: [16, 16]}}
+grids:
+  loads:
+    axes:
+      load: [10, 20, 30, 40, 50, 70, 80, 90]
+      creepage: [{longitudinal: 0.001}, {longitudinal: 0.002}, {longitudinal: 0.003}]
+"""
+
+
+@pytest.fixture(scope="module")
+def batches():
+    made = make_batches(expand(study_from_text(STUDY, "pool.yaml")).cases, 1)
+    assert [len(batch) for batch in made] == [3] * 8
+    return made
+
+
+def held(batches, processes, solve):
+    """The most batches that a worker held at once, and the cases in the order of their results."""
+    most, order = 0, []
+    with pool.Pool() as those:
+        for case, result in those.solve(batches, processes, solve):
+            assert result.status == 0
+            order.append(case)
+            most = max(most, *(len(worker.batches) for worker in those._workers))
+        assert all(not worker.batches for worker in those._workers)
+    assert len(order) == 3 * len(batches)
+    assert {case.key for case in order} == {case.key for batch in batches for case in batch}
+    return most, order
+
+
+def test_the_next_batch_waits_in_the_worker(batches):
+    most, order = held(batches, 1, workers.made_up)
+    assert most == 2
+    assert order == [case for batch in batches for case in batch]
+
+
+def test_a_long_batch_is_not_sent_ahead(batches, monkeypatch):
+    monkeypatch.setattr(pool, "_AHEAD_BYTES", 100)
+    assert held(batches, 1, workers.made_up)[0] == 1
+
+
+def test_no_batch_waits_in_a_worker_that_takes_long(batches, monkeypatch):
+    monkeypatch.setattr(pool, "_AHEAD_SECONDS", 0.0)
+    assert held(batches, 1, workers.slowly)[0] == 1
+
+
+def test_the_last_batches_are_for_those_that_have_none(batches):
+    assert held(batches[:3], 2, workers.slowly)[0] == 1
+
+
+def test_a_batch_sent_ahead_to_a_worker_that_died_is_solved_by_another(batches, tmp_path, monkeypatch):
+    monkeypatch.setenv("DEATHS", str(tmp_path))
+    assert held(batches, 1, workers.dies_early)[0] == 2
+    assert (tmp_path / "died").exists()
