@@ -20,6 +20,7 @@ from rcstudy.mechanics.convolution import (
     convolve,
     difference_symbols,
     good_length,
+    padded_around,
     padded_shape,
     symbols,
     traction_quadrants,
@@ -57,6 +58,31 @@ def test_good_length() -> None:
             while rest % factor == 0:
                 rest //= factor
         assert rest == 1
+
+
+@pytest.mark.parametrize(
+    ("window", "held"),
+    [
+        ((12, 9), Box(4, 8, 3, 7)),
+        ((12, 9), Box(0, 3, 6, 9)),  # in a corner
+        ((7, 10), Box(0, 7, 0, 10)),
+        ((9, 8), Box(5, 6, 2, 3)),
+        ((1, 5), Box(0, 1, 1, 3)),
+        ((1, 1), Box(0, 1, 0, 1)),
+    ],
+)
+def test_padded_around_holds_a_convolution_of_what_is_not_zero(window: tuple[int, int], held: Box) -> None:
+    rng = np.random.default_rng(3)
+    source = np.zeros(window)
+    source[held.slices] = rng.standard_normal(held.shape)
+    padded = padded_around(source)
+    quadrant = rng.standard_normal((padded[0] // 2 + 2, padded[1] // 2 + 2))
+    found = convolve(symbols([(quadrant, (1, 1))], padded)[0], padded, source)
+    expected = np.zeros(window)
+    for i, j in np.argwhere(source != 0.0):
+        offsets = np.ix_(abs(np.arange(window[0]) - i), abs(np.arange(window[1]) - j))
+        expected += source[i, j] * quadrant[offsets]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * abs(expected).max())
 
 
 @pytest.mark.parametrize("box", [(1, 1), (1, 6), (13, 20), (64, 31)])

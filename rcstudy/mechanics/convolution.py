@@ -229,6 +229,15 @@ def padded_shape(box: tuple[int, int]) -> tuple[int, int]:
     return good_length(2 * box[0] - 1), good_length(2 * box[1] - 1)
 
 
+def padded_around(source: np.ndarray) -> tuple[int, int]:
+    """The same for a convolution that takes `source` [nx, ny], zero towards the sides, to all of these cells."""
+    held = Box.around(source != 0.0)
+    nx, ny = source.shape
+    # the farthest that a cell in use is from another cell
+    reach = max(nx - 1 - held.i0, held.i1 - 1), max(ny - 1 - held.j0, held.j1 - 1)
+    return good_length(2 * reach[0] + 1), good_length(2 * reach[1] + 1)
+
+
 def symbols(
     quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int], *, x_first: bool = False
 ) -> np.ndarray:

@@ -10,7 +10,6 @@ from typing import Protocol
 import numpy as np
 
 _LOOSEST = 0.3  # linear residual of a Newton step, over its first one
-_TIGHTEST = 1e-4  # to which that comes down where steps gain little
 _SHORTEST = 0.05  # step length
 
 
@@ -39,16 +38,14 @@ def solve(state: State, max_steps: int, patience: int) -> int:
     the residual falls, which break a cycle of active sets. Where it falls for none the full step is taken after all:
     tiny ones would end where they began.
     """
-    previous, best, loosest = np.inf, np.inf, _LOOSEST
+    previous = best = np.inf
     steps = since_best = 0
     while not state.solved and steps < max_steps:
         residual = state.residual
-        if residual > 0.7 * previous:  # a step that gained little was perhaps solved too loosely
-            loosest = max(0.2 * loosest, _TIGHTEST)
         if residual < 0.9 * best:
             best, since_best = residual, 0
         since_best += 1
-        state.step(forcing_term(residual, previous, loosest))
+        state.step(forcing_term(residual, previous))
         steps += 1
         previous = residual
         length = 1.0
@@ -60,12 +57,13 @@ def solve(state: State, max_steps: int, patience: int) -> int:
     return steps
 
 
-def forcing_term(residual: float, previous: float, loosest: float) -> float:
+def forcing_term(residual: float, previous: float) -> float:
     """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
 
-    As far as the last Newton step got on with the nonlinear problem, no looser than `loosest`, never past the
-    tolerance, the unit of `residual` and the `previous` one.
+    As far as the last Newton step got on with the nonlinear problem, no looser than `_LOOSEST`, never past the
+    tolerance, the unit of `residual` and the `previous` one. No further where steps gain little: that is because of
+    cells that change their state one after another, not of linear systems.
     """
     if not np.isfinite(previous):
-        return loosest
-    return min(loosest, max(0.9 * (residual / previous) ** 2, 0.5 / residual))
+        return _LOOSEST
+    return min(_LOOSEST, max(0.9 * (residual / previous) ** 2, 0.5 / residual))

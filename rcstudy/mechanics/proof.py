@@ -12,7 +12,7 @@ import numpy as np
 
 from rcstudy.mechanics.centring import slip_at_centres
 from rcstudy.mechanics.contact import NormalContact
-from rcstudy.mechanics.convolution import Box, convolve, padded_shape, symbols
+from rcstudy.mechanics.convolution import Box, convolve, padded_around, symbols
 from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
@@ -35,7 +35,7 @@ def prove_normal(
     size = contact.box.shape
     box = contact.box.grown(size[0] // 2 + 2, size[1] // 2 + 2, scene.mesh.cells)
     p = contact.solution.p[box.slices]
-    padded = padded_shape(box.shape)
+    padded = padded_around(p)
     quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
     gap = initial_gap(scene)[box.slices] - contact.solution.approach
     gap += convolve(symbols([(quadrant[0], (1, 1))], padded)[0], padded, p)
