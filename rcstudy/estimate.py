@@ -46,14 +46,14 @@ FITS: dict[str, Fit] = {
 # cells that begin where the contact begins (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
 ALIGNED: dict[str, Fit] = {
     **FITS,
-    "force_x": Fit(0.6, 0.04, 0.35, "friction force"),
+    "force_x": Fit(0.6, 0.045, 0.35, "friction force"),
     "force_y": Fit(0.4, 0.025, 0.35, "friction force"),
     "moment_z": Fit(0.1, 0.035, 0.2, "friction moment"),
     "pressure_max": Fit(0.1, 0.03, 0.1, "pressure_max"),
-    "contact_area": Fit(0.25, 0.14, 0.45, "contact_area"),
+    "contact_area": Fit(0.5, 0.05, 0.45, "contact_area"),
     "slip_area": Fit(0.5, 0.22, 0.6, "contact_area"),
-    "contact_radius": Fit(0.25, 0.07, 0.22, "contact_radius"),
-    "traction_max": Fit(0.5, 0.045, 1.0, "traction_max"),
+    "contact_radius": Fit(0.5, 0.025, 0.22, "contact_radius"),
+    "traction_max": Fit(0.5, 0.05, 1.0, "traction_max"),
     "friction_power": Fit(0.3, 0.085, 8.0, "friction_power"),
 }
 

@@ -357,3 +357,17 @@ def test_full_coupling_under_aligned_cells():
     coarse, fine = (solved(replace(scene, mesh=Mesh((0.7, 0.7), (n, n)))).scalars for n in (28, 160))
     for key in ("force_x", "force_y"):
         assert coarse[key] == pytest.approx(fine[key], rel=0.01)
+
+
+@pytest.mark.parametrize(("radii", "room"), [((50.0, 50.0), 2.5e-3), ((50.0, 20.0), 3.5e-3), ((10.0, 100.0), 8e-3)])
+def test_contact_area_on_any_mesh(radii, room):
+    """Of Hertzian contacts with semi-axes of 2 to 18 cells, wherever edges fall between cells; rows alone do worse."""
+    exact = np.pi * np.prod(hertz_of(radii).a)
+    ours, by_rows = [], []
+    for n in range(36, 76, 3):
+        scene = steel(Mesh((2.0, 2.0), (n, n)), radius=radii)
+        contact = AlignedContact(solve_normal(scene))
+        ours.append(contact.area / exact - 1.0)
+        by_rows.append(contact._area_by_rows * np.prod(scene.mesh.spacing) / exact - 1.0)
+    assert abs(np.array(ours)).max() < room
+    assert np.std(ours) < 0.7 * np.std(by_rows)

@@ -43,6 +43,7 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.kernels import rows
 from rcstudy.mechanics.normal import cell_centres
+from rcstudy.mechanics.outline import area_within
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
 
@@ -238,18 +239,28 @@ class AlignedContact(NormalContact):
     def area(self) -> float:
         """Area of the contact (mm^2), within its edges."""
         dx, dy = self.scene.mesh.spacing
-        chords, tips = self._chords
-        return float(rows.area_under(chords, tips)) * dx * dy
+        touched = self._high >= self._low
+        found = area_within(np.where(touched, self._edges, np.nan), self._sides, (dx, dy))
+        return (found if found is not None else self._area_by_rows) * dx * dy
+
+    @cached_property
+    def _sides(self) -> np.ndarray:
+        """Where the contact begins and ends in each column [2, nx], in rows; nan in columns without contact."""
+        low, high, edges = _edges_of(np.ascontiguousarray(self._p.T))
+        return np.where(high >= low, edges, np.nan)
 
     @cached_property
     def _chords(self) -> tuple[np.ndarray, np.ndarray]:
         """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
-        low, high, edges = _edges_of(np.ascontiguousarray(self._p.T))
-        touched = high >= low
-        tips = np.array([edges[0, touched].min(), edges[1, touched].max()])
+        tips = np.array([np.nanmin(self._sides[0]), np.nanmax(self._sides[1])])
         chords = self._edges[1] - self._edges[0]
         rows.between_tips(chords, tips)
         return chords, tips
+
+    @cached_property
+    def _area_by_rows(self) -> float:
+        """Area of the contact in cells, from its chords."""
+        return float(rows.area_under(*self._chords))
 
     @cached_property
     def pressure_max(self) -> float:
@@ -278,8 +289,8 @@ class AlignedContact(NormalContact):
         length, borders = np.zeros(self.box.shape[1]), np.zeros((2 * len(size), 2))
         found = rows.stick_rows(room, slip, self._index, self._start, self._count, self._edges, length, borders)
         rows.shorten_tips(length, self._chords[0])
-        dx, dy = self.scene.mesh.spacing
-        stick = min(float(rows.area_under(length, _NOT_KNOWN)) * dx * dy, self.area)
+        # what chords miss of the contact they miss of the stick zone, too
+        stick = self.area * min(float(rows.area_under(length, _NOT_KNOWN)) / self._area_by_rows, 1.0)
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [friction * self.pressure_max if slip[self._top] else float(size.max())]
         if found:
