@@ -31,8 +31,9 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 os.environ.update(
     dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
@@ -132,6 +133,8 @@ def table(titles: list[str], rows: list[list[Any]]) -> None:
     print(flush=True)
 
 
+Key = TypeVar("Key")
+
 KEYS_A = (
     *("scene", "cells", "milliseconds", "least_milliseconds", "wall_milliseconds", "unit_milliseconds"),
     *("median_unit_milliseconds", "units", "contact_units", "speedup", "aim"),
@@ -145,51 +148,55 @@ def part_a(options: argparse.Namespace) -> Any:
         "One unit: one SciPy `rfft2` + `irfft2` of the doubled window. CONTACT: its better solver on the first scene.\n"
     )
     print("Solves and units are means of runs of some 25 ms, or of one solve; faster by: least against least.\n")
+    scenes = {(name, n): make(n) for name, make in SCENES.items() for n in options.cells}
+    counts = {}
+    for key, scene in scenes.items():
+        whole(scene)
+        counts[key] = max(1, round(_RUN / whole(scene)[0]))
+    samples: dict[tuple[str, int], list[float]] = {key: [] for key in scenes}
+    walls: dict[tuple[str, int], list[float]] = {key: [] for key in scenes}
+    units: dict[int, list[float]] = {n: [] for n in options.cells}
+    # by turns, as the machine is faster and slower for seconds at a time
+    for key in turns({key: repeats_of(key[1], options.repeats) for key in scenes}):
+        units[key[1]].append(fft_pair(key[1]))
+        wall = time.perf_counter()
+        samples[key].append(sum(whole(scenes[key])[0] for _ in range(counts[key])) / counts[key])
+        walls[key].append((time.perf_counter() - wall) / counts[key])
     found: list[dict[str, Any]] = []
-    pooled: dict[int, list[float]] = {n: [] for n in options.cells}
-    for name, make in SCENES.items():
-        times = {}
-        for n in options.cells:
-            scene = make(n)
-            whole(scene)
-            count = max(1, round(_RUN / whole(scene)[0]))
-            samples, units, walls = [], [], []
-            for _ in range(repeats_of(n, options.repeats)):
-                units.append(fft_pair(n))
-                wall = time.perf_counter()
-                samples.append(sum(whole(scene)[0] for _ in range(count)) / count)
-                walls.append((time.perf_counter() - wall) / count)
-            pooled[n] += units
-            times[n] = min(samples)
-            row = {
-                "scene": name,
-                "cells": n,
-                "milliseconds": 1e3 * statistics.median(samples),
-                "least_milliseconds": 1e3 * min(samples),
-                "wall_milliseconds": 1e3 * statistics.median(walls),
-            }
-            found.append(row)
-        exponent = float(np.polyfit(np.log(list(times)), np.log(list(times.values())), 1)[0]) if len(times) > 1 else 0.0
-        found.append({"scene": name, "exponent": exponent})
-    rows = []
-    for row in found:
-        if "cells" not in row:
-            continue
-        n = row["cells"]
-        unit = 1e3 * min(pooled[n])
-        row |= {"unit_milliseconds": unit, "median_unit_milliseconds": 1e3 * statistics.median(pooled[n])}
-        row["units"] = row["least_milliseconds"] / unit
-        if row["scene"] == "no layer" and n in CONTACT_UNITS:
-            row |= {"contact_units": CONTACT_UNITS[n], "speedup": CONTACT_UNITS[n] / row["units"], "aim": TARGETS[n]}
-        rows.append([row.get(key, "") for key in KEYS_A])
+    for name, n in scenes:
+        unit, least = min(units[n]), min(samples[name, n])
+        row: dict[str, Any] = {
+            "scene": name,
+            "cells": n,
+            "milliseconds": 1e3 * statistics.median(samples[name, n]),
+            "least_milliseconds": 1e3 * least,
+            "wall_milliseconds": 1e3 * statistics.median(walls[name, n]),
+            "unit_milliseconds": 1e3 * unit,
+            "median_unit_milliseconds": 1e3 * statistics.median(units[n]),
+            "units": least / unit,
+        }
+        if name == "no layer" and n in CONTACT_UNITS:
+            speedup = CONTACT_UNITS[n] / row["units"]
+            row |= {"contact_units": CONTACT_UNITS[n], "speedup": speedup, "aim": TARGETS[n]}
+        found.append(row)
+    rows = [[row.get(key, "") for key in KEYS_A] for row in found]
     table(
         ["scene", "cells", "ms", "least", "wall", "unit, least", "median", "units", "CONTACT", "faster by", "aim"], rows
     )
-    for row in found:
-        if "exponent" in row:
-            print(f"Time grows like cells^{row['exponent']:.2f} along one side: {row['scene']}.")
+    for name in SCENES:
+        times = {n: min(samples[name, n]) for n in options.cells}
+        if len(times) > 1:
+            exponent = float(np.polyfit(np.log(list(times)), np.log(list(times.values())), 1)[0])
+            found.append({"scene": name, "exponent": exponent})
+            print(f"Time grows like cells^{exponent:.2f} along one side: {name}.")
     print()
     return found
+
+
+def turns(counts: dict[Key, int]) -> Iterator[Key]:
+    """Each key as often as `counts` says, evenly spread."""
+    places = [((k + 0.5) / count, key) for key, count in counts.items() for k in range(count)]
+    yield from (key for _, key in sorted(places, key=itemgetter(0)))
 
 
 def part_b(options: argparse.Namespace) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -441,3 +442,11 @@ def test_proof_catches_tension(monkeypatch: pytest.MonkeyPatch) -> None:
     result = tampered_pressure(monkeypatch, tamper, scene)
     assert result.status == Status.PROOF_FAILED
     assert "proof_tension" in result.reason
+
+
+def test_what_is_done_with_a_result_is_not_solving() -> None:
+    scene = replace(SCENE, creepage=Creepage(0.001, 0.0, 0.0))
+    results = solve_group([scene, replace(scene, creepage=Creepage(0.002, 0.0, 0.0))])
+    next(results)
+    time.sleep(0.5)
+    assert next(results).scalars["solve_seconds"] < 0.5

@@ -18,7 +18,8 @@ Hence:
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
-- contact and slip areas are those within the edges of contact and stick zone, found between cells in each row.
+- contact and slip areas are those within the edges of contact and stick zone, found between cells in each row, for the
+  contact also in each column (`outline.py`).
 
 Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
 in stick cells, direction and slip in slip cells.

@@ -18,13 +18,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from rcstudy.mechanics.later import put_off
-
-# no kernel calls BLAS; numba looks for scipy's, which takes a tenth of a second to load, when it loads the first kernel
-with put_off("scipy.linalg.cython_blas"):
-    import numba
-    import numba.np.arraymath
-    from numba.core.caching import IndexDataCacheFile
+import numba
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.runtime import rtsys
 
 F = TypeVar("F", bound=Callable[..., Any])
 _DIGEST = hashlib.sha256().digest_size
@@ -144,10 +140,23 @@ def _checked(path: str) -> bytes:
     return content[:-_DIGEST]
 
 
+class _Quick(FunctionCache):
+    """Loads kernels without all that Numba would need to compile them, a quarter of a second's worth of modules."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The machine code for a signature; None if there is none, and Numba makes itself ready to compile."""
+        rtsys.initialize(target_context)  # counts references to arrays that kernels make
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+
+
 def jit(function: F) -> F:
     """Compile `function` in nopython mode, cached on disk, with strict IEEE arithmetic, releasing the GIL."""
     compiled = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)
-    files = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    cache = getattr(compiled, "_cache", None)
+    if type(cache) is FunctionCache:
+        cache.__class__ = _Quick
+    files = getattr(cache, "_cache_file", None)
     if type(files) is IndexDataCacheFile:
         files.__class__ = _CheckedFiles
     return cast(F, compiled)
