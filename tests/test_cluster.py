@@ -126,25 +126,28 @@ def assert_same(one: Path, other: Path) -> None:
 
 
 class Killing(Told):
-    """Kills a process once so many cases are done."""
+    """Kills a process once so many cases are done, and so many of them by itself, as the file `log` tells."""
 
-    def __init__(self, process: subprocess.Popen[bytes], after: int) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], after: int, own: int, log: Path) -> None:
         super().__init__()
-        self.process, self.after = process, after
+        self.process, self.after, self.own, self.log = process, after, own, log
 
     def advance(self, *, failed: bool) -> None:
         super().advance(failed=failed)
-        if len(self.told) == self.after:
+        if len(self.told) >= self.after and self.done_itself() >= self.own:
             self.process.kill()
+
+    def done_itself(self) -> int:
+        return sum(line.startswith(f"{self.process.pid} ") for line in self.log.read_text().splitlines())
 
 
 def test_a_worker_killed_in_the_middle_costs_what_it_held_only(study: Study, tmp_path: Path) -> None:
     sweep.run(study, tmp_path / "here.nc", workers=1, solve=workers.made_up)
     with running(tmp_path, "--no-nanny") as there:
         wait_for_workers(there.at, 2)
-        told = Killing(there.workers[0], after=12)
+        told = Killing(there.workers[0], after=12, own=4, log=there.solved)
         done = sweep.run(study, tmp_path / "there.nc", scheduler=there.at, progress=told, solve=workers.slow)
-        assert there.workers[0].wait() == -signal.SIGKILL
+        assert there.workers[0].wait(timeout=60) == -signal.SIGKILL
         assert (done.cases, done.failures) == (CASES, [])
         assert told.told == [CASES, *[False] * CASES, "end"]
         assert_same(tmp_path / "here.nc", tmp_path / "there.nc")
