@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, ParamSpec
 import typer
 
 from rcstudy.errors import UserError
-from rcstudy.threads import available_cores, limit_threads
+from rcstudy.threads import limit_threads
 
 if TYPE_CHECKING:
     from rcstudy.sweep import Summary
@@ -121,8 +121,8 @@ def sweep(
     from rcstudy import pool
 
     with pool.Pool("rcstudy.solve") as processes:
-        if workers is not None and workers > 1 and not (scheduler or scheduler_file):
-            processes.start(min(workers, available_cores()))  # they load what they need while the study is made ready
+        # they load what they need while the study is made ready
+        processes.start_early(None if scheduler or scheduler_file else workers)
         from rcstudy import progress
         from rcstudy import sweep as sweeping
         from rcstudy.cluster import scheduler_at

@@ -22,7 +22,7 @@ from multiprocessing.reduction import ForkingPickler
 from typing import TYPE_CHECKING, Any, Self
 
 from rcstudy.errors import UserError
-from rcstudy.threads import limited_threads
+from rcstudy.threads import available_cores, limited_threads
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case
@@ -96,6 +96,11 @@ class Pool:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+
+    def start_early(self, workers: int | None) -> None:
+        """Start the workers asked for, if any are, while it is not known yet what there is to do: one a processor."""
+        if workers is not None and workers > 1:
+            self.start(min(workers, available_cores()))
 
     def start(self, workers: int) -> None:
         """See to it that at least so many workers have been started."""

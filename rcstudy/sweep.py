@@ -121,6 +121,7 @@ def run(
     with contextlib.ExitStack() as stack:
         if processes is None:
             processes = stack.enter_context(pool.Pool())
+            processes.start_early(workers)
         expansion = expand(study)
         check_names(expansion)
         cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
