@@ -174,7 +174,7 @@ def run(
     paths: list[Path] = []
     if cube is None:
         cube = out / "solutions.nc"
-        for _ in timed(warm_up_scenes(expand(study).cases)):
+        for _ in timed(warm_up_scenes(case.scene for case in expand(study).cases)):
             pass
         sweep.run(study, cube, workers=1, progress=progress, solve=timed, fresh=True)
         paths.append(cube)

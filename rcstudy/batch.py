@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -55,11 +55,10 @@ def solve_batch(scenes: Sequence[Scene]) -> Iterator[Result]:
             yield Result(Status.ERROR, reason)
 
 
-def warm_up_scenes(cases: Sequence[Case]) -> list[Scene]:
-    """A few tiny scenes, one of each kind among `cases`, that have every kernel compiled that the cases will use."""
+def warm_up_scenes(scenes: Iterable[Scene]) -> list[Scene]:
+    """A few tiny scenes, one of each kind among `scenes`, that have every kernel compiled that those will use."""
     kinds: dict[tuple[object, ...], Scene] = {}
-    for case in cases:
-        s = case.scene
+    for s in scenes:
         kind = (s.method, s.coupling, s.discretisation, s.counterbody is None, bool(s.layers), s.creepage is None)
         if kind not in kinds:
             kinds[kind] = replace(s, mesh=Mesh(s.mesh.size, (16, 16)))

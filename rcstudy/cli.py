@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Annotated, ParamSpec
 
 import typer
 
-from rcstudy.errors import UserError
-from rcstudy.threads import limit_threads
+from rcstudy.errors import EXIT_INTERRUPTED, UserError
 
 if TYPE_CHECKING:
     from rcstudy.sweep import Summary
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 EXIT_DIFFERENT = 1
 EXIT_BAD_INPUT = 2
 EXIT_FAILED_CASES = 3
-EXIT_INTERRUPTED = 130
 
 _SHOWN_FAILURES = 10
 
@@ -86,6 +84,7 @@ def _options(
 @app.command()
 @_guarded
 def sweep(
+    context: typer.Context,
     spec: SpecPath,
     output: CubeOption = None,
     workers: Annotated[
@@ -118,35 +117,30 @@ def sweep(
     Exit codes: 0 all cases are solved, 2 bad input, 3 some are not solved (rcstudy failures CUBE lists them), 130
     interrupted.
     """
-    from rcstudy import pool
+    from rcstudy import pool, progress
+    from rcstudy import sweep as sweeping
+    from rcstudy.cluster import scheduler_at
+    from rcstudy.study import load_study
 
-    with pool.Pool("rcstudy.solve") as processes:
-        # they load what they need while the study is made ready
-        processes.start_early(None if scheduler or scheduler_file else workers)
-        from rcstudy import progress
-        from rcstudy import sweep as sweeping
-        from rcstudy.cluster import scheduler_at
-        from rcstudy.study import load_study
-
-        target = _target(spec, output)
-        reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
-        try:
-            done = sweeping.run(
-                load_study(spec),
-                target,
-                workers=workers,
-                processes=processes,
-                scheduler=scheduler_at(scheduler, scheduler_file),
-                progress=reporter,
-                fresh=fresh,
-                shard=None if shard is None else _shard(shard),
-                take_over=unlock,
-                tell=_say,
-            )
-        except sweeping.Interrupted as interrupt:
-            there = f"{target} is as it was" if target.exists() else f"{target} was not written"
-            _say(f"interrupted: {there}; {interrupt}: the same command goes on from there")
-            return EXIT_INTERRUPTED
+    target = _target(spec, output)
+    reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
+    try:
+        done = sweeping.run(
+            load_study(spec),
+            target,
+            workers=workers,
+            processes=context.obj if isinstance(context.obj, pool.Pool) else None,
+            scheduler=scheduler_at(scheduler, scheduler_file),
+            progress=reporter,
+            fresh=fresh,
+            shard=None if shard is None else _shard(shard),
+            take_over=unlock,
+            tell=_say,
+        )
+    except sweeping.Interrupted as interrupt:
+        there = f"{target} is as it was" if target.exists() else f"{target} was not written"
+        _say(f"interrupted: {there}; {interrupt}: the same command goes on from there")
+        return EXIT_INTERRUPTED
     return _outcome(done, "" if shard is None else f"shard {shard}: ")
 
 
@@ -358,9 +352,3 @@ def accuracy(
 
     written = measuring.run(load_study(spec), output, cube, progress.for_stream())
     print(f"{len(written)} files in {output}")
-
-
-def main() -> None:
-    """Entry point of the command ``rcstudy``; limits threads before anything numerical is imported."""
-    limit_threads()
-    app()

@@ -11,7 +11,9 @@ from __future__ import annotations
 import contextlib
 import importlib
 import multiprocessing
+import os
 import signal
+import socket
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -30,13 +32,17 @@ if TYPE_CHECKING:
     from rcstudy.result import Result
 
 Solve = Callable[[Sequence["Scene"]], Iterator[Any]]
-"""Solves scenes that share a normal problem, a result each, in order; importable by name, so that workers find it."""
+"""Solves scenes that share a normal problem, a result each, in order; importable by name, so that workers find it.
+
+If it holds results back for a while, it has a `patience` (s), which is set to zero when each is wanted at once.
+"""
 
 ATTEMPTS = 2
 """Times a case is tried before the death of its worker is laid at its door."""
 
 _FAILED_STARTS = 3
 _PATIENCE = 0.1  # seconds that results may wait for others to be sent with
+_SEND_BYTES = 2**21  # of results, several times those of 0.1 s
 # A batch is sent to a worker that is still at another one, so that it need not wait, if a pipe takes so many bytes
 # whether read or not, and if the worker took no longer for the last one: else others wait for it at the end.
 _AHEAD_BYTES = 8000
@@ -102,6 +108,14 @@ class Pool:
         if workers is not None and workers > 1:
             self.start(min(workers, available_cores()))
 
+    def prepare(self, solve: Solve, scenes: Sequence[Scene]) -> None:
+        """Have the workers that are there solve `scenes` in vain: that loads the kernels that others will use."""
+        self._solve = solve
+        self._tell_all()
+        message = ForkingPickler.dumps((scenes, None))
+        for worker in self._workers:
+            self._send(worker, message)
+
     def start(self, workers: int) -> None:
         """See to it that at least so many workers have been started."""
         while len(self._workers) < workers:
@@ -137,6 +151,7 @@ class Pool:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
+        _widen(theirs)
         process = context.Process(target=_work, args=(theirs, self._preload), daemon=True)
         # Ctrl-C goes to every process of the terminal: it is this one's to handle. Starting multiprocessing's own
         # helper lets interrupts through again, so that comes first.
@@ -147,17 +162,20 @@ class Pool:
         self._workers.append(_Worker(process, ours))
 
     def _give_all(self) -> None:
-        """Tell new workers what solves, and give them batches: one to each that has none, then one to solve next."""
-        for worker in self._workers:
-            if not worker.told:
-                worker.told = True
-                self._send(worker, ForkingPickler.dumps(self._solve))
+        """Give batches to workers, told what solves: one to each that has none, then one to solve next."""
+        self._tell_all()
         for held in (0, 1):
             for worker in self._workers:
                 # at the end nobody waits for another's batch
                 wanted = len(self._waiting) > held * len(self._workers) and (held == 0 or worker.quick)
                 if worker.ready and len(worker.batches) == held and wanted:
                     self._give(worker)
+
+    def _tell_all(self) -> None:
+        for worker in self._workers:
+            if not worker.told:
+                worker.told = True
+                self._send(worker, ForkingPickler.dumps(self._solve))
 
     def _give(self, worker: _Worker) -> None:
         """Send the next batch, unless the worker has one and it is too long to lie in the pipe."""
@@ -211,6 +229,15 @@ class Pool:
         self._workers.clear()
 
 
+def _widen(connection: Connection) -> None:
+    """Let what is sent lie in the connection until it is read, so that a worker need not wait for that.
+
+    As far as the system allows: by default results of a twentieth of a second fill it.
+    """
+    with contextlib.suppress(OSError), socket.socket(fileno=os.dup(connection.fileno())) as end:  # not on every system
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
+
+
 def _work(connection: Connection, preload: str) -> None:
     """A worker's life: what solves, then scenes in, their results out, until it is ended or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where they could not be held back from the start
@@ -223,6 +250,12 @@ def _work(connection: Connection, preload: str) -> None:
         connection.send(None)
         while True:
             scenes, patience = connection.recv()
+            if patience is None:  # nobody wants the results
+                for _ in solve(scenes):
+                    pass
+                continue
+            if patience == 0.0 and hasattr(solve, "patience"):
+                solve.patience = 0.0
             results, sent = [], time.monotonic()
             for result in solve(scenes):
                 results.append(result)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from rcstudy import cluster, pool, provenance, threads
 from rcstudy.assemble import Assembly
-from rcstudy.batch import make_batches, solve_batch
+from rcstudy.batch import make_batches, solve_batch, warm_up_scenes
 from rcstudy.errors import UserError
 from rcstudy.layout import case_label, check_names
 from rcstudy.progress import Progress, Silent
@@ -122,6 +122,7 @@ def run(
         if processes is None:
             processes = stack.enter_context(pool.Pool())
             processes.start_early(workers)
+        processes.prepare(packing, warm_up_scenes(grid.scene(next(grid.indices())) for grid in study.grids))
         expansion = expand(study)
         check_names(expansion)
         cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)

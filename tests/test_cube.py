@@ -334,7 +334,9 @@ def test_one_result_as_a_dataset() -> None:
 
 def test_the_package_is_light_and_its_functions_stay_functions() -> None:
     code = (
-        "import sys, rcstudy, rcstudy.cli\n"
+        "import sys, rcstudy, rcstudy.__main__\n"
+        "assert 'typer' not in sys.modules  # workers import the module their parent started with\n"
+        "import rcstudy.cli\n"
         "heavy = {'numpy', 'xarray', 'numba', 'h5py', 'matplotlib', 'pydantic'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
         "import os; assert 'OMP_NUM_THREADS' not in os.environ\n"

@@ -1,9 +1,12 @@
 """Which worker holds what: one batch that it solves, and the next one where batches are short."""
 
+import time
+
 import pytest
 import workers
 
 from rcstudy import pool
+from rcstudy.__main__ import workers_wanted
 from rcstudy.batch import make_batches
 from rcstudy.cases import expand
 from rcstudy.study import study_from_text
@@ -64,3 +67,37 @@ def test_a_batch_sent_ahead_to_a_worker_that_died_is_solved_by_another(batches, 
     monkeypatch.setenv("DEATHS", str(tmp_path))
     assert held(batches, 1, workers.dies_early)[0] == 2
     assert (tmp_path / "died").exists()
+
+
+def test_workers_that_wait_for_work_solve_in_vain_what_they_are_given(batches, tmp_path, monkeypatch):
+    monkeypatch.setenv("NOTES", str(tmp_path))
+    with pool.Pool("rcstudy.solve") as those:
+        those.start(2)
+        those.prepare(workers.notes, [batches[0][0].scene])
+        until = time.monotonic() + 60.0
+        while len(list(tmp_path.iterdir())) < 2 and time.monotonic() < until:
+            time.sleep(0.01)
+        solved = [case for case, _ in those.solve(batches[1:], 2, workers.notes)]
+        pids = {worker.process.pid for worker in those._workers}
+    assert {case.key for case in solved} == {case.key for batch in batches[1:] for case in batch}
+    first = batches[0][0].scene.load
+    assert {path.name for path in tmp_path.glob(f"* {first}")} == {f"{pid} {first}" for pid in pids}
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        ("sweep a.yaml --workers 3", 3),
+        ("sweep --workers=3 a.yaml -q", 3),
+        ("sweep a.yaml", 0),
+        ("sweep a.yaml --workers", 0),
+        ("sweep a.yaml --workers -1", 0),
+        ("sweep a.yaml --workers 3.5", 0),
+        ("sweep a.yaml --workers 9999999", 0),
+        ("sweep a.yaml --workers 3 --help", 0),
+        ("plan a.yaml --workers 3", 0),
+        ("", 0),
+    ],
+)
+def test_workers_that_a_command_line_asks_for(words, wanted):
+    assert workers_wanted(words.split()) == wanted

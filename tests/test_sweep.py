@@ -325,7 +325,7 @@ def test_batches_share_their_pressure_and_keep_workers_busy(study: Study) -> Non
 
 
 def test_warm_up_has_each_kind_once_on_a_small_mesh(study: Study) -> None:
-    scenes = warm_up_scenes(expand(study).cases)
+    scenes = warm_up_scenes(case.scene for case in expand(study).cases)
     assert [scene.creepage is None for scene in scenes] == [False, True]
     assert {scene.mesh.cells for scene in scenes} == {(16, 16)}
 
