@@ -1,10 +1,12 @@
 """Naive twins of rows of cells that begin where the contact begins: roots of polynomials, quadrature, sums of waves.
 
-Written from what the kernels of `rows.py` and `convolution.ShiftedTransform` promise. Positions are in cells.
+Written from what the kernels of `rows.py`, `stick.py` and `convolution.ShiftedTransform` promise. Positions are in
+cells.
 """
 
 from __future__ import annotations
 
+import math
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -135,10 +137,14 @@ def border_ahead(near: float, next_one: float) -> float:
     return min(1.0, float(np.roots(np.polyfit([0.0, -1.0], [near**2, next_one**2], 1))[0]))
 
 
-def border_behind(near: float, next_one: float) -> float:
-    """From the last stick cell to the border behind: by the e for which the two rooms have their ratio."""
+def border_behind(near: float, next_one: float, length: float) -> float:
+    """From the last stick cell to the border behind: by the e for which the two rooms have their ratio.
+
+    The room of a zone that is `length` long bends: half of that in strips is taken out.
+    """
     if next_one <= 0.0:
         return 0.25
+    near *= math.sqrt(math.sqrt(1.0 - 1.0 / length)) if length > 1.5 else 1.0
 
     def missing(e: float) -> float:
         one, two = ((j + 0.5 + e) * gamma(j + 0.5) / gamma(j + 1.0) for j in (0.0, 1.0))
@@ -160,7 +166,10 @@ def stick_zone(
             if of_row and (side == 0 or first == last):
                 continue
             near, next_one = room[outermost], room[inner] if first < last else 0.0
-            distance = (border_ahead, border_behind)[side](near, next_one)
+            if side == 0:
+                distance = border_ahead(near, next_one)
+            else:
+                distance = border_behind(near, next_one, ends[0] - (start - last))
             place = start - outermost + (distance if side == 0 else -distance)
             if of_row and place <= back:
                 continue  # a slip zone narrower than a cell shows in the room alone
@@ -168,6 +177,42 @@ def stick_zone(
             borders.append(ends[side])
         length += ends[0] - ends[1]
     return length, borders
+
+
+def leaning(borders: dict[int, float], length: list[float]) -> np.ndarray:
+    """How far the border of each row moves ahead: 0.014 times its slope squared, up to all of the row's `length`."""
+    shift = np.zeros(len(length))
+    for j, x in borders.items():
+        near = {k: borders[k] for k in (j - 1, j, j + 1) if k in borders}
+        if len(near) == 3:
+            slope = (near[j + 1] - near[j - 1]) / 2.0
+        elif len(near) == 2:
+            slope = 1.3 * sum(abs(other - x) for other in near.values())
+        else:
+            continue
+        shift[j] = min(0.014 * min(abs(slope), 5.0) ** 2, length[j])
+    return shift
+
+
+def slipping(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: int, high: int) -> float:
+    """Area of what slips, `widths` of the rows low to high and straight beyond, in a contact with `chords`."""
+    held = np.flatnonzero(chords)
+    y = np.array([min(tips[0], held[0] - 1e-6), *held, max(tips[1], held[-1] + 1e-6)])
+    v = np.array([0.0, *chords[held] ** 2, 0.0])
+    slope = np.diff(v) / np.diff(y)
+    bends = np.concatenate([[np.nan], np.diff(slope) / (y[2:] - y[:-2]), [np.nan]])
+    total = 0.0
+    for k in range(len(y) - 1):
+        t = np.linspace(y[k], y[k + 1], 4001)
+        bend = np.nanmean(bends[k : k + 2])
+        square = v[k] + slope[k] * (t - y[k]) + bend * (t - y[k]) * (t - y[k + 1])
+        known = np.arange(low, high + 1)
+        wide = np.interp(t, known, widths[low : high + 1])
+        below, above = t < low, t > high
+        wide[below] = widths[low] + (t[below] - low) * (widths[low + 1] - widths[low])
+        wide[above] = widths[high] + (t[above] - high) * (widths[high] - widths[high - 1])
+        total += np.trapezoid(np.minimum(np.maximum(wide, 0.0), np.sqrt(np.maximum(square, 0.0))), t)
+    return float(total)
 
 
 def area(length: np.ndarray) -> float:

@@ -18,8 +18,8 @@ Hence:
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
-- contact and slip areas are those within the edges of contact and stick zone, found between cells in each row, for the
-  contact also in each column (`outline.py`).
+- the contact's area is that within its edge, found between cells in each row and column (`outline.py`), the slip area
+  that between the borders of the stick zone and the edge behind them (`kernels/stick.py`).
 
 Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
 in stick cells, direction and slip in slip cells.
@@ -42,13 +42,14 @@ from rcstudy.mechanics.convolution import (
     symbols,
     traction_quadrants,
 )
-from rcstudy.mechanics.kernels import rows
+from rcstudy.mechanics.kernels import rows, stick
 from rcstudy.mechanics.normal import cell_centres
 from rcstudy.mechanics.outline import area_within
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
 
 _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
+_LEAST_ROWS = 5  # of a stick zone, for the area behind it to be found from how wide the slip zone is
 _SPIN_POINT = 0.5  # in cells ahead of the centre
 # Slip by pressure goes like the root of the distance from the edge, too; at the leading cell it comes out too large by
 # this part of its rise from the third cell to the fourth (from contacts with slip by pressure only).
@@ -287,16 +288,40 @@ class AlignedContact(NormalContact):
         if not slip.any():
             return 0.0, float(size.max())
         room = friction * self.pressure - size
-        length, borders = np.zeros(self.box.shape[1]), np.zeros((2 * len(size), 2))
-        found = rows.stick_rows(room, slip, self._index, self._start, self._count, self._edges, length, borders)
-        rows.shorten_tips(length, self._chords[0])
-        # what chords miss of the contact they miss of the stick zone, too
-        stick = self.area * min(float(rows.area_under(length, _NOT_KNOWN)) / self._area_by_rows, 1.0)
+        ny = self.box.shape[1]
+        length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * len(size), 2))
+        of_rows = self._index, self._start, self._count, self._edges
+        found = stick.stick_rows(room, slip, *of_rows, length, last, borders)
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [friction * self.pressure_max if slip[self._top] else float(size.max())]
         if found:
             peaks += [friction * rows.peak_at_borders(self._p, borders[:found]), float(size[~slip].max())]
-        return self.area - stick, max(peaks)
+        stick.lean(borders, last, length)
+        return self._slip_area(length, slip), max(peaks)
+
+    def _slip_area(self, length: np.ndarray, slip: np.ndarray) -> float:
+        """Area of the slip zone (mm^2) from the length [ny] of the stick zone in each row, in cells."""
+        dx, dy = self.scene.mesh.spacing
+        area = self.area / (dx * dy)
+        chords, tips = self._chords
+        sticks, touched = np.flatnonzero(length > 0.0), np.flatnonzero(self._count > 0)
+        known = sticks[(sticks > touched[0]) & (sticks < touched[-1])]  # cells of the outermost rows do not tell chords
+        ahead = slip[self._index[0, sticks]].any()  # of the stick zone, some cells slip
+        if known.size >= _LEAST_ROWS and np.ptp(sticks) + 1 == sticks.size and not ahead:
+            widths = self._edges[1] - self._edges[0] - length
+            ends = [known[0], known[-1]]
+            for side, outward in enumerate((-1, 1)):
+                inner, row = ends[side], ends[side] + outward
+                if touched[0] < row < touched[-1]:  # all of it slips, and would if it were wider
+                    widths[row] = max(widths[row], 2.0 * widths[inner] - widths[inner - outward])
+                    ends[side] = row
+            slips = float(stick.area_of_slip(chords, tips, widths, ends[0], ends[1]))
+            # Of what chords miss of the contact half is at its trailing edge, all of it where no cell of a row sticks.
+            slips += 0.5 * (1.0 + slips / area) * (area - self._area_by_rows)
+            return min(max(slips, 0.0), area) * dx * dy
+        stick.shorten_tips(length, chords)
+        # what chords miss of the contact they miss of the stick zone, too
+        return self.area * (1.0 - min(float(rows.area_under(length, _NOT_KNOWN)) / self._area_by_rows, 1.0))
 
 
 def _edges_of(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

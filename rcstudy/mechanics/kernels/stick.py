@@ -1,0 +1,174 @@
+"""Stick zone of cells that begin where the contact begins (`aligned.py`): its borders between cells, row by row."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def border_ahead(near: float, next_one: float) -> float:
+    """Distance, at most a cell, from the first stick cell of a row to the border of the stick zone ahead of it.
+
+    From the room mu p - |q| there and in the next stick cell: it falls like the root of the distance. Where there is no
+    next one (0) or its room is not larger, the border is half a cell away.
+    """
+    return min(near * near / (next_one * next_one - near * near), 1.0) if next_one > near else 0.5
+
+
+@jit
+def border_behind(near: float, next_one: float, length: float) -> float:
+    """The same from the last stick cell of a row back to the border behind it, between -1/4 and 1 cell.
+
+    There the discrete half-line tells where between cells the border is: with j counted forward from it the room is
+    (j + 1/2 + e) Gamma(j + 1/2)/Gamma(j + 1), which far away is sqrt(j + 3/4 + 2 e). Of one cell alone: 1/4.
+
+    That is of a zone without end. Where it goes on for `length` cells from the last cell's centre only, the room bends
+    more than the root does: like sqrt(d (length + d)) in strips, which makes the quotient of the two rooms larger by
+    (length/(length - 1))^(1/2). In contacts it was half as much, of lengths from 2 to 25 cells.
+    """
+    if next_one <= 0.0:
+        return 0.25
+    ratio = near / next_one
+    if length > 1.5:
+        ratio *= ((length - 1.0) / length) ** 0.25
+    ratio = min(ratio, 10.0 / 13.0)
+    return 0.75 + (3.0 * ratio - 2.0) / (2.0 - ratio)
+
+
+@jit
+def stick_rows(
+    room: np.ndarray,
+    slip: np.ndarray,
+    index: np.ndarray,
+    start: np.ndarray,
+    count: np.ndarray,
+    edges: np.ndarray,
+    length: np.ndarray,
+    last: np.ndarray,
+    borders: np.ndarray,
+) -> int:
+    """Length of the stick zone in each row, length [ny], in cells, and the borders between stick and slip.
+
+    room [m]: mu p - |q| (MPa), slip [m]: state of the cells; index [max count, ny]: numbers m of a row's cells from the
+    leading one on; start, count [ny], edges [2, ny] as in `row_bounds`. borders [>= 2 m, 2]: x and j of each; last
+    [ny]: number of the one at the row's trailing end, -1 if it has none. Returns their number.
+    """
+    found = 0
+    for j in range(count.size):
+        length[j], last[j] = 0.0, -1
+        front = edges[1, j]
+        for k in range(count[j]):
+            m = index[k, j]
+            if slip[m]:
+                continue
+            ahead = k > 0 and not slip[index[k - 1, j]]
+            behind = k + 1 < count[j] and not slip[index[k + 1, j]]
+            if not ahead:
+                last[j] = -1
+            if not ahead and k > 0:
+                front = start[j] - k + border_ahead(room[m], room[index[k + 1, j]] if behind else 0.0)
+                borders[found, 0], borders[found, 1] = front, j
+                found += 1
+            if not behind:
+                back = edges[0, j]
+                # a slip zone narrower than a cell shows in the room alone
+                if k + 1 < count[j] or ahead:
+                    border = (
+                        start[j]
+                        - k
+                        - border_behind(room[m], room[index[k - 1, j]] if ahead else 0.0, front - (start[j] - k))
+                    )
+                    if k + 1 < count[j] or border > back:
+                        back = border
+                        borders[found, 0], borders[found, 1] = back, j
+                        last[j] = found
+                        found += 1
+                length[j] += front - back
+    return found
+
+
+@jit
+def lean(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> None:
+    """Move the borders at the trailing ends of rows to where they are if they do not run across the rows, in place.
+
+    They were found too far back by 0.014 of the square of the slope, in cells a row, to which the neighbours' borders
+    tell it (from the paper's contacts on 80 x 80 cells against 512 x 512). borders, last and length as `stick_rows`
+    leaves them; lengths change alike.
+    """
+    ny = last.size
+    shift = np.zeros(ny)
+    for j in range(ny):
+        if last[j] < 0:
+            continue
+        low = j - 1 if j > 0 and last[j - 1] >= 0 else j
+        high = j + 1 if j + 1 < ny and last[j + 1] >= 0 else j
+        if high > low:
+            slope = (borders[last[high], 0] - borders[last[low], 0]) / (high - low)
+            if high - low == 1:
+                slope *= 1.3  # it is the outermost row, and borders bend there
+            shift[j] = min(0.014 * min(abs(slope), 5.0) ** 2, length[j])
+    for j in range(ny):
+        if last[j] >= 0:
+            borders[last[j], 0] += shift[j]
+            length[j] -= shift[j]
+
+
+@jit
+def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: int, high: int) -> float:
+    """Area (cells) of a slip zone behind a stick zone that goes on to the contact's leading edge.
+
+    chords [ny]: those of the contact, which lies between the rows tips [2]; widths [ny]: how much of each row slips,
+    known from row low to row high. That goes straight from row to row, and on beyond those, as it hardly changes (in
+    strips: not at all, Haines and Ollerton, 1963); the squares of chords go by parabolas. No more slips than there is.
+    """
+    first, end = 0, chords.size - 1
+    while first < end and chords[first] == 0.0:
+        first += 1
+    while end > first and chords[end] == 0.0:
+        end -= 1
+    n = end - first + 1
+    at, square = np.zeros(n + 2), np.zeros(n + 2)
+    for k in range(n):
+        at[k + 1], square[k + 1] = first + k, chords[first + k] ** 2
+    at[0], at[n + 1] = min(tips[0], first - 1e-6), max(tips[1], end + 1e-6)
+    total = 0.0
+    for k in range(n + 1):
+        step = at[k + 1] - at[k]
+        bend, known = 0.0, 0
+        for m in (k, k + 1):
+            if 0 < m < n + 1:
+                after = (square[m + 1] - square[m]) / (at[m + 1] - at[m])
+                before = (square[m] - square[m - 1]) / (at[m] - at[m - 1])
+                bend += (after - before) / (at[m + 1] - at[m - 1])
+                known += 1
+        bend /= max(known, 1)
+        parts = 32
+        for part in range(parts):
+            t = (part + 0.5) / parts
+            y = at[k] + t * step
+            v = square[k] + t * (square[k + 1] - square[k]) - bend * t * (1.0 - t) * step * step
+            j = min(max(math.floor(y), low), high - 1)
+            width = widths[j] + (y - j) * (widths[j + 1] - widths[j])
+            total += min(max(width, 0.0), math.sqrt(max(v, 0.0))) * step / parts
+    return total
+
+
+@jit
+def shorten_tips(length: np.ndarray, chords: np.ndarray) -> None:
+    """Chords length [ny] of the stick zone in the contact's outermost rows, whose cells do not tell them, in place.
+
+    chords [ny]: those of the contact. As much of an outermost row slips as of the one beside it.
+    """
+    low, high = 0, chords.size - 1
+    while low < high and chords[low] == 0.0:
+        low += 1
+    while high > low and chords[high] == 0.0:
+        high -= 1
+    if high - low < 2:
+        return
+    for outer, inner in ((low, low + 1), (high, high - 1)):
+        length[outer] = max(0.0, min(length[outer], chords[outer] - (chords[inner] - length[inner])))

@@ -1,0 +1,210 @@
+"""Kernels of the stick zone of aligned cells: its borders between cells, and the area behind it."""
+
+from __future__ import annotations
+
+import math
+
+import naive_rows
+import numpy as np
+import pytest
+from scipy.special import gamma, gammaln
+
+from rcstudy.mechanics.kernels import stick
+
+FAR = 1e15  # cells: of a zone without end
+
+
+def test_border_ahead() -> None:
+    """Exact where the square of the room grows linearly; a cell at most; half a cell if nothing tells."""
+    for distance in (0.0, 0.2, 0.5, 1.0):
+        found = stick.border_ahead(math.sqrt(0.7 * distance), math.sqrt(0.7 * (distance + 1.0)))
+        assert found == pytest.approx(distance, abs=1e-15)
+    assert stick.border_ahead(math.sqrt(3.0), 2.0) == 1.0
+    assert stick.border_ahead(0.4, 0.0) == stick.border_ahead(0.4, 0.4) == stick.border_ahead(0.0, 0.0) == 0.5
+
+
+@pytest.mark.parametrize("e", [-0.5, -0.3, -0.1, 0.0, 0.1])
+def test_border_behind(e: float) -> None:
+    """From room that goes like a root far inside and whose sources cause no slip halfway between them."""
+    j = np.arange(4000.0)
+    room = 0.3 * (j + 0.5 + e) * np.exp(gammaln(j + 0.5) - gammaln(j + 1.0))
+    distance = stick.border_behind(room[0], room[1], FAR)
+    assert distance == pytest.approx(0.75 + 2.0 * e, abs=1e-12)
+    far = room[-1000:] ** 2
+    assert far[-1] / (far[-1] - far[-2]) - j[-1] == pytest.approx(distance, abs=1e-3)
+    # the row's far end adds a slip that is nearly linear over these few points
+    slip = (room / (np.arange(0.5, 6.0)[:, None] - j)).sum(axis=1)
+    assert np.abs(np.diff(slip, 2)).max() < 1e-5
+
+
+def test_border_behind_of_rooms_that_tell_nothing() -> None:
+    assert stick.border_behind(0.4, 0.0, 3.0) == stick.border_behind(0.0, 0.0, 3.0) == 0.25
+    assert stick.border_behind(0.4, 0.4, FAR) == stick.border_behind(3.0, 2.0, 9.0) == pytest.approx(1.0)
+    assert stick.border_behind(0.0, 2.0, 9.0) == -0.25
+
+
+def test_border_behind_a_short_zone() -> None:
+    """Half of what makes the border of a strip's zone right, whose room is like that of a half-line, but bent."""
+    for length in (2.0, 5.0, 20.0):
+        near = 0.5 * (length / (length - 1.0)) ** 0.25
+        assert stick.border_behind(near, 1.0, length) == pytest.approx(stick.border_behind(0.5, 1.0, FAR), abs=1e-13)
+    assert stick.border_behind(0.5, 1.0, 1.5) == pytest.approx(stick.border_behind(0.5, 1.0, FAR), abs=1e-13)
+
+
+def found_zone(
+    states: list[str], room: np.ndarray, start: list[float], edges: list[tuple[float, float]]
+) -> tuple[np.ndarray, list[tuple[float, float]]]:
+    """Lengths [ny] and borders as the kernel finds them, cells of all rows being numbered from the last row on.
+
+    states: s and - for slip and stick from the leading cell on; room: of the rows' cells one after the other.
+    """
+    count = np.array([len(row) for row in states])
+    index = np.full((max(1, count.max()), len(states)), -1)
+    numbers = np.arange(count.sum())[::-1]
+    slip, of_cells = np.zeros(count.sum(), dtype=np.bool_), np.zeros(count.sum())
+    first = 0
+    for j, row in enumerate(states):
+        index[: len(row), j] = own = numbers[first : first + len(row)]
+        slip[own], of_cells[own] = [state == "s" for state in row], room[first : first + len(row)]
+        first += len(row)
+    length, borders = np.full(len(states), np.nan), np.full((2 * count.sum(), 2), np.nan)
+    last = np.full(len(states), 99)
+    found = stick.stick_rows(of_cells, slip, index, np.array(start), count, np.array(edges).T, length, last, borders)
+    assert np.isnan(borders[found:]).all()
+    for j, row in enumerate(states):
+        own = [k for k in range(found) if borders[k, 1] == j]
+        behind = last[j] >= 0
+        assert last[j] == (own[-1] if behind else -1)
+        if "-" in row and row.endswith("s"):
+            assert behind
+    return length, [(float(x), float(j)) for x, j in borders[:found]]
+
+
+def test_stick_rows_that_stick_or_slip() -> None:
+    """From edge to edge, or nothing; no borders. Rows without cells have nothing either."""
+    edges = [(2.3, 6.9), (1.0, 1.4), (3.0, 5.5), (4.0, 4.5), (0.0, 0.0)]
+    length, borders = found_zone(["----", "-", "sss", "s", ""], np.ones(9), [6.1, 1.2, 4.7, 4.2, 0.0], edges)
+    np.testing.assert_allclose(length, [4.6, 0.4, 0.0, 0.0, 0.0], atol=1e-15)
+    assert borders == []
+
+
+def test_stick_rows_between_borders() -> None:
+    """Room like the root of the distance ahead, as on the discrete half-line behind: both borders are found exactly."""
+    start, back, front = 9.7, 0.2, 10.5
+    x = start - np.arange(10)
+    j = np.arange(3.0)
+    behind = (j + 0.5 - 0.075) * gamma(j + 0.5) / gamma(j + 1.0)  # the border 0.6 cells behind the last stick cell
+    room = np.ones(10)
+    room[2:5], room[4:7] = np.sqrt(8.1 - x[2:5]), behind[::-1]
+    room[6] *= (4.4 / 3.4) ** 0.25  # the zone ends 4.4 cells ahead
+    length, borders = found_zone(["ss-----sss"], room, [start], [(back, front)])
+    assert length == pytest.approx([8.1 - 3.1])
+    assert borders == [(pytest.approx(8.1), 0.0), (pytest.approx(3.1), 0.0)]
+    room[6] = behind[0] * (6.8 / 5.8) ** 0.25
+    length, borders = found_zone(["-------sss"], room, [start], [(back, front)])
+    assert length == pytest.approx([front - 3.1])
+    assert borders == [(pytest.approx(3.1), 0.0)]
+    length, borders = found_zone(["ss--------"], room, [start], [(back, front)])
+    assert length == pytest.approx([8.1 - back])
+    assert borders == [(pytest.approx(8.1), 0.0)]
+    room[-3:] = behind[::-1]  # all stick, but for the last 0.3 cells
+    room[-1] *= (9.8 / 8.8) ** 0.25
+    length, borders = found_zone(["----------"], room, [start], [(-0.2, front)])
+    assert length == pytest.approx([front - 0.1])
+    assert borders == [(pytest.approx(0.1), 0.0)]
+
+
+def test_stick_rows_of_single_cells() -> None:
+    """One cell between slip cells, from the edge to its border at the ends."""
+    edges = [(2.0, 6.0)] * 3
+    length, borders = found_zone(["s-s", "-ss", "ss-"], np.ones(9), [5.0, 5.0, 5.0], edges)
+    np.testing.assert_allclose(length, [0.75, 1.25, 1.5], atol=1e-15)
+    assert borders == [(4.5, 0.0), (3.75, 0.0), (4.75, 1.0), (3.5, 2.0)]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_stick_rows(seed: int) -> None:
+    """Any states, several zones in a row."""
+    rng = np.random.default_rng(seed)
+    states = ["".join(rng.choice(list("s-"), size=rng.integers(0, 12))) for _ in range(9)]
+    room = rng.uniform(0.1, 1.0, size=sum(map(len, states)))
+    start = rng.uniform(12.0, 14.0, size=9).tolist()
+    edges = [(x - max(1, len(row)) + rng.uniform(0.0, 1.0), x + 0.8) for x, row in zip(start, states, strict=True)]
+    length, borders = found_zone(states, room, start, edges)
+    expected_borders = []
+    first = 0
+    for j, row in enumerate(states):
+        slip = np.array([state == "s" for state in row], dtype=bool)
+        expected, of_row = naive_rows.stick_zone(room[first : first + len(row)], slip, start[j], *edges[j])
+        assert length[j] == pytest.approx(expected, abs=1e-12)
+        expected_borders += [(pytest.approx(x, abs=1e-12), float(j)) for x in of_row]
+        first += len(row)
+    assert borders == expected_borders
+
+
+def test_lean() -> None:
+    """Borders that do not run across the rows move ahead, by no more than there is; single rows tell no slope."""
+    borders = np.array([[5.0, 0.0], [4.0, 1.0], [2.0, 2.0], [9.0, 2.0], [3.0, 4.0], [3.0, 6.0], [-9.0, 7.0]])
+    last = np.array([0, 1, 2, -1, 4, -1, 5, 6])
+    length = np.array([3.0, 4.0, 5.0, 9.0, 2.0, 1.0, 0.3, 8.0])
+    stick.lean(borders, last, length)
+    shift = 0.014 * np.array([1.3**2, 1.5**2, 2.6**2, 0.0, 0.0, 0.0, 0.3 / 0.014, 5.0**2])
+    np.testing.assert_allclose(length, [3.0, 4.0, 5.0, 9.0, 2.0, 1.0, 0.3, 8.0] - shift, atol=1e-14)
+    moved = [5.0, 4.0, 2.0, 9.0, 3.0, 3.0, -9.0] + shift[[0, 1, 2, 3, 4, 6, 7]]
+    np.testing.assert_allclose(borders[:, 0], moved, atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_lean_of_any_borders(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    has = rng.random(12) < 0.7
+    last = np.where(has, np.cumsum(has) - 1, -1)
+    borders = np.column_stack([rng.uniform(0.0, 9.0, has.sum()), np.flatnonzero(has)])
+    length = rng.uniform(0.0, 2.0, 12)
+    shift = naive_rows.leaning({int(j): float(x) for x, j in borders}, length.tolist())
+    expected = length - shift, borders[:, 0] + shift[has]
+    stick.lean(borders, last, length)
+    np.testing.assert_allclose(length, expected[0], atol=1e-13)
+    np.testing.assert_allclose(borders[:, 0], expected[1], atol=1e-13)
+
+
+@pytest.mark.parametrize("width", [0.3, 2.0, 7.0])
+def test_area_of_slip_in_strips(width: float) -> None:
+    """As much of each row of an elliptic contact slips, as far as it has it (Haines and Ollerton, 1963)."""
+    half, y = 9.4, np.arange(21.0) - 0.2
+    inside = np.abs(y - 10.0) < half
+    chords = np.where(inside, 14.0 * np.sqrt(np.maximum(1.0 - ((y - 10.0) / half) ** 2, 0.0)), 0.0)
+    tips = np.array([10.0 - half, 10.0 + half]) + 0.2
+    edge = half * math.sqrt(1.0 - (width / 14.0) ** 2)  # rows farther out have less
+    angle = math.acos(edge / half)
+    expected = 2.0 * (width * edge + 14.0 * half * 0.5 * (angle - math.sin(angle) * math.cos(angle)))
+    widths = np.minimum(chords, width)
+    known = np.flatnonzero(chords > width)
+    found = stick.area_of_slip(chords, tips, widths, known[0], known[-1])
+    assert found == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_area_of_slip(seed: int) -> None:
+    """Any widths, in a contact of which rows on both sides are not known, with tips and without."""
+    rng = np.random.default_rng(seed)
+    chords = np.zeros(14)
+    chords[2:12] = np.sort(rng.uniform(2.0, 6.0, 10))[[0, 2, 4, 6, 8, 9, 7, 5, 3, 1]]
+    tips = np.array([1.0 + rng.uniform(0.1, 1.4), 12.0 - rng.uniform(0.1, 1.4)])
+    widths = rng.uniform(0.0, 4.0, 14)
+    found = stick.area_of_slip(chords, tips, widths, 4, 9)
+    assert found == pytest.approx(naive_rows.slipping(chords, tips, widths, 4, 9), rel=2e-3)
+
+
+def test_shorten_tips() -> None:
+    """As much of an outermost row slips as of the one beside it, be there a stick zone or not; no row gains."""
+    chords = np.array([0.0, 2.0, 5.0, 6.0, 5.0, 3.0, 0.0])
+    length = np.array([0.0, 1.7, 3.5, 4.5, 4.0, 1.0, 0.0])
+    stick.shorten_tips(length, chords)
+    np.testing.assert_allclose(length, [0.0, 0.5, 3.5, 4.5, 4.0, 1.0, 0.0], atol=1e-15)
+    length = np.array([0.0, 1.7, 1.0, 0.0, 4.0, 2.5, 0.0])
+    stick.shorten_tips(length, chords)
+    np.testing.assert_allclose(length, [0.0, 0.0, 1.0, 0.0, 4.0, 2.0, 0.0], atol=1e-15)
+    two = np.array([0.0, 1.5, 1.2, 0.0])
+    stick.shorten_tips(two, np.array([0.0, 2.0, 3.0, 0.0]))
+    np.testing.assert_array_equal(two, [0.0, 1.5, 1.2, 0.0])
