@@ -7,7 +7,6 @@ Fields of cropped outputs are cut to the box of the case's own contact, outside 
 
 from __future__ import annotations
 
-import itertools
 import math
 import struct
 import time
@@ -182,12 +181,12 @@ class Packing:
             for pair in zip(scenes, self.solve(scenes), strict=True):
                 held.append(pair)
                 if time.monotonic() - last >= self.patience:
-                    yield from itertools.starmap(packer.pack_any, held)
-                    held, last = [], time.monotonic()
+                    yield from packer.pack_all(held)
+                    last = time.monotonic()
         except (Exception, KeyboardInterrupt):
-            yield from itertools.starmap(packer.pack_any, held)  # what there is counts
+            yield from packer.pack_all(held)  # what there is counts
             raise
-        yield from itertools.starmap(packer.pack_any, held)
+        yield from packer.pack_all(held)
 
 
 class Packer:
@@ -227,13 +226,17 @@ class Packer:
         head = FORM.head.pack(status, *cells, i0, i1, j0, j1, len(reason), *entries, *numbers)
         return Packed(status, result.reason, b"".join((head, reason, *streams)))
 
-    def pack_any(self, scene: Scene, result: Result) -> Packed:
-        """`result` of `scene`, or why it is none."""
-        cells = scene.mesh.cells
-        try:
-            return self.pack(result, cells)
-        except ValueError as error:
-            return self.pack(Result(Status.ERROR, f"the solver gave no proper result: {error}"), cells)
+    def pack_all(self, held: list[tuple[Scene, Result]]) -> Iterator[Packed]:
+        """The results of scenes in `held`, or why they are none; they are taken from there one by one."""
+        while held:
+            scene, result = held[0]
+            cells = scene.mesh.cells
+            try:
+                packed = self.pack(result, cells)
+            except ValueError as error:
+                packed = self.pack(Result(Status.ERROR, f"the solver gave no proper result: {error}"), cells)
+            del held[0]
+            yield packed
 
     def _shared(self, pressure: np.ndarray) -> bytes:
         """The stream of `pressure`; that of the last one if it is the same, bit for bit."""
