@@ -14,7 +14,8 @@ Hence:
 - each row of cells is moved along x, by up to half a cell, so that its leading cell's centre lies theta dx behind the
   edge of the contact in that row. That edge is where p^2, which falls almost linearly, comes to zero. Rows are moved
   by phases between the two stages of the transforms;
-- the bound is the mean of mu p over the moved cell; each row keeps its force, and moments take it where it is;
+- the bound is the mean of mu p over the moved cell; each row keeps its force, and moments take it where it is; so do
+  displacements, behind the middle of the contact, for the bound's part of the tractions (`off_centre`);
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
@@ -144,6 +145,23 @@ class AlignedContact(NormalContact):
         out = np.arange(len(self.cells))
         out[self._index[taken]] = np.where(moved >= 0, moved, self._index)[taken]
         return out
+
+    def off_centre(self, direction: np.ndarray, bound: np.ndarray) -> np.ndarray | None:
+        """What tractions act like more than they are [m, 2] (MPa): the bound's part of them where its force is.
+
+        Towards the trailing edge the bound falls like a root, and the middle of a cell's force lies ahead of the cell's
+        centre, by up to a sixth of a cell. As far as that is, so much of the force goes to the cell ahead. The rest of
+        the traction, bound less traction, is what the half-line is about, and the leading edge, too.
+        """
+        ahead = self.neighbours[0]
+        movable = ahead != np.arange(len(ahead))
+        part = np.clip(self._middle - (self.cells[:, 0] + self.shift[self.cells[:, 1]]), 0.0, 0.5)
+        size = np.maximum(np.hypot(direction[:, 0], direction[:, 1]), 1e-300)
+        force = direction[movable] * (part * bound / size)[movable, None]
+        moved = np.zeros(direction.shape)
+        moved[movable] -= force
+        moved[ahead[movable]] += force
+        return moved
 
     @cached_property
     def slip_by_pressure(self) -> np.ndarray:
