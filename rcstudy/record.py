@@ -31,7 +31,7 @@ FIELDS = tuple(name for name, v in VARIABLES.items() if v.kind == "field")
 _SCALARS, _FIELDS = frozenset(SCALARS), frozenset(FIELDS)
 _KINDS = ("f8", "f4", "i1")  # types of fields; a record has their numbers, from 1 on
 _BEFORE_FIELDS = 8  # numbers of a head
-_PATIENCE = 0.02
+_PATIENCE = 0.02  # seconds that results may wait to be packed with others
 _MOST_CELLS = 2**28  # of a window, in a file that may be hostile
 
 Region = tuple[int, int, int, int]

@@ -142,12 +142,12 @@ def test_stick_rows(seed: int) -> None:
     assert borders == expected_borders
 
 
-def test_lean() -> None:
+def test_move_oblique() -> None:
     """Borders that do not run across the rows move ahead, by no more than there is; single rows tell no slope."""
     borders = np.array([[5.0, 0.0], [4.0, 1.0], [2.0, 2.0], [9.0, 2.0], [3.0, 4.0], [3.0, 6.0], [-9.0, 7.0]])
     last = np.array([0, 1, 2, -1, 4, -1, 5, 6])
     length = np.array([3.0, 4.0, 5.0, 9.0, 2.0, 1.0, 0.3, 8.0])
-    stick.lean(borders, last, length)
+    stick.move_oblique(borders, last, length)
     shift = 0.014 * np.array([1.3**2, 1.5**2, 2.6**2, 0.0, 0.0, 0.0, 0.3 / 0.014, 5.0**2])
     np.testing.assert_allclose(length, [3.0, 4.0, 5.0, 9.0, 2.0, 1.0, 0.3, 8.0] - shift, atol=1e-14)
     moved = [5.0, 4.0, 2.0, 9.0, 3.0, 3.0, -9.0] + shift[[0, 1, 2, 3, 4, 6, 7]]
@@ -155,7 +155,7 @@ def test_lean() -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_lean_of_any_borders(seed: int) -> None:
+def test_move_oblique_of_any_borders(seed: int) -> None:
     rng = np.random.default_rng(seed)
     has = rng.random(12) < 0.7
     last = np.where(has, np.cumsum(has) - 1, -1)
@@ -163,9 +163,15 @@ def test_lean_of_any_borders(seed: int) -> None:
     length = rng.uniform(0.0, 2.0, 12)
     shift = naive_rows.leaning({int(j): float(x) for x, j in borders}, length.tolist())
     expected = length - shift, borders[:, 0] + shift[has]
-    stick.lean(borders, last, length)
+    stick.move_oblique(borders, last, length)
     np.testing.assert_allclose(length, expected[0], atol=1e-13)
     np.testing.assert_allclose(borders[:, 0], expected[1], atol=1e-13)
+
+
+def test_outermost() -> None:
+    assert stick.outermost(np.array([0.0, 0.0, 2.0, 0.0, 3.0, 0.0])) == (2, 4)
+    assert stick.outermost(np.array([1.0, 2.0])) == (0, 1)
+    assert stick.outermost(np.array([0.0, 1.0, 0.0])) == (1, 1)
 
 
 @pytest.mark.parametrize("width", [0.3, 2.0, 7.0])

@@ -128,9 +128,15 @@ class AlignedContact(NormalContact):
     def levers(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates x [m], y [m] (mm) of the middle of each cell's force; outermost cells hold what lies beyond."""
         dx = self.scene.mesh.spacing[0]
-        i, j = self.cells.T
         x, y = self.centres
-        return x + (self._middle - (i + self.shift[j])) * dx, y
+        return x + self._force_ahead * dx, y
+
+    @cached_property
+    def _force_ahead(self) -> np.ndarray:
+        """How far the middle of each cell's force lies ahead of its centre [m], in cells."""
+        i, j = self.cells.T
+        ahead: np.ndarray = self._middle - (i + self.shift[j])
+        return ahead
 
     @cached_property
     def neighbours(self) -> np.ndarray:
@@ -155,7 +161,7 @@ class AlignedContact(NormalContact):
         """
         ahead = self.neighbours[0]
         movable = ahead != np.arange(len(ahead))
-        part = np.clip(self._middle - (self.cells[:, 0] + self.shift[self.cells[:, 1]]), 0.0, 0.5)
+        part = np.clip(self._force_ahead, 0.0, 0.5)
         size = np.maximum(np.hypot(direction[:, 0], direction[:, 1]), 1e-300)
         force = direction[movable] * (part * bound / size)[movable, None]
         moved = np.zeros(direction.shape)
@@ -314,7 +320,7 @@ class AlignedContact(NormalContact):
         peaks = [friction * self.pressure_max if slip[self._top] else float(size.max())]
         if found:
             peaks += [friction * rows.peak_at_borders(self._p, borders[:found]), float(size[~slip].max())]
-        stick.lean(borders, last, length)
+        stick.move_oblique(borders, last, length)
         return self._slip_area(length, slip), max(peaks)
 
     def _slip_area(self, length: np.ndarray, slip: np.ndarray) -> float:

@@ -65,23 +65,20 @@ def stick_rows(
             m = index[k, j]
             if slip[m]:
                 continue
+            x = start[j] - k
             ahead = k > 0 and not slip[index[k - 1, j]]
             behind = k + 1 < count[j] and not slip[index[k + 1, j]]
             if not ahead:
                 last[j] = -1
             if not ahead and k > 0:
-                front = start[j] - k + border_ahead(room[m], room[index[k + 1, j]] if behind else 0.0)
+                front = x + border_ahead(room[m], room[index[k + 1, j]] if behind else 0.0)
                 borders[found, 0], borders[found, 1] = front, j
                 found += 1
             if not behind:
                 back = edges[0, j]
                 # a slip zone narrower than a cell shows in the room alone
                 if k + 1 < count[j] or ahead:
-                    border = (
-                        start[j]
-                        - k
-                        - border_behind(room[m], room[index[k - 1, j]] if ahead else 0.0, front - (start[j] - k))
-                    )
+                    border = x - border_behind(room[m], room[index[k - 1, j]] if ahead else 0.0, front - x)
                     if k + 1 < count[j] or border > back:
                         back = border
                         borders[found, 0], borders[found, 1] = back, j
@@ -92,7 +89,7 @@ def stick_rows(
 
 
 @jit
-def lean(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> None:
+def move_oblique(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> None:
     """Move the borders at the trailing ends of rows to where they are if they do not run across the rows, in place.
 
     They were found too far back by 0.014 of the square of the slope, in cells a row, to which the neighbours' borders
@@ -118,6 +115,17 @@ def lean(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> None:
 
 
 @jit
+def outermost(chords: np.ndarray) -> tuple[int, int]:
+    """First and last row of a contact with chords [ny]."""
+    low, high = 0, chords.size - 1
+    while low < high and chords[low] == 0.0:
+        low += 1
+    while high > low and chords[high] == 0.0:
+        high -= 1
+    return low, high
+
+
+@jit
 def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: int, high: int) -> float:
     """Area (cells) of a slip zone behind a stick zone that goes on to the contact's leading edge.
 
@@ -125,11 +133,8 @@ def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: 
     known from row low to row high. That goes straight from row to row, and on beyond those, as it hardly changes (in
     strips: not at all, Haines and Ollerton, 1963); the squares of chords go by parabolas. No more slips than there is.
     """
-    first, end = 0, chords.size - 1
-    while first < end and chords[first] == 0.0:
-        first += 1
-    while end > first and chords[end] == 0.0:
-        end -= 1
+    parts = 32  # of the way from row to row
+    first, end = outermost(chords)
     n = end - first + 1
     at, square = np.zeros(n + 2), np.zeros(n + 2)
     for k in range(n):
@@ -146,7 +151,6 @@ def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: 
                 bend += (after - before) / (at[m + 1] - at[m - 1])
                 known += 1
         bend /= max(known, 1)
-        parts = 32
         for part in range(parts):
             t = (part + 0.5) / parts
             y = at[k] + t * step
@@ -163,11 +167,7 @@ def shorten_tips(length: np.ndarray, chords: np.ndarray) -> None:
 
     chords [ny]: those of the contact. As much of an outermost row slips as of the one beside it.
     """
-    low, high = 0, chords.size - 1
-    while low < high and chords[low] == 0.0:
-        low += 1
-    while high > low and chords[high] == 0.0:
-        high -= 1
+    low, high = outermost(chords)
     if high - low < 2:
         return
     for outer, inner in ((low, low + 1), (high, high - 1)):
