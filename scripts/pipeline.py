@@ -4,10 +4,10 @@
 
 Pipeline: time of a sweep by one process that the solver does not take, from case to case and of all, as wall time (a
 thread writes units beside the solver) and as processor time; layered cases of 64 x 64 cells with fields. Efficiency:
-wall time of the whole command with one worker over twice that with two, for so many cases, and from case to case (by
-the difference to a quarter of them, so that what is needed once does not count); beside it what the machine itself
-allows: two bare solvers, that share nothing, side by side against one. Memory: the largest sum of resident memory (as
-/proc tells it, what processes share counted once for each) of a sweep of that many cases with two workers.
+wall time of the whole command with one worker over twice that with two, for so many cases; beside it what the machine
+itself allows: two commands at once, which share nothing, with half of the cases each. Memory: the largest sum of
+resident memory (as /proc tells it, what processes share counted once for each) of a sweep of that many cases with two
+workers.
 """
 
 from __future__ import annotations
@@ -45,15 +45,13 @@ grids:
 """
 CREEPAGES = 25
 
-_BARE_SECONDS = 2.0
 
-
-def study_text(cases: int, cells: int = 64) -> str:
-    """A study of about so many layered cases: 25 creepages a pressure."""
+def study_text(cases: int, cells: int = 64, part: slice = slice(None)) -> str:
+    """A study of about so many layered cases, 25 creepages a pressure, or a `part` of it."""
     count = max(1, round(cases / (2 * CREEPAGES)))
     return STUDY.format(
         cells=cells,
-        thickness=", ".join(f"{0.25 + 0.75 * k / max(count - 1, 1):.6f} a" for k in range(count)),
+        thickness=", ".join(f"{0.25 + 0.75 * k / max(count - 1, 1):.6f} a" for k in range(count)[part]),
         creepage=", ".join(
             f"{{longitudinal: {0.0004 * (k % 5 + 1):.4f}, lateral: {0.0005 * (k // 5):.4f}, "
             f"spin: {0.002 * (k % 3):.3f}}}"
@@ -106,11 +104,13 @@ def sweep_seconds(path: Path, cases: int) -> Times:
     return Times(solver.wall, solver.processor, wall - solver.wall, processor - solver.processor)
 
 
-def command_seconds(path: Path, cases: int, workers: int) -> float:
-    """Wall time (s) of ``rcstudy sweep``, from the start of the first process to the end of the last."""
-    path.write_text(study_text(cases), encoding="utf-8")
+def commands_seconds(studies: Sequence[Path], workers: int) -> float:
+    """Wall time (s) of ``rcstudy sweep`` of some studies at once, from the first process's start to the last's end."""
     begun = time.perf_counter()
-    subprocess.run(sweep_command(path, workers), check=True, stdout=subprocess.DEVNULL)
+    processes = [subprocess.Popen(sweep_command(path, workers), stdout=subprocess.DEVNULL) for path in studies]
+    codes = [process.wait() for process in processes]
+    if any(codes):
+        raise SystemExit("a sweep failed")
     return time.perf_counter() - begun
 
 
@@ -132,80 +132,22 @@ def pipeline_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
         yield f"            pipeline {many[rest]:.1f} of {many[solver] + many[rest]:.1f} s in all: {of_all:.1%}"
 
 
-class BareSolver:
-    """A process that solves and does nothing else, when it is told to."""
-
-    def __init__(self) -> None:
-        command = [sys.executable, __file__, "--bare"]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-    def begin(self) -> None:
-        """Tell it."""
-        assert self._process.stdin is not None
-        print(_BARE_SECONDS, file=self._process.stdin, flush=True)
-
-    def milliseconds(self) -> float:
-        """Wall time a case, once it has done."""
-        assert self._process.stdout is not None
-        return float(self._process.stdout.readline())
-
-    def end(self) -> None:
-        """End the process."""
-        self._process.communicate()
-
-
-def solve_bare() -> None:
-    """Solve the cases of a study of this kind for as many seconds as each line of the input says."""
-    from rcstudy.cases import expand
-    from rcstudy.solve import solve_group
-    from rcstudy.study import study_from_text
-
-    cases = expand(study_from_text(study_text(16 * CREEPAGES), "bare")).cases
-    batches = [[case.scene for case in cases[k : k + CREEPAGES]] for k in range(0, len(cases), CREEPAGES)]
-    for _ in solve_group(batches[0]):
-        pass
-    for line in sys.stdin:
-        begun, solved = time.perf_counter(), 0
-        while time.perf_counter() - begun < float(line):
-            solved += sum(1 for _ in solve_group(batches[solved // CREEPAGES % len(batches)]))
-        print((time.perf_counter() - begun) / solved * 1e3, flush=True)
-
-
-def efficiency_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
-    """How well two workers share the work, as text: least of `repeats` times, one and two workers by turns."""
-    counts = (cases // 4, cases)
-    bare = [BareSolver(), BareSolver()]
-    runs: list[list[list[float]]] = []
-    machine: list[float] = []
-    for _ in range(repeats):
-        runs.append([])
-        for count in counts:
-            runs[-1].append([command_seconds(path, count, workers) for workers in (1, 2)])
-            machine.append(side_by_side(bare))
-    for solver in bare:
-        solver.end()
-    few, many = ([min(run[k][w] for run in runs) for w in (0, 1)] for k in (0, 1))
-    one, two = ((m - f) / (counts[1] - counts[0]) * 1e3 for f, m in zip(few, many, strict=True))
-    pairs = ", ".join(f"{a:.1f}/{b:.1f}" for a, b in (run[1] for run in runs))
-    yield (
-        f"command     {many[0]:.1f} s with one worker, {many[1]:.1f} s with two: efficiency {many[0] / many[1] / 2:.2f}"
-        f" (runs: {pairs})"
-    )
-    yield f"            {one:.2f} and {two:.2f} ms from case to case: efficiency {one / two / 2:.2f}"
-    texts = ", ".join(f"{value:.2f}" for value in machine)
-    yield f"machine     two bare solvers side by side: efficiency {statistics.median(machine):.2f} (runs: {texts})"
-
-
-def side_by_side(solvers: Sequence[BareSolver]) -> float:
-    """How fast each of some solvers is beside the others, over how fast it is alone."""
-    alone = []
-    for solver in solvers:
-        solver.begin()
-        alone.append(solver.milliseconds())
-    for solver in solvers:
-        solver.begin()
-    together = [solver.milliseconds() for solver in solvers]
-    return statistics.fmean(a / t for a, t in zip(alone, together, strict=True))
+def efficiency_lines(path: Path, cases: int, rounds: int) -> Iterator[str]:
+    """How well two workers share the work, as text: medians of ratios of commands that ran by turns."""
+    whole, halves = [path], [path.with_stem(f"{path.stem}_{k}") for k in (1, 2)]
+    path.write_text(study_text(cases), encoding="utf-8")
+    for k, half in enumerate(halves):
+        half.write_text(study_text(cases, part=slice(k, None, 2)), encoding="utf-8")
+    ways = [(whole, 1), (whole, 2), (halves, 1)]  # studies, workers of each
+    runs = []
+    for turn in range(rounds):
+        forward = 1 if turn % 2 == 0 else -1  # what the machine does meanwhile falls on both alike
+        runs.append([commands_seconds(*way) for way in ways[::forward]][::forward])
+    texts = "; ".join(" / ".join(f"{seconds:.1f}" for seconds in run) for run in runs)
+    yield f"commands    seconds with one worker / two workers / two commands, half of the cases each: {texts}"
+    for k, what in ((1, "workers"), (2, "commands")):
+        found = sorted(run[0] / run[k] / 2 for run in runs)
+        yield f"            two {what}: efficiency {statistics.median(found):.2f} ({found[0]:.2f} to {found[-1]:.2f})"
 
 
 def resident(pid: int) -> int:
@@ -240,12 +182,8 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=2000)
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--memory", type=int, default=0, help="cases of the sweep whose memory is measured")
-    parser.add_argument("--bare", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     limit_threads()
-    if options.bare:
-        solve_bare()
-        return
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pipeline.yaml"
         sweep_seconds(path, 50)  # compiles, loads
