@@ -49,16 +49,16 @@ FITS: dict[str, Fit] = {
 
 # cells that begin where the contact begins (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
 ALIGNED: dict[str, Fit] = {
-    "force_x": Fit(1.0, 0.022, 0.35, "friction force"),
-    "force_y": Fit(0.4, 0.03, 0.35, "friction force"),
+    "force_x": Fit(0.5, 0.027, 0.35, "friction force"),
+    "force_y": Fit(0.2, 0.033, 0.35, "friction force"),
     "moment_z": Fit(0.1, 0.028, 0.2, "friction moment"),
     "pressure_max": Fit(0.1, 0.027, 0.1, "pressure_max"),
     "contact_area": Fit(0.5, 0.045, 0.45, "contact_area"),
-    "slip_area": Fit(0.36, 0.135, 0.6, "contact_area"),
+    "slip_area": Fit(0.38, 0.142, 0.6, "contact_area"),
     "contact_radius": Fit(0.5, 0.0225, 0.22, "contact_radius"),
     "approach": Fit(0.1, 0.02, 0.02, "approach"),
     "traction_max": Fit(0.55, 0.028, 1.0, "traction_max"),
-    "friction_power": Fit(0.2, 0.105, 8.0, "friction_power"),
+    "friction_power": Fit(0.3, 0.08, 8.0, "friction_power"),
 }
 
 

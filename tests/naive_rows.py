@@ -7,6 +7,7 @@ cells.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -71,18 +72,23 @@ def outwards(v: np.ndarray, bend: float, seen: np.ndarray, true: np.ndarray) -> 
     return min(1.0, first_root(v[0], slope, bend))
 
 
-def profile(p: np.ndarray, back: float, front: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places and squares of the pressure p [nx] of a row between which p^2 is taken as a straight line."""
+def profile(
+    p: np.ndarray, back: float, front: float, pressed: Callable[[float], float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places and squares of the pressure p [nx] of a row between which p^2 is taken as a straight line.
+
+    pressed(t): how much too large the pressure beside the outermost cell is, t cells from whose centre the edge is.
+    """
     cells = cells_of_row(p)
     x, v = cells.astype(float), p[cells] ** 2
     if len(cells) < 6:
         return np.concatenate([[back], x, [front]]), np.concatenate([[0.0], v, [0.0]])
-    for edge, outer, inner in ((back, 0, [1, 2]), (front, -1, [-2, -3])):
-        parabola = np.polyfit([edge, *x[inner]], [0.0, *v[inner]], 2)
-        outside = x[outer] <= edge if outer == 0 else x[outer] >= edge
-        on_parabola = 0.0 if outside else float(np.polyval(parabola, x[outer]))
-        if outside or on_parabola > 0.0:
-            v[outer] = on_parabola
+    for edge, outer, inner, inward in ((back, [0, 1], [1, 2], 1.0), (front, [-1, -2], [-2, -3], -1.0)):
+        value = v.copy()
+        value[outer[1]] /= pressed(inward * (x[outer[0]] - edge)) ** 2
+        parabola = np.polyfit([edge, *x[inner]], [0.0, *value[inner]], 2)
+        if inward * np.polyval(np.polyder(parabola), edge) > 0.0:
+            v[outer] = np.where(inward * (x[outer] - edge) > 0.0, np.polyval(parabola, x[outer]), 0.0)
     second = np.concatenate([[0.0], np.diff(v, 2), [0.0]])
     second[[0, -1]] = second[[1, -2]]
     # of the pieces between edge, cells and edge; those of an outermost cell beyond its edge are not there
@@ -102,9 +108,11 @@ def profile(p: np.ndarray, back: float, front: float) -> tuple[np.ndarray, np.nd
     return knots, squares
 
 
-def bounds(p: np.ndarray, back: float, front: float, start: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+def bounds(
+    p: np.ndarray, back: float, front: float, pressed: Callable[[float], float], start: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Pressures [count] of cells at start - k that carry what a row p [nx] carries, and where, by quadrature."""
-    x, v = profile(p, back, front)
+    x, v = profile(p, back, front, pressed)
     ends = [front, *(start - k - 0.5 for k in range(count - 1)), back]
     parts, moments = ([integral_of_root(x, v, ends[k + 1], ends[k], power) for k in range(count)] for power in (0, 1))
     return np.array(parts) * p.sum() / sum(parts), np.array(moments) / np.array(parts)

@@ -16,6 +16,12 @@ from rcstudy.mechanics.kernels import arrays, rows, tractions
 
 AS_SEEN = np.array([0.0, 1.0])  # a table that corrects nothing
 SEEN, TRUE = np.array([0.0, 0.1, 0.5, 1.1]), np.array([-0.15, 0.1, 0.5, 0.85])
+DISTANCES, PRESSED = np.array([-0.2, 0.3, 0.9]), np.array([1.04, 0.99, 1.02])
+
+
+def pressed(t: float) -> float:
+    """How much too large the pressure beside an outermost cell is, t cells from whose centre the edge is."""
+    return float(np.interp(t, DISTANCES, PRESSED))
 
 
 # --- roots and the table ---
@@ -133,8 +139,8 @@ def test_row_profile(cells: int, back: float, front: float) -> None:
     p[3 : 3 + cells] = np.random.default_rng(cells).uniform(0.5, 1.5, size=cells)
     edges = np.array([3.0 - back, 2.0 + cells + front])
     knots, squares = np.full((2, 31), np.nan)
-    n = rows.row_profile(p, np.array([3, 2 + cells]), edges, knots, squares)
-    expected_knots, expected_squares = naive_rows.profile(p, *edges)
+    n = rows.row_profile(p, np.array([3, 2 + cells]), edges, DISTANCES, PRESSED, knots, squares)
+    expected_knots, expected_squares = naive_rows.profile(p, *edges, pressed)
     np.testing.assert_allclose(knots[:n], expected_knots, atol=1e-14)
     np.testing.assert_allclose(squares[:n], expected_squares, atol=1e-12)
     assert np.isnan(knots[n:]).all()
@@ -156,12 +162,12 @@ def found_bounds(p: np.ndarray, edges: np.ndarray, start: np.ndarray, count: np.
     inside = [np.flatnonzero(row) if row.any() else np.array([len(row), -1]) for row in p.T]
     low, high = np.array([row[0] for row in inside]), np.array([row[-1] for row in inside])
     out, middle = np.full((2, count.max(), p.shape[1]), np.nan)
-    rows.row_bounds(p, low, high, edges, start, count, out, middle)
+    rows.row_bounds(p, low, high, edges, start, count, DISTANCES, PRESSED, out, middle)
     for j in range(p.shape[1]):
         n = count[j]
         assert np.isnan(middle[n:, j]).all()
         if n:
-            _, expected = naive_rows.bounds(p[:, j], *edges[:, j], start[j], n)
+            _, expected = naive_rows.bounds(p[:, j], *edges[:, j], pressed, start[j], n)
             np.testing.assert_allclose(middle[:n, j], expected, atol=1e-7)
     return out
 
@@ -188,7 +194,7 @@ def test_row_bounds(ahead: float) -> None:
         n = count[j]
         assert np.isnan(out[n:, j]).all()
         if n:
-            expected, _ = naive_rows.bounds(p[:, j], *edges[:, j], start[j], n)
+            expected, _ = naive_rows.bounds(p[:, j], *edges[:, j], pressed, start[j], n)
             np.testing.assert_allclose(out[:n, j], expected, rtol=1e-8)
             assert out[:n, j].sum() == pytest.approx(p[:, j].sum(), rel=1e-14)
 

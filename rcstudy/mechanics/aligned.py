@@ -14,8 +14,7 @@ Hence:
 - each row of cells is moved along x, by up to half a cell, so that its leading cell's centre lies theta dx behind the
   edge of the contact in that row. That edge is where p^2, which falls almost linearly, comes to zero. Rows are moved
   by phases between the two stages of the transforms;
-- the bound is the mean of mu p over the moved cell; each row keeps its force, and moments take it where it is; so do
-  displacements, behind the middle of the contact, for the bound's part of the tractions (`off_centre`);
+- the bound is the mean of mu p over the moved cell; each row keeps its force, and moments take it where it is;
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
@@ -52,9 +51,12 @@ from rcstudy.mechanics.scene import Creepage, Scene
 _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
 _LEAST_ROWS = 5  # of a stick zone, for the area behind it to be found from how wide the slip zone is
 _SPIN_POINT = 0.5  # in cells ahead of the centre
-# Slip by pressure goes like the root of the distance from the edge, too; at the leading cell it comes out too large by
-# this part of its rise from the third cell to the fourth (from contacts with slip by pressure only).
-_LEADING = 0.15
+# Pressure causes slip on the spot in proportion (Johnson 1985, 2.25a), so that it goes like the root of the distance
+# from the edge, too. What tractions make of slips is their sum with weights of nearly Gamma(j + 1/2)/Gamma(j + 1), by
+# which equal ones come out right. Slips by such a pressure come out too large, by what this part of it does in the
+# leading cell; also where the edge is at an angle. There those across do, by twice the product of the components of the
+# edge's normal times as much (both measured on round contacts).
+_LEADING = 0.0264
 
 # Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
 # and where the contact ends in truth: the two-dimensional contact of a cylinder on many cells, moved over the mesh.
@@ -66,6 +68,13 @@ _SEEN = np.concatenate(
     )
 )
 _TRUE = np.linspace(-0.15, 0.85, _SEEN.size)
+# By how much the cell beside the outermost one is pressed more than its centre in the true contact, from the same ones.
+_PRESSED = np.concatenate(
+    (
+        [1.0465, 1.0384, 1.0315, 1.0257, 1.0208, 1.0167, 1.0134, 1.0106, 1.0083, 1.0065, 1.0051],
+        [1.0042, 1.0036, 1.0033, 1.0033, 1.0036, 1.0041, 1.0048, 1.0058, 1.0069, 1.0080],
+    )
+)
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
 
 
@@ -102,7 +111,8 @@ class AlignedContact(NormalContact):
         number[held] = np.arange(len(self._cells))
         self._index = np.where(taken, number[np.where(taken, i, 0), np.arange(ny)], -1)
         bounds, middles = np.zeros(i.shape), np.zeros(i.shape)
-        rows.row_bounds(p, self._low, self._high, self._edges, self._start, self._count, bounds, middles)
+        of_rows = self._low, self._high, self._edges, self._start, self._count
+        rows.row_bounds(p, *of_rows, _TRUE, _PRESSED, bounds, middles)
         self._pressure, self._middle = np.zeros(len(self._cells)), np.zeros(len(self._cells))
         self._pressure[self._index[taken]] = bounds[taken]
         self._middle[self._index[taken]] = middles[taken]
@@ -128,15 +138,9 @@ class AlignedContact(NormalContact):
     def levers(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates x [m], y [m] (mm) of the middle of each cell's force; outermost cells hold what lies beyond."""
         dx = self.scene.mesh.spacing[0]
-        x, y = self.centres
-        return x + self._force_ahead * dx, y
-
-    @cached_property
-    def _force_ahead(self) -> np.ndarray:
-        """How far the middle of each cell's force lies ahead of its centre [m], in cells."""
         i, j = self.cells.T
-        ahead: np.ndarray = self._middle - (i + self.shift[j])
-        return ahead
+        x, y = self.centres
+        return x + (self._middle - (i + self.shift[j])) * dx, y
 
     @cached_property
     def neighbours(self) -> np.ndarray:
@@ -151,23 +155,6 @@ class AlignedContact(NormalContact):
         out = np.arange(len(self.cells))
         out[self._index[taken]] = np.where(moved >= 0, moved, self._index)[taken]
         return out
-
-    def off_centre(self, direction: np.ndarray, bound: np.ndarray) -> np.ndarray | None:
-        """What tractions act like more than they are [m, 2] (MPa): the bound's part of them where its force is.
-
-        Towards the trailing edge the bound falls like a root, and the middle of a cell's force lies ahead of the cell's
-        centre, by up to a sixth of a cell. As far as that is, so much of the force goes to the cell ahead. The rest of
-        the traction, bound less traction, is what the half-line is about, and the leading edge, too.
-        """
-        ahead = self.neighbours[0]
-        movable = ahead != np.arange(len(ahead))
-        part = np.clip(self._force_ahead, 0.0, 0.5)
-        size = np.maximum(np.hypot(direction[:, 0], direction[:, 1]), 1e-300)
-        force = direction[movable] * (part * bound / size)[movable, None]
-        moved = np.zeros(direction.shape)
-        moved[movable] -= force
-        moved[ahead[movable]] += force
-        return moved
 
     @cached_property
     def slip_by_pressure(self) -> np.ndarray:
@@ -191,10 +178,21 @@ class AlignedContact(NormalContact):
         plan.hat *= hat
         plan.backward()
         s = np.ascontiguousarray(plan.real[:, self.cells[:, 0], self.cells[:, 1]].T)
-        deep = self._count >= 4
-        leading, _, third, fourth = self._index[:4, deep] if len(self._index) >= 4 else np.zeros((4, 0), dtype=int)
-        s[leading] -= _LEADING * (s[fourth] - s[third])
+        leading, less = self._less_at_edge
+        s[leading] -= less
         return s
+
+    @property
+    def _less_at_edge(self) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers [n] of the rows' leading cells, and by how much slip by pressure [n, 2] is too large there."""
+        touched = np.flatnonzero(self._count > 0)
+        leading = self._index[0, touched]
+        dx, dy = self.scene.mesh.spacing
+        slope = np.gradient(self._edges[1, touched]) * dx / dy if touched.size > 1 else np.zeros(1)
+        less = np.zeros((touched.size, 2))
+        less[:, 0] = _LEADING * self.influence.slip_under_pressure * self.pressure[leading]
+        less[:, 1] = -2.0 * slope / (1.0 + slope**2) * less[:, 0]
+        return leading, less
 
     @cached_property
     def operator(self) -> SlipOperator:

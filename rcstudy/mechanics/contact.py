@@ -87,13 +87,6 @@ class NormalContact:
         """Numbers [2, m] of the cells ahead and behind, where slip is wanted at cell centres (`aligned.py`)."""
         return None
 
-    def off_centre(self, direction: np.ndarray, bound: np.ndarray) -> np.ndarray | None:
-        """What tractions along `direction` [m, 2] act like more than they are, where cells see to that (`aligned.py`).
-
-        `bound` [m] (MPa): their bound; the result [m, 2] (MPa) too.
-        """
-        return None
-
     @cached_property
     def slip_by_pressure(self) -> np.ndarray:
         """Slip [m, 2] by the displacement along the surface that the pressure causes.
@@ -199,8 +192,7 @@ def solve_rolling(contact: NormalContact, scene: Scene, guess: np.ndarray | None
     if guess is None and contact.coarser is not None:
         coarse = solve_rolling(contact.coarser, _like(scene, contact.coarser))
         guess = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
-    moved = contact.off_centre(-w if guess is None else guess, bound)
-    rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.neighbours, moved)
+    rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.neighbours)
     rolling.coarser = coarse
     return rolling
 

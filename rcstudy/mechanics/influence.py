@@ -133,6 +133,15 @@ class Influence:
         return other
 
     @property
+    def slip_under_pressure(self) -> float:
+        """Slip (u_i - u_(i+1))/dx by a unit of pressure on the spot (1/MPa), in plane strain.
+
+        (1 - 2 nu)/(2 G) of the one surface less that of the other (Johnson 1985, 2.25a); the outermost layer counts.
+        """
+        one, two = (0.0 if m is None else (1.0 - 2.0 * m.nu) / (2.0 * m.G) for m in (self._top, self._counterbody))
+        return one - two
+
+    @property
     def moves_by_pressure(self) -> bool:
         """Whether pressure displaces the surfaces along each other: not so for quasi-identical bodies."""
         if self._layers or self._counterbody is None:

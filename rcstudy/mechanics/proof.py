@@ -60,8 +60,7 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
         raise ValueError("a scene without creepage has no slip")
     dx = scene.mesh.spacing[0]
     i, j = contact.cells[:, 0], contact.cells[:, 1]
-    acting = rolling.q if rolling.moved is None else rolling.q + rolling.moved
-    u = contact.displacement.on_box(acting, contact.cells)
+    u = contact.displacement.on_box(rolling.q, contact.cells)
     w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
     result: np.ndarray = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
     return (

@@ -61,7 +61,7 @@ class RollingSolution:
 
     `residual`: see `solve_tractions`; `products`: operator and preconditioner
     products on the mesh itself; `coarser`: the solution with cells of twice the size that it started from; `centring`
-    [m, 2]: what it kept adding to the slip (`centring.py`); `moved` [m, 2]: see `solve_tractions`.
+    [m, 2]: what it kept adding to the slip (`centring.py`).
     """
 
     q: np.ndarray
@@ -73,7 +73,6 @@ class RollingSolution:
     converged: bool
     coarser: RollingSolution | None = None
     centring: np.ndarray | None = None
-    moved: np.ndarray | None = None
 
     @property
     def coarse_products(self) -> int:
@@ -158,7 +157,7 @@ def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -
 class NewtonSystem:
     """The linear system of one Newton step: which cells slip, their directions, and products with it.
 
-    `neighbours`, `moved`: see `solve_tractions`.
+    `neighbours`: see `solve_tractions`.
     """
 
     def __init__(
@@ -168,11 +167,10 @@ class NewtonSystem:
         bound: np.ndarray,
         w: np.ndarray,
         neighbours: np.ndarray | None = None,
-        moved: np.ndarray | None = None,
     ) -> None:
         n = cells.shape[0]
         self.centring = Centring(neighbours, operator.plan.real.shape[2]) if neighbours is not None else None
-        self.operator, self.cells, self.bound, self.w, self.moved = operator, cells, bound, w, moved
+        self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.rho = 1.0 / operator.diagonal
         self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
         self._scale = self.rho * _norm(w)
@@ -201,8 +199,7 @@ class NewtonSystem:
     def slips(self, q: np.ndarray) -> np.ndarray:
         """Slip [m, 2] under tractions `q` [m, 2]."""
         s = np.empty(q.shape)
-        acting = q if self.moved is None else q + self.moved
-        self._multiply(acting.reshape(-1), self._no_slip)
+        self._multiply(q.reshape(-1), self._no_slip)
         tractions.gather(self.operator.plan.real, self.cells, s.reshape(-1))
         s += self.w
         return s
@@ -276,25 +273,23 @@ def solve_tractions(
     tolerance: float,
     guess: np.ndarray | None = None,
     neighbours: np.ndarray | None = None,
-    moved: np.ndarray | None = None,
 ) -> RollingSolution:
     """Solve Coulomb's law on the cells in contact.
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
     pressure; `guess` [m, 2]: tractions to start from; `neighbours` [2, m]: take the direction of slip at the centres
-    of slip cells (`centring.py`); `moved` [m, 2] (MPa): what tractions act like more than they are, as part of their
-    force is off the cells' centres. The relative tolerance is on
+    of slip cells (`centring.py`). The relative tolerance is on
     ||q - Proj(q - rho s)|| over the smaller of ||q|| and rho ||w||, 1/rho being the diagonal of B: the tractions,
     and the slip, are then right to about that fraction of their own size.
     """
-    state = _Tractions(NewtonSystem(operator, cells, bound, w, neighbours, moved), guess, tolerance)
+    state = _Tractions(NewtonSystem(operator, cells, bound, w, neighbours), guess, tolerance)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
     system, residual = state.system, state.residual * tolerance
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
     q = on_bound(state.q, system.slip, system.normal, bound)
     s = system.at_centres(state.s)
     kept = system.centring.kept if system.centring is not None else None
-    return RollingSolution(q, s, system.slip, residual, iterations, system.products, state.solved, None, kept, moved)
+    return RollingSolution(q, s, system.slip, residual, iterations, system.products, state.solved, centring=kept)
 
 
 class _Tractions:
@@ -302,8 +297,7 @@ class _Tractions:
 
     def __init__(self, system: NewtonSystem, guess: np.ndarray | None, tolerance: float) -> None:
         self.system, self._tolerance = system, tolerance
-        start = np.zeros(system.w.shape) if guess is None else guess
-        self._take(start, system.w if guess is None and system.moved is None else system.slips(start))
+        self._take(np.zeros(system.w.shape), system.w) if guess is None else self._take(guess, system.slips(guess))
 
     def _take(self, q: np.ndarray, s: np.ndarray) -> None:
         self.q, self.s = q, s

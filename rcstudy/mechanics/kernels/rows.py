@@ -22,7 +22,7 @@ def to_root(v0: float, slope: float, bend: float) -> float:
 
 @jit
 def corrected(t: float, seen: np.ndarray, true: np.ndarray) -> float:
-    """True distance of the edge from the outermost cell's centre, by the table true [n] at rising seen [n]."""
+    """What the table true [n] at rising seen [n] has at t, such as the true distance of an edge."""
     k = 1
     while k < seen.size - 1 and seen[k] < t:
         k += 1
@@ -90,13 +90,22 @@ def piece(v0: float, v1: float, length: float) -> float:
 
 
 @jit
-def row_profile(p: np.ndarray, ends: np.ndarray, edges: np.ndarray, knots: np.ndarray, squares: np.ndarray) -> int:
+def row_profile(
+    p: np.ndarray,
+    ends: np.ndarray,
+    edges: np.ndarray,
+    true: np.ndarray,
+    pressed: np.ndarray,
+    knots: np.ndarray,
+    squares: np.ndarray,
+) -> int:
     """Where p^2 is taken as a straight line in between: knots and squares [>= 2 nx + 3] of a row p [nx] (MPa).
 
     ends [2]: first and last cell in contact, edges [2]: where the contact ends. Returns the number of knots: edges,
-    centres, and halfway between these what lets two lines enclose as much as a parabola does. Outermost cells, which
-    are pressed more or less than their centres, are put on the parabola through the edge and the next two, if it is
-    above nothing there. Of less than six cells p^2 goes straight.
+    centres, and halfway between these what lets two lines enclose as much as a parabola does. The cells beside the
+    outermost ones are pressed more than their centres, by factors pressed [n] where the edge is true [n] (rising) cells
+    from the outermost centre. That is put on the parabola through the edge and the next two, if it rises from the edge.
+    Of less than six cells p^2 goes straight.
     """
     low, high = ends[0], ends[1]
     enough = high - low >= 5
@@ -109,10 +118,13 @@ def row_profile(p: np.ndarray, ends: np.ndarray, edges: np.ndarray, knots: np.nd
             inward = 1 if side == 0 else -1
             outer = 0 if side == 0 else v.size - 1
             t = (ends[side] - edges[side]) * inward  # how far the outermost centre is inside the edge
-            slope = v[outer + inward] / (t + 1.0)
-            bend = v[outer + 2 * inward] / (t + 2.0) - slope
-            if t <= 0.0 or slope > bend:
-                v[outer] = max(t, 0.0) * (slope - bend)
+            factor = corrected(t, true, pressed)
+            second = v[outer + inward] / (factor * factor)
+            near, far = second / (t + 1.0), v[outer + 2 * inward] / (t + 2.0)
+            slope = near - (far - near) * (t + 1.0)
+            if slope > 0.0:
+                v[outer] = max(t, 0.0) * (slope + (far - near) * t)
+                v[outer + inward] = second
         for k in range(1, v.size - 1):
             bends[k] = v[k + 1] - 2.0 * v[k] + v[k - 1]
         bends[0], bends[-1] = bends[1], bends[-2]
@@ -152,13 +164,16 @@ def row_bounds(
     edges: np.ndarray,
     start: np.ndarray,
     count: np.ndarray,
+    true: np.ndarray,
+    pressed: np.ndarray,
     out: np.ndarray,
     middle: np.ndarray,
 ) -> None:
     """Mean pressure of cells with centres start[j] - k, k < count[j], into out [max count, ny] (MPa).
 
-    And the middle of its force, a position along x, into middle [max count, ny]. From `row_profile`, scaled so that
-    every row carries the force that it carries in p. The first and last cell take what lies beyond them.
+    And the middle of its force, a position along x, into middle [max count, ny]. From `row_profile` (which see for true
+    and pressed), scaled so that every row carries the force that it carries in p. The first and last cell take what
+    lies beyond them.
     """
     most = 2 * p.shape[0] + 3
     knots, squares, mass, moment = np.zeros(most), np.zeros(most), np.zeros(most), np.zeros(most)
@@ -166,7 +181,7 @@ def row_bounds(
         if count[j] == 0:
             continue
         row = p[:, j].copy()
-        n = row_profile(row, np.array([low[j], high[j]]), edges[:, j].copy(), knots, squares)
+        n = row_profile(row, np.array([low[j], high[j]]), edges[:, j].copy(), true, pressed, knots, squares)
         for k in range(1, n):
             length = knots[k] - knots[k - 1]
             own = piece(squares[k - 1], squares[k], length)
