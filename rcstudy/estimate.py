@@ -58,7 +58,7 @@ ALIGNED: dict[str, Fit] = {
     "contact_radius": Fit(0.5, 0.0225, 0.22, "contact_radius"),
     "approach": Fit(0.1, 0.02, 0.02, "approach"),
     "traction_max": Fit(0.55, 0.028, 1.0, "traction_max"),
-    "friction_power": Fit(0.3, 0.08, 8.0, "friction_power"),
+    "friction_power": Fit(0.3, 0.074, 8.0, "friction_power"),
 }
 
 

@@ -256,20 +256,26 @@ def area(length: np.ndarray) -> float:
     return total
 
 
-def peak_at_borders(p: np.ndarray, borders: list[tuple[float, int]]) -> float:
-    """Largest pressure at borders (x, row) under pressure p [nx, ny], and between them and the rows beside."""
-    squares = [float(np.interp(x, np.arange(len(p)), p[:, row] ** 2)) for x, row in borders]
+def peak_at_borders(squares: list[float], borders: list[tuple[float, int]]) -> float:
+    """Largest pressure at borders (x, row), p^2 of which are squares: the top of a parabola over up to seven rows."""
     top = int(np.argmax(squares))
-    x, row = borders[top]
-    beside = []
-    for other in (row - 1, row + 1):
-        of_row = [k for k, border in enumerate(borders) if border[1] == other]
-        if of_row:
-            beside.append(squares[min(of_row, key=lambda k: abs(borders[k][0] - x))])
-    if len(beside) < 2:
-        return float(np.sqrt(squares[top]))
-    a, b, c = np.polyfit([-1.0, 0.0, 1.0], [beside[0], squares[top], beside[1]], 2)
-    return float(np.sqrt(c - b * b / (4.0 * a) if a < 0.0 else squares[top]))
+    paths = []
+    for way in (-1, 1):
+        path = [top]
+        while len(path) < 4:
+            x, row = borders[path[-1]]
+            of_row = [k for k, border in enumerate(borders) if border[1] == row + way]
+            if not of_row:
+                break
+            path.append(min(of_row, key=lambda k: abs(borders[k][0] - x)))
+        paths.append(path)
+    reach = min(map(len, paths)) - 1
+    if reach == 0:
+        return math.sqrt(squares[top])
+    taken = [*paths[0][reach:0:-1], *paths[1][: reach + 1]]
+    a, b, c = np.polyfit(np.arange(-reach, reach + 1), [squares[k] for k in taken], 2)
+    inside = a < 0.0 and abs(b / (2.0 * a)) <= reach
+    return math.sqrt(max(c - b * b / (4.0 * a), 0.0) if inside else squares[top])
 
 
 # --- moved rows ---

@@ -281,15 +281,37 @@ def test_vertex() -> None:
     assert rows.vertex(2.0, 2.0, 2.0) == 2.0
 
 
-@pytest.mark.parametrize("seed", range(8))
+def test_squares_at_borders() -> None:
+    """By the profile of the border's own row, also at an edge and next to it."""
+    p = np.sqrt(np.maximum(ellipse((16, 9), (7.3, 3.6), (6.4, 3.9)), 0.0))
+    low, high, edges = found_edges(p, SEEN, TRUE)
+    borders = [(edges[0, j] + part * (edges[1, j] - edges[0, j]), j) for j in (2, 5, 3, 2) for part in (0.0, 0.07, 0.5)]
+    found = rows.squares_at_borders(p, low, high, edges, DISTANCES, PRESSED, np.array(borders))
+    for (x, j), square in zip(borders, found, strict=True):
+        places, squares = naive_rows.profile(p[:, j], *edges[:, j], pressed)
+        assert square == pytest.approx(np.interp(x, places, squares), abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(12))
 def test_peak_at_borders(seed: int) -> None:
-    """One border or many a row, at places within the box; the rows beside the highest one may have none."""
+    """None to two borders a row; the rows beside the highest one may have none. A contact's own pressures, or any."""
     rng = np.random.default_rng(seed)
-    p = 3.0 * ellipse((9, 8), (4.2, 3.3), (3.9, 3.6)) + rng.uniform(0.0, 0.1, size=(9, 8))
-    borders = [(float(x), int(j)) for j in range(8) for x in rng.uniform(0.0, 8.0, size=rng.integers(0, 3))]
-    found = rows.peak_at_borders(p, np.array(borders, dtype=float).reshape(-1, 2))
-    assert found == pytest.approx(naive_rows.peak_at_borders(p, borders), rel=1e-12)
-    assert rows.peak_at_borders(p, np.zeros((0, 2))) == 0.0
+    borders = [(float(x), int(j)) for j in range(12) for x in rng.uniform(0.0, 8.0, size=rng.integers(seed % 2, 3))]
+    squares = [max(1.0 - (row - 6.3) ** 2 / 50.0 - (x - 4.0) ** 2 / 90.0, 0.0) for x, row in borders]
+    if seed % 3 == 0:
+        squares = rng.uniform(size=len(borders)).tolist()
+    found = rows.peak_at_borders(np.array(squares), np.array(borders, dtype=float))
+    assert found == pytest.approx(naive_rows.peak_at_borders(squares, borders), rel=1e-11)
+    assert rows.peak_at_borders(np.zeros(0), np.zeros((0, 2))) == 0.0
+
+
+def test_top_of_parabola() -> None:
+    """Of a parabola the very top; without one inside, the value in the middle."""
+    y = np.array([0.0, -1.0, 1.0, -2.0, 2.0])
+    assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - 0.7) ** 2) == pytest.approx(3.0, rel=1e-12)
+    assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - 2.2) ** 2) == 3.0 - 0.5 * 2.2**2
+    assert rows.top_of_parabola(y, 1.0 + y**2) == 1.0
+    assert rows.top_of_parabola(y[:1], np.array([2.0])) == 2.0
 
 
 def test_by_law() -> None:

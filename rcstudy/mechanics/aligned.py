@@ -317,7 +317,9 @@ class AlignedContact(NormalContact):
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [friction * self.pressure_max if slip[self._top] else float(size.max())]
         if found:
-            peaks += [friction * rows.peak_at_borders(self._p, borders[:found]), float(size[~slip].max())]
+            of_profile = self._low, self._high, self._edges, _TRUE, _PRESSED
+            squares = rows.squares_at_borders(self._p, *of_profile, borders[:found])
+            peaks += [friction * rows.peak_at_borders(squares, borders[:found]), float(size[~slip].max())]
         stick.move_oblique(borders, last, length)
         return self._slip_area(length, slip), max(peaks)
 

@@ -136,10 +136,12 @@ class Influence:
     def slip_under_pressure(self) -> float:
         """Slip (u_i - u_(i+1))/dx by a unit of pressure on the spot (1/MPa), in plane strain.
 
-        (1 - 2 nu)/(2 G) of the one surface less that of the other (Johnson 1985, 2.25a); the outermost layer counts.
+        (1 - 2 nu)/(2 G) of the one surface less that of the other (Johnson 1985, 2.25a). What the spot is to layers,
+        waves of wave number 1/dx tell: for them those thicker than a few cells are half-spaces.
         """
-        one, two = (0.0 if m is None else (1.0 - 2.0 * m.nu) / (2.0 * m.G) for m in (self._top, self._counterbody))
-        return one - two
+        alpha = 1.0 / self.spacing[0]
+        one = alpha * float(frequency_response(self._substrate, self._layers, np.array([alpha]))[1, 0])
+        return one - (0.0 if self._counterbody is None else float(half_space_response(self._counterbody)[1]))
 
     @property
     def moves_by_pressure(self) -> bool:

@@ -268,32 +268,76 @@ def vertex(before: float, top: float, after: float) -> float:
 
 
 @jit
-def peak_at_borders(p: np.ndarray, borders: np.ndarray) -> float:
-    """Largest pressure (MPa) at borders [n, 2], positions x and rows j in p [nx, ny] (MPa); between the rows, too.
+def squares_at_borders(
+    p: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    edges: np.ndarray,
+    true: np.ndarray,
+    pressed: np.ndarray,
+    borders: np.ndarray,
+) -> np.ndarray:
+    """p^2 [n] (MPa^2) at borders [n, 2], positions x and rows j, by `row_profile`; the other arguments as there.
 
-    p^2 goes straight from cell to cell along a row, and by a parabola over the largest one's row and those beside it.
+    p [nx, ny] (MPa), low, high [ny], edges [2, ny] as in `row_edges`.
     """
-    n, last = borders.shape[0], p.shape[0] - 2
-    square = np.zeros(n)
-    top = 0
+    n, most = borders.shape[0], 2 * p.shape[0] + 3
+    knots, squares, out = np.zeros(most), np.zeros(most), np.zeros(n)
     for k in range(n):
         j = int(borders[k, 1])
-        i = min(max(math.floor(borders[k, 0]), 0), last)
-        square[k] = p[i, j] ** 2 + (borders[k, 0] - i) * (p[i + 1, j] ** 2 - p[i, j] ** 2)
-        if square[k] > square[top]:
-            top = k
+        ends, of_row = np.array([low[j], high[j]]), edges[:, j].copy()
+        count = row_profile(p[:, j].copy(), ends, of_row, true, pressed, knots, squares)
+        out[k] = np.interp(borders[k, 0], knots[:count], squares[:count])
+    return out
+
+
+@jit
+def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
+    """Largest pressure (MPa) at borders [n, 2], positions x and rows j, from p^2 there, squares [n]; between rows, too.
+
+    By the parabola that fits best over the row of the largest one and up to three on either side: the largest of values
+    that each are a little off would be too large. From row to row the border goes on at the nearest one.
+    """
+    n, most = squares.size, 7
     if n == 0:
         return 0.0
-    beside = np.full(2, -1)
-    for k in range(n):
-        side = int(borders[k, 1] - borders[top, 1])
-        if side in (-1, 1):
-            other = beside[(side + 1) // 2]
-            if other < 0 or abs(borders[k, 0] - borders[top, 0]) < abs(borders[other, 0] - borders[top, 0]):
-                beside[(side + 1) // 2] = k
-    if beside.min() < 0:
-        return math.sqrt(max(square[top], 0.0))
-    return math.sqrt(max(vertex(square[beside[0]], square[top], square[beside[1]]), 0.0))
+    top = int(np.argmax(squares))
+    y, value = np.zeros(most), np.zeros(most)
+    value[0] = squares[top]
+    found = 1
+    reached = np.array([top, top])
+    while found < most:
+        row = (found + 1) // 2
+        for side in range(2):
+            target, here, best = borders[top, 1] + (row if side == 1 else -row), borders[reached[side], 0], -1
+            for k in range(n):
+                nearer = best < 0 or abs(borders[k, 0] - here) < abs(borders[best, 0] - here)
+                if borders[k, 1] == target and nearer:
+                    best = k
+            reached[side] = best
+        if reached.min() < 0:
+            break
+        for side in range(2):
+            y[found], value[found] = row if side == 1 else -row, squares[reached[side]]
+            found += 1
+    return math.sqrt(max(top_of_parabola(y[:found], value[:found]), 0.0))
+
+
+@jit
+def top_of_parabola(y: np.ndarray, value: np.ndarray) -> float:
+    """Largest value of the parabola that fits value [n] at y [n] best. y [n] is symmetric about 0, its first element.
+
+    Where the parabola opens upwards, or has its top beyond the outermost y, the value at 0.
+    """
+    n = y.size
+    if n < 3:
+        return value[0]
+    s2, s4 = np.sum(y**2), np.sum(y**4)
+    v0, v1, v2 = np.sum(value), np.sum(y * value), np.sum(y**2 * value)
+    bend, slope = (n * v2 - s2 * v0) / (n * s4 - s2 * s2), v1 / s2
+    if bend >= 0.0 or abs(slope) > -2.0 * bend * np.max(y):
+        return value[0]
+    return (v0 - bend * s2) / n - slope * slope / (4.0 * bend)
 
 
 @jit
