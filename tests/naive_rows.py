@@ -302,3 +302,25 @@ def moved_convolution(kernel: np.ndarray, field: np.ndarray, shift: np.ndarray) 
                 for k in range(nx):
                     out[i, j] += moved_value(column, i - k, shift[j] - shift[m]) * field[k, m]
     return out
+
+
+def slip_widths(
+    length: np.ndarray, sticks_ahead: np.ndarray, count: np.ndarray, edges: np.ndarray
+) -> tuple[np.ndarray, int, int]:
+    """How much of each row slips, and between which rows that is known; 0 and 0 if it says nothing of the area.
+
+    length [ny]: of the stick zone, sticks_ahead [ny]: whether the leading cell sticks, count [ny], edges [2, ny].
+    """
+    widths = edges[1] - edges[0] - length
+    rows_that_stick, touched = np.flatnonzero(length > 0.0), np.flatnonzero(count)
+    known = [j for j in rows_that_stick if touched[0] < j < touched[-1]]
+    in_parts = rows_that_stick.size and np.ptp(rows_that_stick) + 1 != rows_that_stick.size
+    if len(known) < 5 or in_parts or not sticks_ahead[rows_that_stick].all():
+        return widths, 0, 0
+    ends = []
+    for inner, outward in ((known[0], -1), (known[-1], 1)):
+        beyond = inner + outward
+        if touched[0] < beyond < touched[-1]:
+            widths[beyond] = max(widths[beyond], 2.0 * widths[inner] - widths[inner - outward])
+        ends.append(beyond if touched[0] < beyond < touched[-1] else inner)
+    return widths, ends[0], ends[1]

@@ -314,6 +314,19 @@ def test_top_of_parabola() -> None:
     assert rows.top_of_parabola(y[:1], np.array([2.0])) == 2.0
 
 
+def test_on_box() -> None:
+    """In the cells' places; others are not touched."""
+    rng = np.random.default_rng(5)
+    cells = np.array([[0, 1], [1, 0], [2, 3]])
+    q, s, bound, slip = rng.normal(size=(3, 2)), rng.normal(size=(3, 2)), rng.uniform(1.0, 2.0, size=3), cells[:, 0] > 0
+    values, flags = np.zeros((4, 3, 4)), np.zeros((3, 4), dtype=np.bool_)
+    rows.on_box(q, s, slip, bound, cells, values, flags)
+    expected = np.zeros_like(values)
+    expected[:, cells[:, 0], cells[:, 1]] = np.concatenate([q / bound[:, None], s], axis=1).T
+    np.testing.assert_array_equal(values, expected)
+    assert sorted(zip(*np.nonzero(flags), strict=True)) == [(1, 0), (2, 3)]
+
+
 def test_by_law() -> None:
     """Slip cells are on the bound and slip against it, stick cells within it and at rest; others are not touched."""
     rng = np.random.default_rng(3)

@@ -174,6 +174,37 @@ def test_outermost() -> None:
     assert stick.outermost(np.array([0.0, 1.0, 0.0])) == (1, 1)
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_slip_widths(seed: int) -> None:
+    """Stick zones of few rows or many, whole or in parts, up to the contact's outermost rows or not."""
+    rng = np.random.default_rng(seed)
+    ny, first = 14, int(rng.integers(0, 3))
+    count = np.zeros(ny, dtype=np.int64)
+    count[first : ny - int(rng.integers(0, 3))] = 3
+    edges = np.stack([rng.uniform(0.0, 1.0, size=ny), rng.uniform(4.0, 9.0, size=ny)])
+    length = np.zeros(ny)
+    low = first + int(rng.integers(0, 3))
+    high = low + int(rng.integers(1, 12))
+    length[low:high] = np.where(count[low:high] > 0, rng.uniform(0.1, 3.0, size=len(length[low:high])), 0.0)
+    if seed % 5 == 0:
+        length[rng.integers(ny)] = 0.0
+    index = np.arange(ny)[None]
+    slip = rng.uniform(size=ny) < (0.3 if seed % 7 == 0 else 0.0)
+    widths = np.full(ny, np.nan)
+    found = stick.slip_widths(length, slip, index, count, edges, widths)
+    expected, *ends = naive_rows.slip_widths(length, ~slip, count, edges)
+    assert list(found) == ends
+    if found != (0, 0):
+        np.testing.assert_allclose(widths, expected, atol=1e-14)
+
+
+def test_slip_widths_of_nothing() -> None:
+    """No row in contact, and no row that sticks."""
+    nothing, index, slip = np.zeros(6), np.arange(6)[None], np.zeros(6, dtype=np.bool_)
+    for count in (np.zeros(6, dtype=np.int64), np.full(6, 2)):
+        assert stick.slip_widths(nothing, slip, index, count, np.ones((2, 6)), np.zeros(6)) == (0, 0)
+
+
 @pytest.mark.parametrize("width", [0.3, 2.0, 7.0])
 def test_area_of_slip_in_strips(width: float) -> None:
     """As much of each row of an elliptic contact slips, as far as it has it (Haines and Ollerton, 1963)."""

@@ -49,7 +49,6 @@ from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
 
 _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
-_LEAST_ROWS = 5  # of a stick zone, for the area behind it to be found from how wide the slip zone is
 _SPIN_POINT = 0.5  # in cells ahead of the centre
 # Pressure causes slip on the spot in proportion (Johnson 1985, 2.25a), so that it goes like the root of the distance
 # from the edge, too. What tractions make of slips is their sum with weights of nearly Gamma(j + 1/2)/Gamma(j + 1), by
@@ -218,6 +217,11 @@ class AlignedContact(NormalContact):
         """Rigid slip [m, 2] where slip belongs, half a cell ahead; `spin_point` is for cells that are not moved."""
         return super().rigid_slip(creepage, _SPIN_POINT)
 
+    @cached_property
+    def _slip_by_pressure_at_centres(self) -> np.ndarray:
+        result: np.ndarray = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[self.neighbours[1]])
+        return result
+
     def friction_power(self, rolling: RollingSolution, scene: Scene) -> float:
         """Power that friction takes, per unit rolling speed (N): -sum q.(w + s_p) dx dy, both at the cells' centres.
 
@@ -226,8 +230,7 @@ class AlignedContact(NormalContact):
         """
         if scene.creepage is None:
             return 0.0
-        by_pressure = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[self.neighbours[1]])
-        w = super().rigid_slip(scene.creepage, 0.0) + by_pressure
+        w = super().rigid_slip(scene.creepage, 0.0) + self._slip_by_pressure_at_centres
         dx, dy = self.scene.mesh.spacing
         return -float(np.sum(rolling.q * w)) * dx * dy
 
@@ -238,19 +241,15 @@ class AlignedContact(NormalContact):
 
         From those `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells; zero outside the contact.
         """
-        values = np.zeros((4, *self.box.shape))
-        i, j = self.cells.T
-        values[:2, i, j] = (q / (friction * self.pressure)[:, None]).T
-        values[2:, i, j] = s.T
+        values, flags = np.zeros((4, *self.box.shape)), np.zeros(self.box.shape, dtype=np.bool_)
+        rows.on_box(q, s, slip, friction * self.pressure, self.cells, values, flags)
         own = self._own
         found, nearest = np.zeros((len(own), 4)), np.zeros(len(own), dtype=np.int64)
         rows.to_centres(values, self._held, self.shift, own, found, nearest)
-        flags = np.zeros(self.box.shape, dtype=np.bool_)
-        flags[i, j] = slip
         slips = flags[nearest, own[:, 1]]
         window, states = np.zeros((4, *self.scene.mesh.cells)), np.zeros(self.scene.mesh.cells, dtype=np.bool_)
         corner = self.box.i0, self.box.j0
-        rows.by_law(found, slips, friction * self._p[own[:, 0], own[:, 1]], own, corner, window)
+        rows.by_law(found, slips, friction * self._own_pressure, own, corner, window)
         states[corner[0] + own[:, 0], corner[1] + own[:, 1]] = slips
         return window[:2], window[2:], states
 
@@ -258,6 +257,11 @@ class AlignedContact(NormalContact):
     def _own(self) -> np.ndarray:
         """Indices [m, 2] in the box of the mesh's own cells in contact."""
         return np.ascontiguousarray(np.argwhere(self._p > 0.0))
+
+    @cached_property
+    def _own_pressure(self) -> np.ndarray:
+        pressure: np.ndarray = self._p[self._own[:, 0], self._own[:, 1]]
+        return pressure
 
     @cached_property
     def area(self) -> float:
@@ -328,18 +332,10 @@ class AlignedContact(NormalContact):
         dx, dy = self.scene.mesh.spacing
         area = self.area / (dx * dy)
         chords, tips = self._chords
-        sticks, touched = np.flatnonzero(length > 0.0), np.flatnonzero(self._count > 0)
-        known = sticks[(sticks > touched[0]) & (sticks < touched[-1])]  # cells of the outermost rows do not tell chords
-        ahead = slip[self._index[0, sticks]].any()  # of the stick zone, some cells slip
-        if known.size >= _LEAST_ROWS and np.ptp(sticks) + 1 == sticks.size and not ahead:
-            widths = self._edges[1] - self._edges[0] - length
-            ends = [known[0], known[-1]]
-            for side, outward in enumerate((-1, 1)):
-                inner, row = ends[side], ends[side] + outward
-                if touched[0] < row < touched[-1]:  # all of it slips, and would if it were wider
-                    widths[row] = max(widths[row], 2.0 * widths[inner] - widths[inner - outward])
-                    ends[side] = row
-            slips = float(stick.area_of_slip(chords, tips, widths, ends[0], ends[1]))
+        widths = np.zeros(length.size)
+        low, high = stick.slip_widths(length, slip, self._index, self._count, self._edges, widths)
+        if low < high:
+            slips = float(stick.area_of_slip(chords, tips, widths, low, high))
             # Of what chords miss of the contact half is at its trailing edge, all of it where no cell of a row sticks.
             slips += 0.5 * (1.0 + slips / area) * (area - self._area_by_rows)
             return min(max(slips, 0.0), area) * dx * dy

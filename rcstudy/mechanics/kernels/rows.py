@@ -207,6 +207,28 @@ def row_bounds(
 
 
 @jit
+def on_box(
+    q: np.ndarray,
+    s: np.ndarray,
+    slip: np.ndarray,
+    bound: np.ndarray,
+    cells: np.ndarray,
+    values: np.ndarray,
+    flags: np.ndarray,
+) -> None:
+    """Tractions q [m, 2] over their bound [m], slips s [m, 2] and slip flags [m] of cells [m, 2], in their places.
+
+    Into values [4, nx, ny] and flags [nx, ny], which are zero elsewhere.
+    """
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        for k in range(2):
+            values[k, i, j] = q[m, k] / bound[m]
+            values[2 + k, i, j] = s[m, k]
+        flags[i, j] = slip[m]
+
+
+@jit
 def to_centres(
     values: np.ndarray, held: np.ndarray, shift: np.ndarray, cells: np.ndarray, out: np.ndarray, nearest: np.ndarray
 ) -> None:

@@ -126,6 +126,45 @@ def outermost(chords: np.ndarray) -> tuple[int, int]:
 
 
 @jit
+def slip_widths(
+    length: np.ndarray, slip: np.ndarray, index: np.ndarray, count: np.ndarray, edges: np.ndarray, widths: np.ndarray
+) -> tuple[int, int]:
+    """How much of each row slips, widths [ny] (cells): first and last row for which `area_of_slip` may take it.
+
+    Arguments as in `stick_rows`. Cells of the contact's outermost rows do not tell chords; of the next one outwards all
+    slips, and would if it were wider. No rows (0, 0) where the stick zone has less than five, is in parts, or does not
+    go on to the leading edge.
+    """
+    touched_low, touched_high, low, high = -1, -1, -1, -1
+    for j in range(length.size):
+        widths[j] = edges[1, j] - edges[0, j] - length[j]
+        if count[j] > 0:
+            touched_high = j
+            if touched_low < 0:
+                touched_low = j
+        if length[j] > 0.0:
+            if slip[index[0, j]] or (low >= 0 and high < j - 1):
+                return 0, 0
+            high = j
+            if low < 0:
+                low = j
+    if low < 0:
+        return 0, 0
+    low, high = max(low, touched_low + 1), min(high, touched_high - 1)
+    if high - low < 4:
+        return 0, 0
+    low_inner, high_inner = widths[low], widths[high]
+    low_beyond, high_beyond = 2.0 * low_inner - widths[low + 1], 2.0 * high_inner - widths[high - 1]
+    if touched_low < low - 1:
+        low -= 1
+        widths[low] = max(widths[low], low_beyond)
+    if high + 1 < touched_high:
+        high += 1
+        widths[high] = max(widths[high], high_beyond)
+    return low, high
+
+
+@jit
 def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: int, high: int) -> float:
     """Area (cells) of a slip zone behind a stick zone that goes on to the contact's leading edge.
 
