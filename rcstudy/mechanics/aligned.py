@@ -15,6 +15,7 @@ Hence:
   edge of the contact in that row. That edge is where p^2, which falls almost linearly, comes to zero. Rows are moved
   by phases between the two stages of the transforms;
 - the bound is the mean of mu p over the moved cell; each row keeps its force, and moments take it where it is;
+- slip by pressure loses in the leading cells what the half-line makes too much of it (`_LEADING`);
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
