@@ -157,12 +157,28 @@ def test_row_bounds_are_above_nothing() -> None:
         assert (found_bounds(p, edges, start, np.ceil(start - edges[0]).astype(np.int64)) > 0.0).all()
 
 
+def found_profiles(
+    p: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Knots, squares and their number of each row as the kernel finds them, none where there is no cell."""
+    knots, squares = np.full((2, p.shape[1], 2 * p.shape[0] + 3), np.nan)
+    known = np.full(p.shape[1], -1)
+    rows.row_profiles(p, low, high, edges, DISTANCES, PRESSED, knots, squares, known)
+    for j in range(p.shape[1]):
+        assert np.isnan(knots[j, known[j] :]).all()
+        assert (known[j] > 0) == p[:, j].any()
+        if known[j]:
+            expected = naive_rows.profile(p[:, j], *edges[:, j], pressed)
+            np.testing.assert_allclose([knots[j, : known[j]], squares[j, : known[j]]], expected, atol=1e-12)
+    return knots, squares, known
+
+
 def found_bounds(p: np.ndarray, edges: np.ndarray, start: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Bounds [max count, ny] as the kernel finds them, none where there is no cell."""
     inside = [np.flatnonzero(row) if row.any() else np.array([len(row), -1]) for row in p.T]
     low, high = np.array([row[0] for row in inside]), np.array([row[-1] for row in inside])
     out, middle = np.full((2, count.max(), p.shape[1]), np.nan)
-    rows.row_bounds(p, low, high, edges, start, count, DISTANCES, PRESSED, out, middle)
+    rows.row_bounds(p, *found_profiles(p, low, high, edges), start, count, out, middle)
     for j in range(p.shape[1]):
         n = count[j]
         assert np.isnan(middle[n:, j]).all()
@@ -286,7 +302,7 @@ def test_squares_at_borders() -> None:
     p = np.sqrt(np.maximum(ellipse((16, 9), (7.3, 3.6), (6.4, 3.9)), 0.0))
     low, high, edges = found_edges(p, SEEN, TRUE)
     borders = [(edges[0, j] + part * (edges[1, j] - edges[0, j]), j) for j in (2, 5, 3, 2) for part in (0.0, 0.07, 0.5)]
-    found = rows.squares_at_borders(p, low, high, edges, DISTANCES, PRESSED, np.array(borders))
+    found = rows.squares_at_borders(*found_profiles(p, low, high, edges), np.array(borders))
     for (x, j), square in zip(borders, found, strict=True):
         places, squares = naive_rows.profile(p[:, j], *edges[:, j], pressed)
         assert square == pytest.approx(np.interp(x, places, squares), abs=1e-12)

@@ -111,8 +111,10 @@ class AlignedContact(NormalContact):
         number[held] = np.arange(len(self._cells))
         self._index = np.where(taken, number[np.where(taken, i, 0), np.arange(ny)], -1)
         bounds, middles = np.zeros(i.shape), np.zeros(i.shape)
-        of_rows = self._low, self._high, self._edges, self._start, self._count
-        rows.row_bounds(p, *of_rows, _TRUE, _PRESSED, bounds, middles)
+        knots, squares = np.zeros((2, ny, 2 * p.shape[0] + 3))
+        self._profiles = knots, squares, np.zeros(ny, dtype=np.int64)
+        rows.row_profiles(p, self._low, self._high, self._edges, _TRUE, _PRESSED, *self._profiles)
+        rows.row_bounds(p, *self._profiles, self._start, self._count, bounds, middles)
         self._pressure, self._middle = np.zeros(len(self._cells)), np.zeros(len(self._cells))
         self._pressure[self._index[taken]] = bounds[taken]
         self._middle[self._index[taken]] = middles[taken]
@@ -322,8 +324,7 @@ class AlignedContact(NormalContact):
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [friction * self.pressure_max if slip[self._top] else float(size.max())]
         if found:
-            of_profile = self._low, self._high, self._edges, _TRUE, _PRESSED
-            squares = rows.squares_at_borders(self._p, *of_profile, borders[:found])
+            squares = rows.squares_at_borders(*self._profiles, borders[:found])
             peaks += [friction * rows.peak_at_borders(squares, borders[:found]), float(size[~slip].max())]
         stick.move_oblique(borders, last, length)
         return self._slip_area(length, slip), max(peaks)

@@ -148,6 +148,29 @@ def row_profile(
 
 
 @jit
+def row_profiles(
+    p: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    edges: np.ndarray,
+    true: np.ndarray,
+    pressed: np.ndarray,
+    knots: np.ndarray,
+    squares: np.ndarray,
+    known: np.ndarray,
+) -> None:
+    """`row_profile` of each row of p [nx, ny] (MPa): knots and squares [ny, >= 2 nx + 3], and how many, known [ny].
+
+    low, high [ny], edges [2, ny] as in `row_edges`; none of a row without contact.
+    """
+    for j in range(p.shape[1]):
+        known[j] = 0
+        if high[j] >= low[j]:
+            ends, of_row = np.array([low[j], high[j]]), edges[:, j].copy()
+            known[j] = row_profile(p[:, j].copy(), ends, of_row, true, pressed, knots[j], squares[j])
+
+
+@jit
 def piece_moment(v0: float, v1: float, length: float) -> float:
     """Integral of t sqrt(v), t from where v is v0: see `piece`."""
     a, b = math.sqrt(v0), math.sqrt(v1)
@@ -159,35 +182,32 @@ def piece_moment(v0: float, v1: float, length: float) -> float:
 @jit
 def row_bounds(
     p: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    edges: np.ndarray,
+    all_knots: np.ndarray,
+    all_squares: np.ndarray,
+    known: np.ndarray,
     start: np.ndarray,
     count: np.ndarray,
-    true: np.ndarray,
-    pressed: np.ndarray,
     out: np.ndarray,
     middle: np.ndarray,
 ) -> None:
     """Mean pressure of cells with centres start[j] - k, k < count[j], into out [max count, ny] (MPa).
 
-    And the middle of its force, a position along x, into middle [max count, ny]. From `row_profile` (which see for true
-    and pressed), scaled so that every row carries the force that it carries in p. The first and last cell take what
-    lies beyond them.
+    And the middle of its force, a position along x, into middle [max count, ny]. From `row_profiles` (all_knots,
+    all_squares, known), scaled so that every row carries the force that it carries in p. The first and last cell take
+    what lies beyond them.
     """
-    most = 2 * p.shape[0] + 3
-    knots, squares, mass, moment = np.zeros(most), np.zeros(most), np.zeros(most), np.zeros(most)
+    most = all_knots.shape[1]
+    mass, moment = np.zeros(most), np.zeros(most)
     for j in range(p.shape[1]):
         if count[j] == 0:
             continue
-        row = p[:, j].copy()
-        n = row_profile(row, np.array([low[j], high[j]]), edges[:, j].copy(), true, pressed, knots, squares)
+        n, knots, squares = known[j], all_knots[j], all_squares[j]
         for k in range(1, n):
             length = knots[k] - knots[k - 1]
             own = piece(squares[k - 1], squares[k], length)
             mass[k] = mass[k - 1] + own
             moment[k] = moment[k - 1] + knots[k - 1] * own + piece_moment(squares[k - 1], squares[k], length)
-        scale = row.sum() / mass[n - 1]
+        scale = p[:, j].sum() / mass[n - 1]
         beyond, moment_beyond = mass[n - 1], moment[n - 1]
         m = n - 2
         for k in range(count[j]):
@@ -290,26 +310,12 @@ def vertex(before: float, top: float, after: float) -> float:
 
 
 @jit
-def squares_at_borders(
-    p: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    edges: np.ndarray,
-    true: np.ndarray,
-    pressed: np.ndarray,
-    borders: np.ndarray,
-) -> np.ndarray:
-    """p^2 [n] (MPa^2) at borders [n, 2], positions x and rows j, by `row_profile`; the other arguments as there.
-
-    p [nx, ny] (MPa), low, high [ny], edges [2, ny] as in `row_edges`.
-    """
-    n, most = borders.shape[0], 2 * p.shape[0] + 3
-    knots, squares, out = np.zeros(most), np.zeros(most), np.zeros(n)
-    for k in range(n):
+def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray, borders: np.ndarray) -> np.ndarray:
+    """p^2 [n] (MPa^2) at borders [n, 2], positions x and rows j, by `row_profiles` (knots, squares, known)."""
+    out = np.zeros(borders.shape[0])
+    for k in range(out.size):
         j = int(borders[k, 1])
-        ends, of_row = np.array([low[j], high[j]]), edges[:, j].copy()
-        count = row_profile(p[:, j].copy(), ends, of_row, true, pressed, knots, squares)
-        out[k] = np.interp(borders[k, 0], knots[:count], squares[:count])
+        out[k] = np.interp(borders[k, 0], knots[j, : known[j]], squares[j, : known[j]])
     return out
 
 
