@@ -187,6 +187,7 @@ def test_units_are_filled_though_they_are_written_behind_the_sweep(
 
     monkeypatch.setattr(store, "write_unit", slowly)
     monkeypatch.setattr(store, "UNIT_CASES", 4)
+    monkeypatch.setattr(store, "UNIT_SECONDS", (60.0,))  # none because it has waited for long
     monkeypatch.setattr(store, "_PUT_TOGETHER", 100)
     sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.slowly)
     assert sum(sizes) == CASES
