@@ -93,7 +93,7 @@ class Store:
             self._held[key] = result.body
             self._expected.discard(key)
         if self._waiting >= _MOST_PENDING or self._error is not None:
-            self.flush()
+            self._write(1.0)
         elif self._waiting >= 1.0:
             self._wake.set()
 
@@ -104,10 +104,16 @@ class Store:
 
     def flush(self) -> None:
         """Write all results there are. Raises UserError when that fails, now or earlier."""
+        self._write(0.0)
+
+    def _write(self, least: float) -> None:
+        """Write all results there are, if they fill `least` units once whoever is writing has done."""
         with self._writing:
             try:
                 if self._error is not None:
                     raise self._error
+                if self._waiting < least:
+                    return
                 with interrupts_held():  # else what is written might not be noted, and be written again
                     self._write_pending()
                     self._put_together()
@@ -141,9 +147,10 @@ class Store:
             seconds = UNIT_SECONDS[min(self._units, len(UNIT_SECONDS) - 1)]
             self._wake.wait(seconds / 5.0)
             self._wake.clear()
-            if self._waiting >= 1.0 or (self._pending and time.monotonic() - self._since >= seconds):
+            due = bool(self._pending) and time.monotonic() - self._since >= seconds
+            if due or self._waiting >= 1.0:
                 with contextlib.suppress(UserError):  # kept for the next one who adds or flushes
-                    self.flush()
+                    self._write(0.0 if due else 1.0)
 
     def _write_pending(self) -> None:
         with self._lock:
