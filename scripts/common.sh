@@ -70,13 +70,19 @@ pip_install() {
     "$python" -m pip install --quiet --no-input --disable-pip-version-check "$@"
 }
 
-# install_lock LOCK: .venv with what LOCK names, by its hashes, and the project itself; nothing if that is there already.
-# What is there already is told by a checksum of all that it follows from, the place of the checkout included.
-install_lock() {
-    make_venv
+# is_installed LOCK: whether .venv has what LOCK names, and the project, by a checksum of all that it follows from, the
+# place of the checkout included. Sets `wanted` to that checksum and `stamp` to the file that keeps it.
+is_installed() {
     wanted=$({ printf '%s\n' "$root" && cat "$1" pyproject.toml scripts/common.sh && "$python" -VV; } | cksum)
     stamp=$venv/installed-${1%.lock}
-    if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then return 0; fi
+    [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]
+}
+
+# install_lock LOCK [LARGER]: .venv with what LOCK names, by its hashes, and the project itself. Nothing if that is there
+# already, or what LARGER names, a lock that holds all of LOCK: what is in use must not be installed anew.
+install_lock() {
+    make_venv
+    if { [ $# -gt 1 ] && is_installed "$2"; } || is_installed "$1"; then return 0; fi
     say "Installing the packages of $1 into .venv"
     rm -f "$stamp"
     pip_install --require-hashes --only-binary :all: --requirement "$1" ||
