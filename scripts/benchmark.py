@@ -314,9 +314,7 @@ def fft_floor(scene: Scene, repeats: int) -> dict[str, float]:
     def recorded(method: Callable[..., None], back: bool) -> Callable[..., None]:
         def run(plan: Any) -> None:
             own.append(functools.partial(method, plan))
-            pair = isinstance(plan, convolution.PairTransform)
-            shape = plan.hat.shape if pair else (plan.hat.shape[1], plan.real.shape[2])
-            plain.append(plain_transforms(shape)[back])
+            plain.append(plain_transforms(plan.padded)[back])
             used.add(plan)
             method(plan)
 

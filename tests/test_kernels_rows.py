@@ -518,8 +518,9 @@ def test_lean_back() -> None:
     out = np.full((c.m, 2), np.nan)
     tractions.lean(np.ascontiguousarray(field[:, i, j].T), c.slip, c.neighbours, weight, out)
     expected[:, i, j] = out.T
-    tractions.lean_back(field, c.cells, c.slip, weight, np.full((2, 11), np.nan))
-    np.testing.assert_allclose(field, expected, rtol=1e-14, atol=1e-15)
+    by_rows, places = np.ascontiguousarray(field.transpose(0, 2, 1)), np.ascontiguousarray(c.cells[:, ::-1])
+    tractions.lean_back(by_rows, places, c.slip, weight, np.full((2, 11), np.nan))
+    np.testing.assert_allclose(by_rows.transpose(0, 2, 1), expected, rtol=1e-14, atol=1e-15)
 
 
 def test_turn_is_classify_when_the_slip_is_the_same() -> None:

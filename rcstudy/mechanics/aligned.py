@@ -175,11 +175,11 @@ class AlignedContact(NormalContact):
         hat = self.influence.once(("by pressure, x first", padded), make)
         plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self.shift)
         plan.real[:] = 0.0
-        plan.real[:, self.cells[:, 0], self.cells[:, 1]] = self.pressure
+        plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]] = self.pressure
         plan.forward()
         plan.hat *= hat
         plan.backward()
-        s = np.ascontiguousarray(plan.real[:, self.cells[:, 0], self.cells[:, 1]].T)
+        s = np.ascontiguousarray(plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]].T)
         leading, less = self._less_at_edge
         s[leading] -= less
         return s

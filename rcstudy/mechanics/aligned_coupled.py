@@ -91,11 +91,11 @@ def lift_by_moved_rows(contact: AlignedContact, q: np.ndarray, box: Box) -> np.n
     plan = shifted_transform(padded, 2, box.shape[1])
     there = plan.shifted(shift)
     there.real[:] = 0.0
-    there.real[:, contact.cells[:, 0] + corner[0], contact.cells[:, 1] + corner[1]] = q.T
+    there.by_cell[:, contact.cells[:, 0] + corner[0], contact.cells[:, 1] + corner[1]] = q.T
     there.forward()
     there.hat *= hat
     plan.backward()
-    lift: np.ndarray = -plan.real[:, : box.shape[0]].sum(axis=0)
+    lift: np.ndarray = -plan.by_cell[:, : box.shape[0]].sum(axis=0)
     return lift
 
 

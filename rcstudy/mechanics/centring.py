@@ -22,14 +22,14 @@ _LOOKS = 8  # as many iterations as nearly all solutions need
 class Centring:
     """What is added to the slip of the cells with `neighbours` [2, m]: see `slip_at_centres`.
 
-    `width`: number of columns of the operator's fields.
+    `rows`: number of rows of constant y in the operator's fields.
     """
 
-    def __init__(self, neighbours: np.ndarray, width: int) -> None:
+    def __init__(self, neighbours: np.ndarray, rows: int) -> None:
         self.kept: np.ndarray | None = None
         self._neighbours = neighbours
         self._weight = np.zeros(neighbours.shape)
-        self._behind = np.zeros((2, width))
+        self._behind = np.zeros((2, rows))
         self._looks = 0
 
     def look(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
@@ -49,10 +49,10 @@ class Centring:
         tractions.lean(s, slip, self._neighbours, self._weight, out)
         return out
 
-    def of_changes(self, field: np.ndarray, cells: np.ndarray, slip: np.ndarray) -> None:
-        """The same for changes of slip in `field` [2, nx, width], in place."""
+    def of_changes(self, field: np.ndarray, places: np.ndarray, slip: np.ndarray) -> None:
+        """The same for changes of slip in `field` [2, rows, >= nx] at `places` [m, 2], in place."""
         if self.kept is None:
-            tractions.lean_back(field, cells, slip, self._weight, self._behind)
+            tractions.lean_back(field, places, slip, self._weight, self._behind)
 
 
 def slip_at_centres(

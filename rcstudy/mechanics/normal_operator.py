@@ -17,7 +17,7 @@ _SOUND = 1e-5  # smallest over largest value of a symbol that needs no second lo
 class NormalOperator:
     """u_z (mm) by pressure (MPa) on a box of cells. Belongs to one set of bodies, one mesh and one padded shape.
 
-    `real` [px, py//2+1]: the symbol, with 1/(px py) in it, real as the coefficients are even; `inverse`: symbol of
+    `real` [py//2+1, px]: the symbol, with 1/(px py) in it, real as the coefficients are even; `inverse`: symbol of
     pressures by gaps, see `inverse_symbol`; `stiffness` (MPa/mm): how large it makes noise; `coefficients`
     [> px//2, > py//2] (mm/MPa): u_z at offsets i, j >= 0.
     """
@@ -70,7 +70,7 @@ def attainable_residual(stiffness: float, gap: np.ndarray, g: np.ndarray, p: np.
 
 
 def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
-    """Symbol [px, py//2+1] of pressures by gaps, the inverse of `operator_hat`, u_z by p on a torus `padded`.
+    """Symbol [py//2+1, px] of pressures by gaps, the inverse of `operator_hat`, u_z by p on a torus `padded`.
 
     Coefficients wrapped on the torus have a positive symbol, unless a layer so stiff that it bends like a plate puts
     the kink of the seam above its own small response: there the response itself takes over.
@@ -80,13 +80,13 @@ def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple
 
 
 def _positive(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
-    """`operator_hat` [px, py//2+1] where it is sound, the frequency response averaged over a cell where it is not."""
+    """`operator_hat` [py//2+1, px] where it is sound, the frequency response averaged over a cell where it is not."""
     if operator_hat.min() > _SOUND * operator_hat.max():
         return operator_hat
-    kx = 2.0 * math.pi * np.fft.fftfreq(padded[0], influence.spacing[0])[:, None]
-    ky = 2.0 * math.pi * np.fft.rfftfreq(padded[1], influence.spacing[1])[None, :]
+    kx = 2.0 * math.pi * np.fft.fftfreq(padded[0], influence.spacing[0])[None, :]
+    ky = 2.0 * math.pi * np.fft.rfftfreq(padded[1], influence.spacing[1])[:, None]
     alpha = np.hypot(kx, ky)
-    alpha[0, 0] = alpha[1, 0] if padded[0] > 1 else 1.0
+    alpha[0, 0] = alpha[0, 1] if padded[0] > 1 else 1.0
     # a smooth function of log(alpha): a table serves any number of waves
     nodes = np.geomspace(alpha.min(), alpha.max() * (1.0 + 1e-12), 400)
     response = np.exp(np.interp(np.log(alpha), np.log(nodes), np.log(influence.normal_response(nodes))))

@@ -103,7 +103,7 @@ class SlipOperator:
         # diagonal of B: (A(0) - A(1))/dx
         self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
         self.compliance = float(quadrant[1, 0, 0])
-        self.plan: Transform | ShiftedTransform
+        self.plan: Transform
         if x_first:
             self.symbol = symbols(coefficients, padded, x_first=True)
             self.symbol *= sharp_difference(padded[0], spacing[0])[:, None]
@@ -111,7 +111,7 @@ class SlipOperator:
         else:
             self.symbol = difference_symbols(coefficients, padded, spacing[0])
             self.plan = transform(padded, 2, shape[0])
-        sharpened = point_factor(torus[0], torus[0])[:, None] if x_first else 1.0
+        sharpened = point_factor(torus[0], torus[0]) if x_first else 1.0
         difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
         self.torus_symbol = _packed(difference)
         self.torus_inverse = _packed(_inverse(symbols(coefficients, torus) * sharpened, 0.0, torus))
@@ -169,8 +169,9 @@ class NewtonSystem:
         neighbours: np.ndarray | None = None,
     ) -> None:
         n = cells.shape[0]
-        self.centring = Centring(neighbours, operator.plan.real.shape[2]) if neighbours is not None else None
+        self.centring = Centring(neighbours, operator.plan.real.shape[1]) if neighbours is not None else None
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
+        self._places = operator.plan.places(cells)
         self.rho = 1.0 / operator.diagonal
         self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
         self._scale = self.rho * _norm(w)
@@ -200,7 +201,7 @@ class NewtonSystem:
         """Slip [m, 2] under tractions `q` [m, 2]."""
         s = np.empty(q.shape)
         self._multiply(q.reshape(-1), self._no_slip)
-        tractions.gather(self.operator.plan.real, self.cells, s.reshape(-1))
+        tractions.gather(self.operator.plan.real, self._places, s.reshape(-1))
         s += self.w
         return s
 
@@ -214,16 +215,16 @@ class NewtonSystem:
         self._multiply(v, self.slip)
         field = self.operator.plan.real
         if self.centring is not None:
-            tractions.gather(field, self.cells, slips)
-            self.centring.of_changes(field, self.cells, self.slip)
+            tractions.gather(field, self._places, slips)
+            self.centring.of_changes(field, self._places, self.slip)
             slips = self._leaned
-        tractions.gather_slip(field, v, self.cells, self.slip, self.normal, self.curvature, slips, rows)
+        tractions.gather_slip(field, v, self._places, self.slip, self.normal, self.curvature, slips, rows)
 
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
         """Slips by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
         self.products += 1
         plan = self.operator.plan
-        tractions.scatter_traction(v, self.cells, slip, self.normal, self.unit, plan.real)
+        tractions.scatter_traction(v, self._places, slip, self.normal, self.unit, plan.real)
         plan.forward()
         arrays.multiply_2x2(plan.hat, self.operator.symbol)
         plan.backward()

@@ -96,7 +96,7 @@ def pad(field: np.ndarray, out: np.ndarray) -> None:
 
 @jit
 def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
-    """Multiply the pair hat [2, px, py//2+1], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy)."""
+    """Multiply the pair hat [2, waves, waves], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy)."""
     for i in range(hat.shape[1]):
         for j in range(hat.shape[2]):
             a = hat[0, i, j]
@@ -130,23 +130,22 @@ def inverse_symbol(pair: np.ndarray, shift: float, size: float, out: np.ndarray)
 
 @jit
 def multiply_packed(hat: np.ndarray, k: np.ndarray) -> None:
-    """Multiply a pair (a, b) of real arrays by a symmetric matrix, in place, in the transform hat [px, py] of a + i b.
+    """Multiply a pair (a, b) of real arrays by a symmetric matrix, in place, in the transform hat [py, px] of a + i b.
 
     With z = hat[k] and c = hat[-k]*, the transforms of a and b are (z + c)/2 and (z - c)/2i: from the matrix's xx, xy,
-    yy follows that z becomes alpha z + beta c, and c becomes gamma z + alpha c (`packed_symbol`). k [3, px, py//2+1].
+    yy follows that z becomes alpha z + beta c, and c becomes gamma z + alpha c (`packed_symbol`). k [3, py//2+1, px].
     """
-    px, py = hat.shape
-    for i in range(px):
-        opposite = px - i if i > 0 else 0
-        # columns that are their own mirror images hold both waves of each pair
-        first = 0 if i <= px // 2 else 1
-        last = py // 2 if i <= px // 2 or py % 2 == 1 else py // 2 - 1
-        for j in range(first, last + 1):
-            mirrored = py - j if j > 0 else 0
-            z = hat[i, j]
+    py, px = hat.shape
+    for j in range(py // 2 + 1):
+        opposite = py - j if j > 0 else 0
+        # rows that are their own mirror images hold both waves of each pair
+        waves = px // 2 + 1 if opposite == j else px
+        for i in range(waves):
+            mirrored = px - i if i > 0 else 0
+            z = hat[j, i]
             c = hat[opposite, mirrored].conjugate()
-            hat[opposite, mirrored] = (k[2, i, j] * z + k[0, i, j] * c).conjugate()
-            hat[i, j] = k[0, i, j] * z + k[1, i, j] * c
+            hat[opposite, mirrored] = (k[2, j, i] * z + k[0, j, i] * c).conjugate()
+            hat[j, i] = k[0, j, i] * z + k[1, j, i] * c
 
 
 @jit

@@ -15,7 +15,7 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def multiply_3x3(hat: np.ndarray, slip: np.ndarray, by_pressure: np.ndarray, lift: np.ndarray, gap: np.ndarray) -> None:
-    """Multiply the triple hat [3, px, py//2+1], in place, by ((slip xx, xy, yy), by_pressure; lift, gap).
+    """Multiply the triple hat [3, py//2+1, px], in place, by ((slip xx, xy, yy), by_pressure; lift, gap).
 
     slip [3, ...]: symmetric block of slips by tractions; by_pressure [2, ...]: slips by pressure; lift [2, ...]: u_z by
     tractions; gap [...]: u_z by pressure.

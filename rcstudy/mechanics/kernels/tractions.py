@@ -145,21 +145,21 @@ def lean(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.nda
 
 
 @jit
-def lean_back(field: np.ndarray, cells: np.ndarray, slip: np.ndarray, weight: np.ndarray, behind: np.ndarray) -> None:
-    """As `lean`, in place, for slips in two padded arrays field [2, nx, py].
+def lean_back(field: np.ndarray, places: np.ndarray, slip: np.ndarray, weight: np.ndarray, behind: np.ndarray) -> None:
+    """As `lean`, in place, for slips in two padded arrays field [2, rows, >= nx] of rows along x, at places [m, 2].
 
-    cells are ordered by i: the one ahead still has its own when it is needed; behind [2, py] keeps that of the one
-    behind.
+    places are ordered by the index along x, the second one: the cell ahead still has its own slip when it is needed;
+    behind [2, rows] keeps that of the one behind.
     """
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
+    for m in range(places.shape[0]):
+        j, i = places[m, 0], places[m, 1]
         for k in range(2):
-            own = field[k, i, j]
+            own = field[k, j, i]
             if slip[m]:
                 # beside a neighbour that is not there stands a weight of nothing
-                ahead = field[k, i + 1, j] if weight[0, m] != 0.0 else own
+                ahead = field[k, j, i + 1] if weight[0, m] != 0.0 else own
                 last = behind[k, j] if weight[1, m] != 0.0 else own
-                field[k, i, j] = own + weight[0, m] * (ahead - own) + weight[1, m] * (last - own)
+                field[k, j, i] = own + weight[0, m] * (ahead - own) + weight[1, m] * (last - own)
             behind[k, j] = own
 
 
