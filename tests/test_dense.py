@@ -22,6 +22,7 @@ from rcstudy.mechanics.convolution import (
     good_length,
     padded_around,
     padded_shape,
+    real_symbols,
     symbols,
     traction_quadrants,
 )
@@ -629,7 +630,7 @@ def test_interpolation_between_meshes(window: tuple[int, int]) -> None:
     at_fine = cells - 0.5 * (np.array(window) - 1.0)
     linear = 1.0 + 0.3 * at_coarse[0][:, None] - 0.7 * at_coarse[1][None, :]
     values = np.stack([np.full(coarse, 2.5), linear])
-    out, weight = cascade.interpolate(values, mask, cells, window)
+    out, weight = cascade.interpolate(values, mask, cells, cascade.place_among_coarser(window, coarse))
     np.testing.assert_allclose(weight, naive.from_twice_the_size(values, mask, cells, window)[1], atol=1e-15)
     np.testing.assert_allclose(out[:, 0], np.where(weight > 0.0, 2.5, 0.0), rtol=1e-14)
     whole = weight > 1.0 - 1e-12
@@ -754,7 +755,7 @@ def test_papers_method(name: str, tolerance: float) -> None:
     longer = shape[0] + 1, shape[1]
     padded = padded_shape(longer)
     quadrant = influence_of(BODIES[bodies]).quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-    displacement = PairOperator(symbols(traction_quadrants(quadrant), padded), padded, longer)
+    displacement = PairOperator(real_symbols(traction_quadrants(quadrant), padded), padded, longer)
     found = solve_paper_cg(displacement, cells, bound, w, dx, tolerance)
     assert found.iterations == iterations
     assert found.products == 2 * iterations + 1

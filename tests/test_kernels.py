@@ -110,12 +110,17 @@ def test_inverse_symbol() -> None:
 
 @pytest.mark.parametrize("shape", [(1, 1), (4, 3), (3, 5)])
 def test_multiply_2x2(shape: tuple[int, int]) -> None:
+    """By complex numbers, and by real ones."""
     rng = np.random.default_rng(4)
-    hat, k = random_complex(rng, 2, *shape), random_complex(rng, 3, *shape)
-    matrix = np.array([[k[0], k[1]], [k[1], k[2]]])
-    expected = np.einsum("abij,bij->aij", matrix, hat)
-    arrays.multiply_2x2(hat, k)
-    np.testing.assert_allclose(hat, expected, rtol=1e-13)
+    for k in (random_complex(rng, 3, *shape), rng.normal(size=(3, *shape))):
+        hat = random_complex(rng, 2, *shape)
+        matrix = np.array([[k[0], k[1]], [k[1], k[2]]])
+        expected = np.einsum("abij,bij->aij", matrix, hat)
+        if np.iscomplexobj(k):
+            arrays.multiply_2x2(hat, k)
+        else:
+            arrays.multiply_real(hat.view(np.float64), np.repeat(k, 2, axis=2))
+        np.testing.assert_allclose(hat, expected, rtol=1e-13)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (4, 3), (3, 5)])
@@ -730,6 +735,12 @@ def test_gather_slip_traction(shape: tuple[int, int]) -> None:
     np.testing.assert_allclose(out[1::2], np.where(c.slip, tau, 7.0), rtol=1e-12, atol=1e-14)
 
 
+def place_of(window: tuple[int, int], coarse: tuple[int, int]) -> tuple[float, float]:
+    """Where the centre of a window's first cell is in coarse cells, the centres of both windows being one point."""
+    x, y = (0.5 * (0.0 - 0.5 * (fine - 1)) + 0.5 * (n - 1) for fine, n in zip(window, coarse, strict=True))
+    return x, y
+
+
 @pytest.mark.parametrize("window", [(1, 1), (2, 2), (1, 7), (6, 1), (7, 8), (10, 9)])
 def test_interpolate_cells(window: tuple[int, int]) -> None:
     """Coarse cells are missing in every combination; odd windows shift one mesh by half a cell against the other."""
@@ -739,7 +750,7 @@ def test_interpolate_cells(window: tuple[int, int]) -> None:
     mask[-1, -1] = True
     values = c.rng.normal(size=(3, *coarse))
     out, weight = np.zeros((c.m, 3)), np.zeros(c.m)
-    tractions.interpolate_cells(values, mask, c.cells, *window, out, weight)
+    tractions.interpolate_cells(values, mask, c.cells, *place_of(window, coarse), out, weight)
     expected_out, expected_weight = naive.from_twice_the_size(values, mask, c.cells, window)
     np.testing.assert_allclose(weight, expected_weight, atol=1e-15)
     np.testing.assert_allclose(out, expected_out, atol=1e-14)
@@ -753,7 +764,7 @@ def test_interpolate_cells_inside(window: tuple[int, int]) -> None:
     values = rng.normal(size=(2, *coarse))
     cells = np.argwhere(np.ones((window[0] - 2, window[1] - 2), dtype=bool)) + 1
     out, weight = np.zeros((len(cells), 2)), np.zeros(len(cells))
-    tractions.interpolate_cells(values, np.ones(coarse, dtype=np.bool_), cells, *window, out, weight)
+    tractions.interpolate_cells(values, np.ones(coarse, dtype=np.bool_), cells, *place_of(window, coarse), out, weight)
     centres = [2.0 * (np.arange(n) - 0.5 * (n - 1)) for n in coarse]
     at = cells - 0.5 * (np.array(window) - 1.0)
     for k in range(2):

@@ -290,11 +290,26 @@ def test_to_centres_far_from_any_cell(held: list[int], shift: float, i: int, clo
     assert out == [[values[0, closest, 1]]]
 
 
-def test_vertex() -> None:
-    for values in ([1.0, 2.0, 1.5], [1.9, 2.0, 0.0], [0.3, 0.4, 0.3]):
-        a, b, c = np.polyfit([-1.0, 0.0, 1.0], values, 2)
-        assert rows.vertex(*values) == pytest.approx(c - b * b / (4.0 * a), rel=1e-12)
-    assert rows.vertex(2.0, 2.0, 2.0) == 2.0
+@pytest.mark.parametrize("shape", [(1, 1), (1, 5), (6, 1), (5, 4), (8, 9)])
+def test_summit(shape: tuple[int, int]) -> None:
+    """Anywhere, beside the box's sides as well, where no pressure is; two as large; and all the same."""
+    for seed in range(12):
+        p = np.random.default_rng(seed).uniform(0.1, 1.0, size=shape)
+        squares = np.pad(p**2, 1)
+        i, j = np.unravel_index(np.argmax(squares), squares.shape)
+        height, place = squares[i, j], [i - 1.0, j - 1.0]
+        for axis, line in enumerate((squares[i - 1 : i + 2, j], squares[i, j - 1 : j + 2])):
+            a, b, c = np.polyfit([-1.0, 0.0, 1.0], line, 2)
+            height += c - b * b / (4.0 * a) - squares[i, j]
+            place[axis] -= b / (2.0 * a)
+        np.testing.assert_allclose(rows.summit(p), [np.sqrt(height), *place], rtol=1e-12, atol=1e-12)
+    if min(shape) > 3:
+        p = np.full(shape, 0.2)
+        p[2:4, 1] = 1.0
+        np.testing.assert_allclose(rows.summit(p)[1:], [2.5, 1.0])
+        p[2:4, 1] = 1.0, 1.0 + 1e-15
+        np.testing.assert_allclose(rows.summit(p)[1:], [2.5, 1.0])
+    assert rows.summit(np.full((5, 5), 2.0))[0] >= 2.0
 
 
 def test_squares_at_borders() -> None:
@@ -461,66 +476,67 @@ class MovedCells:
         self.rng = rng
 
 
-def test_lean_weights() -> None:
-    """Those of the polynomial through the points there are, half a cell ahead of the cells, at a cell's own centre.
+def test_centre() -> None:
+    """By the polynomial through the points there are, half a cell ahead of the cells, at a cell's own centre.
 
     Of a cell that sticks only the one that has it ahead knows; and half of a cell's slip is left where it turns round.
+    Stick cells' slip stays. A slip that is linear along x comes out right at the centres, half a cell behind.
     """
-    c = MovedCells()
-    c.s *= c.rng.uniform(0.1, 1.0, size=(c.m, 1))
-    weight = np.full((2, c.m), np.nan)
-    tractions.lean_weights(c.s, c.slip, c.neighbours, weight)
     seen = set()
-    for k in range(c.m):
-        there = [step for step, none in zip((1, -1), (c.leading[k], c.last[k]), strict=True) if not none]
-        if 1 in there and not c.slip[c.neighbours[0, k]]:
-            there = [1]
-        values = [c.s[k], *(c.s[c.neighbours[0 if step > 0 else 1, k]] for step in there)]
-        points = np.array([0.5, *(0.5 + step for step in there)])
-        added = np.polyfit(points, values, points.size - 1)[-1] - c.s[k]
-        along, square = added @ c.s[k], c.s[k] @ c.s[k]
-        capped = bool(along < -0.5 * square)
-        if capped:
-            added *= -0.5 * square / along
-        found = sum(weight[side, k] * (c.s[c.neighbours[side, k]] - c.s[k]) for side in (0, 1))
-        np.testing.assert_allclose(found, added, atol=1e-13)
-        seen.add((*there, capped))
+    for seed in range(5):
+        c = MovedCells(seed)
+        c.s *= c.rng.uniform(0.1, 1.0, size=(c.m, 1))
+        weight, out = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
+        tractions.centre(c.s, c.slip, c.neighbours, weight, out)
+        np.testing.assert_array_equal(weight[:, ~c.slip], 0.0)
+        np.testing.assert_array_equal(out[~c.slip], c.s[~c.slip])
+        for k in np.flatnonzero(c.slip):
+            there = [step for step, none in zip((1, -1), (c.leading[k], c.last[k]), strict=True) if not none]
+            if 1 in there and not c.slip[c.neighbours[0, k]]:
+                there = [1]
+            values = [c.s[k], *(c.s[c.neighbours[0 if step > 0 else 1, k]] for step in there)]
+            points = np.array([0.5, *(0.5 + step for step in there)])
+            added = np.polyfit(points, values, points.size - 1)[-1] - c.s[k]
+            along, square = added @ c.s[k], c.s[k] @ c.s[k]
+            capped = bool(along < -0.5 * square)
+            if capped:
+                added *= -0.5 * square / along
+            found = sum(weight[side, k] * (c.s[c.neighbours[side, k]] - c.s[k]) for side in (0, 1))
+            np.testing.assert_allclose(found, added, atol=1e-13)
+            np.testing.assert_allclose(out[k], c.s[k] + added, atol=1e-13)
+            seen.add((*there, capped))
     assert seen == {(*there, capped) for there in ((1, -1), (1,), (-1,)) for capped in (False, True)}
-    alone = np.full((2, 1), np.nan)
-    tractions.lean_weights(np.ones((1, 2)), np.ones(1, dtype=np.bool_), np.zeros((2, 1), dtype=np.int64), alone)
-    assert (alone == 0.0).all()
-
-
-def test_lean() -> None:
-    """In slip cells alone; a slip that is linear along x comes out right at the centres, half a cell behind."""
-    c = MovedCells()
-    weight, out = c.rng.uniform(-0.5, 0.5, size=(2, c.m)), np.full((c.m, 2), np.nan)
-    tractions.lean(c.s, c.slip, c.neighbours, weight, out)
-    expected = c.s.copy()
-    for of_one, numbers in zip(weight, c.neighbours, strict=True):
-        expected += (of_one * c.slip)[:, None] * (c.s[numbers] - c.s)
-    np.testing.assert_allclose(out, expected, rtol=1e-13, atol=1e-15)
     x = c.cells[:, :1] + 0.5
     s = np.hstack([1.0 + 0.02 * x, 0.5 - 0.03 * x])
-    tractions.lean_weights(s, c.slip, c.neighbours, weight)
-    tractions.lean(s, c.slip, c.neighbours, weight, out)
+    tractions.centre(s, c.slip, c.neighbours, weight, out)
     at_centres = np.where(c.slip[:, None], s - 0.5 * np.array([0.02, -0.03]), s)
-    np.testing.assert_allclose(out, at_centres, rtol=1e-14)
+    alone = (c.leading & c.last)[:, None]
+    np.testing.assert_allclose(out, np.where(alone, s, at_centres), rtol=1e-14)
+    alone, out = np.full((2, 1), np.nan), np.full((1, 2), np.nan)
+    tractions.centre(np.ones((1, 2)), np.ones(1, dtype=np.bool_), np.zeros((2, 1), dtype=np.int64), alone, out)
+    assert (alone == 0.0).all()
+    assert (out == 1.0).all()
 
 
-def test_lean_back() -> None:
-    """The same in two padded arrays, each cell by what its neighbours had before; nothing else is touched."""
-    c = MovedCells()
-    i, j = c.cells.T
-    field = c.rng.normal(size=(2, 9, 11))
-    weight = np.where([c.leading, c.last], 0.0, c.rng.uniform(-0.5, 0.5, size=(2, c.m)))
-    expected = field.copy()
-    out = np.full((c.m, 2), np.nan)
-    tractions.lean(np.ascontiguousarray(field[:, i, j].T), c.slip, c.neighbours, weight, out)
-    expected[:, i, j] = out.T
-    by_rows, places = np.ascontiguousarray(field.transpose(0, 2, 1)), np.ascontiguousarray(c.cells[:, ::-1])
-    tractions.lean_back(by_rows, places, c.slip, weight, np.full((2, 11), np.nan))
-    np.testing.assert_allclose(by_rows.transpose(0, 2, 1), expected, rtol=1e-14, atol=1e-15)
+def test_gather_centred_slip() -> None:
+    """That of `gather_slip` from slips that are brought to the cells' centres first."""
+    c = MovedCells(2)
+    j, i = places = np.ascontiguousarray(c.cells[:, ::-1]).T
+    field = c.rng.normal(size=(2, 8, 11))
+    s = np.ascontiguousarray(field[:, j, i].T)
+    weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
+    tractions.centre(s, c.slip, c.neighbours, weight, centred)
+    angle = c.rng.uniform(0.0, 7.0, size=c.m)
+    normal, diagonal = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(size=c.m)
+    v = c.rng.normal(size=2 * c.m)
+    slips, out, unused, expected = np.full((4, 2 * c.m), np.nan)
+    of_rows = np.ascontiguousarray(places.T), c.slip, normal, diagonal
+    tractions.gather_centred_slip(field, v, *of_rows, weight, slips, out)
+    np.testing.assert_array_equal(slips.reshape(-1, 2), s)
+    at_centres = field.copy()
+    at_centres[:, j, i] = centred.T
+    tractions.gather_slip(at_centres, v, *of_rows, unused, expected)
+    np.testing.assert_allclose(out, expected, rtol=1e-13, atol=1e-14)
 
 
 def test_turn_is_classify_when_the_slip_is_the_same() -> None:
@@ -531,8 +547,7 @@ def test_turn_is_classify_when_the_slip_is_the_same() -> None:
     by_classify, by_turn = ((np.full((c.m, 2), 7.0), np.full(c.m, 7.0)) for _ in range(2))
     weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
     _, square = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
-    tractions.lean_weights(s, c.slip, c.neighbours, weight)
-    tractions.lean(s, c.slip, c.neighbours, weight, centred)
+    tractions.centre(s, c.slip, c.neighbours, weight, centred)
     before = c.slip.copy()
     assert tractions.turn(q, centred, bound, rho, c.slip, *by_turn) == pytest.approx(square, rel=1e-14)
     assert 0 < c.slip.sum() < c.m
@@ -567,13 +582,12 @@ def test_turn() -> None:
 # --- phases ---
 
 
-@pytest.mark.parametrize("sense", [1, -1])
-def test_turn_of_waves(sense: int) -> None:
-    """Columns without a phase are left alone."""
+def test_turn_of_waves() -> None:
+    """Columns without a factor are left alone."""
     rng = np.random.default_rng(4)
     hat = rng.normal(size=(2, 5, 9)) + 1j * rng.normal(size=(2, 5, 9))
-    phase = rng.normal(size=(5, 6)) + 1j * rng.normal(size=(5, 6))
+    factor = rng.normal(size=(5, 6)) + 1j * rng.normal(size=(5, 6))
     expected = hat.copy()
-    expected[:, :, :6] *= phase if sense > 0 else phase.conj()
-    arrays.turn(hat, phase, sense)
+    expected[:, :, :6] *= factor
+    arrays.turn(hat, factor)
     np.testing.assert_allclose(hat, expected, rtol=1e-14)

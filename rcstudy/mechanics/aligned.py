@@ -38,6 +38,7 @@ from rcstudy.mechanics.convolution import (
     padded_shape,
     point_factor,
     pressure_quadrants,
+    real_symbols,
     sharp_difference,
     shifted_transform,
     symbols,
@@ -76,6 +77,7 @@ _PRESSED = np.concatenate(
     )
 )
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
+_HALFWAY = 1e-3  # in cells: closer to the middle between two rows both are as close, whatever rounding says
 
 
 class AlignedContact(NormalContact):
@@ -199,16 +201,16 @@ class AlignedContact(NormalContact):
     @cached_property
     def operator(self) -> SlipOperator:
         """Slip by tractions on the moved rows."""
-        return SlipOperator.of(self.influence, self.box.shape, x_first=True).moved(self.shift)
+        return SlipOperator.of(self.influence, self.box.shape, sharp=True).moved(self.shift)
 
     @cached_property
     def displacement(self) -> PairOperator:
         """Displacements by tractions on the moved rows of the box and one more row of cells ahead of it (+x)."""
         shape = self.box.shape[0] + 1, self.box.shape[1]
         quadrant = self.influence.quadrant(self._padded[0] // 2 + 1, self._padded[1] // 2 + 1)
-        symbol = symbols(traction_quadrants(quadrant), self._padded, x_first=True)
-        symbol *= point_factor(self._padded[0], symbol.shape[1])[:, None]
-        plan = shifted_transform(self._padded, 2, shape[1]).shifted(self.shift)
+        symbol = real_symbols(traction_quadrants(quadrant), self._padded, x_first=True)
+        sharpened = point_factor(self._padded[0], symbol.shape[1])
+        plan = shifted_transform(self._padded, 2, shape[1]).shifted(self.shift, sharpened)
         return PairOperator(symbol, self._padded, shape, plan)
 
     @property
@@ -293,20 +295,26 @@ class AlignedContact(NormalContact):
         """Area of the contact in cells, from its chords."""
         return float(rows.area_under(*self._chords))
 
-    @cached_property
+    @property
     def pressure_max(self) -> float:
-        """Largest pressure (MPa): the vertex, along x and y, of parabolas through p^2."""
-        squares = np.pad(self._p**2, 1)
-        i, j = np.unravel_index(np.argmax(squares), squares.shape)
-        top = squares[i, j]
-        along, across = (rows.vertex(*line) for line in (squares[i - 1 : i + 2, j], squares[i, j - 1 : j + 2]))
-        return float(np.sqrt(along + across - top))
+        """Largest pressure (MPa), between cells."""
+        return self._summit[0]
 
     @cached_property
-    def _top(self) -> int:
-        """Number of the cell closest to the largest pressure."""
-        i, j = np.unravel_index(np.argmax(self._p), self._p.shape)
-        return int(self._index[min(max(round(self._start[j] - i), 0), self._count[j] - 1), j])
+    def _summit(self) -> tuple[float, float, float]:
+        """Largest pressure (MPa) and its place along x and y, in cells."""
+        height, x, y = rows.summit(self._p)
+        return float(height), float(x), float(y)
+
+    @cached_property
+    def _top(self) -> np.ndarray:
+        """Numbers of the cells closest to the largest pressure: two where it is halfway between two rows."""
+        _, x, y = self._summit
+        j = np.unique(np.rint([y - _HALFWAY, y + _HALFWAY]).astype(np.int64))
+        j = j[self._count[j] > 0]
+        k = np.clip(np.rint(self._start[j] - x).astype(np.int64), 0, self._count[j] - 1)
+        numbers: np.ndarray = self._index[k, j]
+        return numbers
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa).
@@ -322,7 +330,7 @@ class AlignedContact(NormalContact):
         of_rows = self._index, self._start, self._count, self._edges
         found = stick.stick_rows(room, slip, *of_rows, length, last, borders)
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
-        peaks = [friction * self.pressure_max if slip[self._top] else float(size.max())]
+        peaks = [friction * self.pressure_max if slip[self._top].any() else float(size.max())]
         if found:
             squares = rows.squares_at_borders(*self._profiles, borders[:found])
             peaks += [friction * rows.peak_at_borders(squares, borders[:found]), float(size[~slip].max())]

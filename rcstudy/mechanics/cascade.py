@@ -39,18 +39,27 @@ def coarser_scene(scene: Scene) -> Scene | None:
 
 
 def interpolate(
-    values: np.ndarray, mask: np.ndarray, cells: np.ndarray, window: tuple[int, int]
+    values: np.ndarray, mask: np.ndarray, cells: np.ndarray, place: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values at `cells` [m, 2] of a window of `window` cells from a mesh of twice the cell size.
+    """Values at `cells` [m, 2] from those on a mesh of twice the cell size, on which cell (0, 0) is at `place`.
 
-    `values` [k, nx, ny] on the coarse window, of which the cells in `mask` count. Bilinear; weights of cells that do
+    `values` [k, nx, ny] on the coarse cells, of which those in `mask` count. Bilinear; weights of cells that do
     not count are shared out among the others. Returns values [m, k] (zero where none counts) and the weight [m] that
     counted.
     """
     out = np.zeros((cells.shape[0], values.shape[0]))
     weight = np.zeros(cells.shape[0])
-    tractions.interpolate_cells(values, mask, cells, window[0], window[1], out, weight)
+    tractions.interpolate_cells(values, mask, cells, place[0], place[1], out, weight)
     return out, weight
+
+
+def place_among_coarser(fine: tuple[int, ...], coarse: tuple[int, ...]) -> tuple[float, float]:
+    """Where the first cell of a window of `fine` cells is in one of `coarse` cells of twice the size.
+
+    Both windows have the same centre.
+    """
+    x, y = (0.5 * (c - 1) - 0.25 * (f - 1) for c, f in zip(coarse, fine, strict=True))
+    return x, y
 
 
 def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
@@ -61,7 +70,7 @@ def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
     mask = p > 0.0
     box = _reached(Box.around(mask), p.shape, window)
     cells = np.array([box.i0, box.j0]) + np.argwhere(np.ones(box.shape, dtype=np.bool_))
-    squares, weight = interpolate((p * p)[None], mask, cells, window)
+    squares, weight = interpolate((p * p)[None], mask, cells, place_among_coarser(window, p.shape))
     guess = np.zeros(window)
     guess[box.slices] = np.where(weight >= 0.5, np.sqrt(squares[:, 0]), 0.0).reshape(box.shape)
     return guess

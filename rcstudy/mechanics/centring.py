@@ -20,39 +20,26 @@ _LOOKS = 8  # as many iterations as nearly all solutions need
 
 
 class Centring:
-    """What is added to the slip of the cells with `neighbours` [2, m]: see `slip_at_centres`.
+    """What is added to the slip of the cells with `neighbours` [2, m], their own number where there is none.
 
-    `rows`: number of rows of constant y in the operator's fields.
+    `weight` [2, m]: of the cells ahead and behind, from the last look at the slip; `kept` [m, 2]: what is added from
+    then on, after some looks.
     """
 
-    def __init__(self, neighbours: np.ndarray, rows: int) -> None:
+    def __init__(self, neighbours: np.ndarray) -> None:
         self.kept: np.ndarray | None = None
+        self.weight = np.zeros(neighbours.shape)
         self._neighbours = neighbours
-        self._weight = np.zeros(neighbours.shape)
-        self._behind = np.zeros((2, rows))
         self._looks = 0
 
     def look(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
         """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2], and from now on by what that says."""
-        tractions.lean_weights(s, slip, self._neighbours, self._weight)
-        centred = self.of(s, slip)
+        centred = np.empty(s.shape)
+        tractions.centre(s, slip, self._neighbours, self.weight, centred)
         self._looks += 1
         if self._looks == _LOOKS:
             self.kept = centred - s
         return centred
-
-    def of(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
-        """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2]."""
-        if self.kept is not None:
-            return s + self.kept
-        out = np.empty(s.shape)
-        tractions.lean(s, slip, self._neighbours, self._weight, out)
-        return out
-
-    def of_changes(self, field: np.ndarray, places: np.ndarray, slip: np.ndarray) -> None:
-        """The same for changes of slip in `field` [2, rows, >= nx] at `places` [m, 2], in place."""
-        if self.kept is None:
-            tractions.lean_back(field, places, slip, self._weight, self._behind)
 
 
 def slip_at_centres(
@@ -66,4 +53,4 @@ def slip_at_centres(
     if kept is not None:
         result: np.ndarray = s + kept
         return result
-    return Centring(neighbours, 0).look(s, slip)
+    return Centring(neighbours).look(s, slip)

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rcstudy.mechanics.cascade import coarser_scene, interpolate, interpolated_pressure
+from rcstudy.mechanics.cascade import coarser_scene, interpolate, interpolated_pressure, place_among_coarser
 from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
@@ -19,6 +19,7 @@ from rcstudy.mechanics.convolution import (
     difference_symbols,
     padded_shape,
     pressure_quadrants,
+    real_symbols,
     symbols,
     traction_quadrants,
 )
@@ -120,7 +121,7 @@ class NormalContact:
         shape = self.box.shape[0] + 1, self.box.shape[1]
         padded = padded_shape(shape)
         quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-        return PairOperator(symbols(traction_quadrants(quadrant), padded), padded, shape)
+        return PairOperator(real_symbols(traction_quadrants(quadrant), padded), padded, shape)
 
     def gather(self, window: np.ndarray) -> np.ndarray:
         """Values [m] at the cells in contact of an array [nx, ny] of the window."""
@@ -205,10 +206,13 @@ def interpolated_tractions(
     The fraction of the bound is smooth, the bound itself is known on the finer mesh.
     """
     fraction = rolling.q / (friction * coarser.pressure)[:, None]
-    values = np.stack([coarser.spread(component) for component in fraction.T])
-    corner = np.array([contact.box.i0, contact.box.j0])
-    mask = coarser.spread(np.ones(len(coarser.cells), dtype=np.bool_))
-    fine, _ = interpolate(values, mask, contact.cells + corner, contact.scene.mesh.cells)
+    values, mask = np.zeros((2, *coarser.box.shape)), np.zeros(coarser.box.shape, dtype=np.bool_)
+    i, j = coarser.cells.T
+    values[:, i, j], mask[i, j] = fraction.T, True
+    x, y = place_among_coarser(contact.scene.mesh.cells, coarser.scene.mesh.cells)
+    # of the box's first cell, in the coarser one's box
+    place = x + 0.5 * contact.box.i0 - coarser.box.i0, y + 0.5 * contact.box.j0 - coarser.box.j0
+    fine, _ = interpolate(values, mask, contact.cells, place)
     guess: np.ndarray = fine * (friction * contact.pressure)[:, None]
     return guess
 

@@ -78,7 +78,8 @@ class Transform:
 
     `real` [fields, rows, py] holds the first `rows` of px rows; the others are zero (forward) or not wanted
     (backward), and are not transformed along y. `hat` [fields, py//2+1, px]: the coefficients, waves along y first,
-    free to be changed between the two. Unnormalised: 1/(px py) sits in the symbols.
+    free to be changed between the two; `numbers` [fields, py//2+1, 2 px]: their real and imaginary parts.
+    Unnormalised: 1/(px py) sits in the symbols.
     """
 
     def __init__(self, padded: tuple[int, int], fields: int, rows: int) -> None:
@@ -86,6 +87,7 @@ class Transform:
         half = py // 2 + 1
         self.real = pyfftw.zeros_aligned((fields, rows, py), dtype="float64")
         self.hat = pyfftw.zeros_aligned((fields, half, px), dtype="complex128")
+        self.numbers = self.hat.view(np.float64)
         # columns beyond `rows` of the first stage stay zero for good; the last stage may destroy what it reads
         self._first, self._last = _columns(fields, half, px), _columns(fields, half, px)
         turned, turned_back = (columns[:, :, :rows].transpose(0, 2, 1) for columns in (self._first, self._last))
@@ -171,14 +173,15 @@ class ShiftedTransform(Transform):
     """As `Transform`, x first: between the stages each row of constant y can be moved along x by a part of a cell.
 
     `real` [fields, rows, px]: the first `rows` of py rows of constant y, the others are zero; `hat`
-    [fields, px//2+1, py]. A row moves by the phase of its Fourier coefficients, `phase` [px//2+1, rows], and back by
-    the conjugate.
+    [fields, px//2+1, py]. A row moves by the phase of its Fourier coefficients, and back by the conjugate: factors
+    [px//2+1, rows] on the way there and back.
     """
 
     def __init__(self, padded: tuple[int, int], fields: int, rows: int) -> None:
         super().__init__((padded[1], padded[0]), fields, rows)
         self.padded = padded
-        self.phase: np.ndarray | None = None
+        self._there: np.ndarray | None = None
+        self._back: np.ndarray | None = None
 
     @property
     def by_cell(self) -> np.ndarray:
@@ -192,24 +195,30 @@ class ShiftedTransform(Transform):
     def forward(self) -> None:
         """From `real` to `hat`."""
         self._rows()
-        if self.phase is not None:
-            arrays.turn(self._first, self.phase, 1)
+        if self._there is not None:
+            arrays.turn(self._first, self._there)
         self._columns()
 
     def backward(self) -> None:
         """From `hat` to `real`."""
         self._columns_back()
-        if self.phase is not None:
-            arrays.turn(self._last, self.phase, -1)
+        if self._back is not None:
+            arrays.turn(self._last, self._back)
         self._rows_back()
 
-    def shifted(self, shift: np.ndarray) -> ShiftedTransform:
-        """The same plans and buffers for rows moved by `shift` [rows] cells towards +x."""
+    def shifted(self, shift: np.ndarray, symbol: np.ndarray | None = None) -> ShiftedTransform:
+        """The same plans and buffers for rows moved by `shift` [rows] cells towards +x.
+
+        `symbol` [px//2+1]: of a convolution along x that is made on the way back, at no cost.
+        """
         px = self.padded[0]
-        other = copy(self)
-        other.phase = np.exp(-2j * np.pi / px * np.outer(np.arange(px // 2 + 1), shift))
+        phase = np.exp(-2j * np.pi / px * np.outer(np.arange(px // 2 + 1), shift))
         if px % 2 == 0:
-            other.phase[-1] = 1.0  # the shortest wave has no phase that a real field could show
+            phase[-1] = 1.0  # the shortest wave has no phase that a real field could show
+        other = copy(self)
+        other._there, other._back = phase, phase.conj()
+        if symbol is not None:
+            other._back *= symbol[:, None]
         return other
 
 
@@ -281,6 +290,16 @@ def symbols(
     return hat
 
 
+def real_symbols(
+    quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int], *, x_first: bool = False
+) -> np.ndarray:
+    """The same of coefficients that are even, or odd in both directions: real numbers, each twice [k, ..., 2 waves].
+
+    So `arrays.multiply_real` wants them.
+    """
+    return np.repeat(symbols(quadrants, padded, x_first=x_first).real, 2, axis=2)
+
+
 def difference_symbols(
     quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int], dx: float
 ) -> np.ndarray:
@@ -345,10 +364,9 @@ def pressure_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int
 
 
 class PairOperator:
-    """Two displacements (or slips) by two tractions: a symmetric 2x2 array of convolutions on a box of cells.
+    """Two displacements by two tractions: a symmetric 2x2 array of even convolutions on a box of cells.
 
-    `symbols` [3, py//2+1, px]: xx, xy = yx, yy, with 1/(px py) in them; with a `plan` for moved rows
-    [3, px//2+1, py].
+    `symbols`: `real_symbols` of xx, xy = yx, yy, those with x first for a `plan` for moved rows.
     """
 
     def __init__(
@@ -366,7 +384,7 @@ class PairOperator:
         field = plan.by_cell
         field[:, cells[:, 0], cells[:, 1]] = q.T
         plan.forward()
-        arrays.multiply_2x2(plan.hat, self.symbols)
+        arrays.multiply_real(plan.numbers, self.symbols)
         plan.backward()
         result: np.ndarray = field[:, : self.box[0], : self.box[1]]
         return result

@@ -38,6 +38,7 @@ from rcstudy.mechanics.convolution import (
     padded_shape,
     pair_transform,
     point_factor,
+    real_symbols,
     sharp_difference,
     shifted_transform,
     symbols,
@@ -87,14 +88,14 @@ class SlipOperator:
     """
 
     @staticmethod
-    def of(influence: Influence, shape: tuple[int, int], *, x_first: bool = False) -> SlipOperator:
-        """The operator for a box of `shape`, made once for these coefficients; with `x_first` its rows can be moved."""
-        return influence.once(("slip", shape, x_first), lambda: SlipOperator(influence, shape, x_first=x_first))
+    def of(influence: Influence, shape: tuple[int, int], *, sharp: bool = False) -> SlipOperator:
+        """The operator for a box of `shape`, made once for these coefficients; `sharp`: for rows that move."""
+        return influence.once(("slip", shape, sharp), lambda: SlipOperator(influence, shape, sharp=sharp))
 
-    def __init__(self, influence: Influence, shape: tuple[int, int], *, x_first: bool = False) -> None:
+    def __init__(self, influence: Influence, shape: tuple[int, int], *, sharp: bool = False) -> None:
         self.spacing = spacing = influence.spacing
-        # between moved rows coefficients are interpolated by waves: differences of what displacements are made of
-        padded = padded_shape((shape[0] + 2, shape[1]) if x_first else shape)
+        # sharp: of displacements, which are also wanted one cell ahead, and `point_factor` spreads them by another
+        padded = padded_shape((shape[0] + 2, shape[1]) if sharp else shape)
         # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
         # the torus is the larger one where the box is a single cell wide
@@ -104,14 +105,14 @@ class SlipOperator:
         self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
         self.compliance = float(quadrant[1, 0, 0])
         self.plan: Transform
-        if x_first:
-            self.symbol = symbols(coefficients, padded, x_first=True)
-            self.symbol *= sharp_difference(padded[0], spacing[0])[:, None]
-            self.plan = shifted_transform(padded, 2, shape[1])
+        if sharp:
+            self.symbol = real_symbols(coefficients, padded, x_first=True)
+            unmoved = shifted_transform(padded, 2, shape[1])
+            self.plan = unmoved.shifted(np.zeros(shape[1]), sharp_difference(padded[0], spacing[0]))
         else:
             self.symbol = difference_symbols(coefficients, padded, spacing[0])
             self.plan = transform(padded, 2, shape[0])
-        sharpened = point_factor(torus[0], torus[0]) if x_first else 1.0
+        sharpened = point_factor(torus[0], torus[0]) if sharp else 1.0
         difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
         self.torus_symbol = _packed(difference)
         self.torus_inverse = _packed(_inverse(symbols(coefficients, torus) * sharpened, 0.0, torus))
@@ -120,12 +121,22 @@ class SlipOperator:
         self.edge = np.zeros((torus[1], 2))
 
     def moved(self, shift: np.ndarray) -> SlipOperator:
-        """The operator for rows moved by `shift` [ny] cells along x; the preconditioner does without."""
+        """A sharp operator for rows moved by `shift` [ny] cells along x; the preconditioner does without."""
         if not isinstance(self.plan, ShiftedTransform):
-            raise TypeError("rows can be moved in an operator made with x_first")
+            raise TypeError("rows can be moved in a sharp operator")
         other = copy(self)
-        other.plan = self.plan.shifted(shift)
+        other.plan = self.plan.shifted(shift, sharp_difference(self.plan.padded[0], self.spacing[0]))
         return other
+
+    def multiply(self) -> None:
+        """From tractions to slips, in place in `plan.real`."""
+        plan = self.plan
+        plan.forward()
+        if isinstance(plan, ShiftedTransform):
+            arrays.multiply_real(plan.numbers, self.symbol)
+        else:
+            arrays.multiply_2x2(plan.hat, self.symbol)
+        plan.backward()
 
 
 def _inverse(pair: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:
@@ -169,7 +180,7 @@ class NewtonSystem:
         neighbours: np.ndarray | None = None,
     ) -> None:
         n = cells.shape[0]
-        self.centring = Centring(neighbours, operator.plan.real.shape[1]) if neighbours is not None else None
+        self.centring = Centring(neighbours) if neighbours is not None else None
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self._places = operator.plan.places(cells)
         self.rho = 1.0 / operator.diagonal
@@ -182,16 +193,17 @@ class NewtonSystem:
         self.diagonal = np.zeros(n)
         self.products = 0
         self._no_slip = np.zeros(n, dtype=np.bool_)
-        self._leaned = np.empty(2 * n)  # slips at cell centres: not wanted but on the way
+        self.lawful = w  # slips as the law of friction wants them, of the last ones that were classified
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
-        settled = self.centring is None or self.centring.kept is not None
-        law = self.at_centres(s) if settled else s
-        _, square = tractions.classify(q, law, self.bound, self.rho, self.slip, self.normal, self.curvature)
-        if self.centring is not None and not settled:
-            centred = self.centring.look(s, self.slip)
-            square = tractions.turn(q, centred, self.bound, self.rho, self.slip, self.normal, self.curvature)
+        centring = self.centring
+        self.lawful = s if centring is None or centring.kept is None else s + centring.kept
+        of_law = self.bound, self.rho, self.slip, self.normal, self.curvature
+        _, square = tractions.classify(q, self.lawful, *of_law)
+        if centring is not None and centring.kept is None:
+            self.lawful = centring.look(s, self.slip)
+            square = tractions.turn(q, self.lawful, *of_law)
         operator = self.operator
         coupling = operator.spacing[0] / operator.compliance
         tractions.slip_rows(self.curvature, operator.diagonal, coupling, self.diagonal, self.damping)
@@ -205,29 +217,22 @@ class NewtonSystem:
         s += self.w
         return s
 
-    def at_centres(self, s: np.ndarray) -> np.ndarray:
-        """Slip [m, 2] as the law of friction wants it: at the centres of slip cells, with a `centring`."""
-        return s if self.centring is None else self.centring.of(s, self.slip)
-
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [2 m], and the slips, into `out` [4 m]."""
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
-        field = self.operator.plan.real
-        if self.centring is not None:
-            tractions.gather(field, self._places, slips)
-            self.centring.of_changes(field, self._places, self.slip)
-            slips = self._leaned
-        tractions.gather_slip(field, v, self._places, self.slip, self.normal, self.curvature, slips, rows)
+        field, centring = self.operator.plan.real, self.centring
+        of_rows = self._places, self.slip, self.normal, self.curvature
+        if centring is None or centring.kept is not None:
+            tractions.gather_slip(field, v, *of_rows, slips, rows)
+        else:
+            tractions.gather_centred_slip(field, v, *of_rows, centring.weight, slips, rows)
 
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
         """Slips by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
         self.products += 1
-        plan = self.operator.plan
-        tractions.scatter_traction(v, self._places, slip, self.normal, self.unit, plan.real)
-        plan.forward()
-        arrays.multiply_2x2(plan.hat, self.operator.symbol)
-        plan.backward()
+        tractions.scatter_traction(v, self._places, slip, self.normal, self.unit, self.operator.plan.real)
+        self.operator.multiply()
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
         """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick, then slip cells with what is left."""
@@ -251,14 +256,14 @@ class NewtonSystem:
         tractions.gather_slip_traction(plan.result, cells, slip, normal, self.diagonal, 2.0 * operator.diagonal, out)
 
     def step(self, q: np.ndarray, s: np.ndarray, forcing: float) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions and slips [m, 2] after the Newton step from `q` and `s`.
+        """Tractions and slips [m, 2] after the Newton step from `q` and `s`, the last ones that were classified.
 
         The linear system is solved to `forcing` of its first residual. Slips are linear in tractions, and the linear
         system's products tell those of the step: no other product is needed.
         """
         residual = np.empty(q.size)
         tractions.newton_residual(
-            self.at_centres(s), q, self.slip, self.normal, self.curvature, self.bound, self.unit, residual
+            self.lawful, q, self.slip, self.normal, self.curvature, self.bound, self.unit, residual
         )
         change, slips = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS, q.size)
         after = np.empty(q.shape)
@@ -288,9 +293,10 @@ def solve_tractions(
     system, residual = state.system, state.residual * tolerance
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
     q = on_bound(state.q, system.slip, system.normal, bound)
-    s = system.at_centres(state.s)
     kept = system.centring.kept if system.centring is not None else None
-    return RollingSolution(q, s, system.slip, residual, iterations, system.products, state.solved, centring=kept)
+    return RollingSolution(
+        q, system.lawful, system.slip, residual, iterations, system.products, state.solved, centring=kept
+    )
 
 
 class _Tractions:

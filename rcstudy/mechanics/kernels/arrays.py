@@ -106,6 +106,20 @@ def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
 
 
 @jit
+def multiply_real(hat: np.ndarray, k: np.ndarray) -> None:
+    """As `multiply_2x2` by real numbers: a third of the time, as loops over those make use of the vector units.
+
+    hat [2, waves, 2 waves]: real and imaginary parts side by side; k [3, waves, 2 waves]: each number twice.
+    """
+    for i in range(hat.shape[1]):
+        for j in range(hat.shape[2]):
+            a = hat[0, i, j]
+            b = hat[1, i, j]
+            hat[0, i, j] = k[0, i, j] * a + k[1, i, j] * b
+            hat[1, i, j] = k[1, i, j] * a + k[2, i, j] * b
+
+
+@jit
 def packed_symbol(pair: np.ndarray, out: np.ndarray) -> None:
     """The symmetric matrix pair = (xx, xy, yy) as alpha, beta, gamma of `multiply_packed`, into out [3, ...]."""
     for i in range(pair.shape[1]):
@@ -149,13 +163,12 @@ def multiply_packed(hat: np.ndarray, k: np.ndarray) -> None:
 
 
 @jit
-def turn(hat: np.ndarray, phase: np.ndarray, sense: int) -> None:
-    """Multiply hat [fields, k, >= rows], in place, by phase [k, rows], or by its conjugate if `sense` is -1."""
-    for f in range(hat.shape[0]):
-        for i in range(phase.shape[0]):
-            for j in range(phase.shape[1]):
-                factor = phase[i, j] if sense > 0 else phase[i, j].conjugate()
-                hat[f, i, j] *= factor
+def turn(hat: np.ndarray, factor: np.ndarray) -> None:
+    """Multiply hat [fields, k, >= rows], in place, by factor [k, rows]."""
+    for i in range(factor.shape[0]):
+        for f in range(hat.shape[0]):
+            for j in range(factor.shape[1]):
+                hat[f, i, j] *= factor[i, j]
 
 
 @jit
@@ -163,7 +176,8 @@ def scale_real(hat: np.ndarray, symbol_real: np.ndarray) -> None:
     """Multiply a half-complex array by a real symbol, in place."""
     for i in range(hat.shape[0]):
         for j in range(hat.shape[1]):
-            hat[i, j] *= symbol_real[i, j]
+            value, factor = hat[i, j], symbol_real[i, j]
+            hat[i, j] = complex(value.real * factor, value.imag * factor)
 
 
 @jit

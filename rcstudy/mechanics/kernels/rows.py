@@ -303,10 +303,25 @@ def by_law(
 
 
 @jit
-def vertex(before: float, top: float, after: float) -> float:
-    """Height of the parabola through three values one apart, of which the one in the middle is the largest."""
-    bend = 2.0 * top - before - after
-    return top + (after - before) ** 2 / (8.0 * bend) if bend > 0.0 else top
+def summit(p: np.ndarray) -> tuple[float, float, float]:
+    """Largest pressure of p [nx, ny] (MPa), and where it is along x and y: the vertex of parabolas through p^2."""
+    nx, ny = p.shape
+    i = j = 0
+    for k in range(nx):
+        for m in range(ny):
+            if p[k, m] > p[i, j]:
+                i, j = k, m
+    top = p[i, j] ** 2
+    height, place = top, np.array([float(i), float(j)])
+    for axis in range(2):
+        k, m = (1, 0) if axis == 0 else (0, 1)
+        after = p[i + k, j + m] ** 2 if i + k < nx and j + m < ny else 0.0
+        before = p[i - k, j - m] ** 2 if i >= k and j >= m else 0.0
+        bend = 2.0 * top - before - after
+        if bend > 0.0:
+            height += (after - before) ** 2 / (8.0 * bend)
+            place[axis] += (after - before) / (2.0 * bend)
+    return math.sqrt(height), place[0], place[1]
 
 
 @jit

@@ -111,56 +111,68 @@ def classify(
 
 
 @jit
-def lean_weights(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.ndarray) -> None:
-    """Weights [2, m] that interpolate slip to the centres of slip cells, from the points half a cell ahead.
+def centre(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.ndarray, out: np.ndarray) -> None:
+    """Slip [m, 2] with that of slip cells interpolated to their centres from the points half a cell ahead, into out.
 
-    Centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s): the parabola through the three points, a
-    straight line where one is missing or the cell ahead sticks, and no more than leaves half of s along itself.
-    neighbours [2, m]: numbers of the cells ahead and behind, a cell's own where there is none.
+    weight [2, m]: with what weights. Centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s): the
+    parabola through the three points, a straight line where one is missing or the cell ahead sticks, and no more than
+    leaves half of s along itself. neighbours [2, m]: numbers of the cells ahead and behind, a cell's own where there
+    is none.
     """
     for m in range(s.shape[0]):
-        ahead, behind = neighbours[0, m], neighbours[1, m]
-        of_ahead, of_behind = -0.125, 0.375
-        if ahead == m:
-            of_ahead, of_behind = 0.0, 0.5 if behind != m else 0.0
-        elif behind == m or not slip[ahead]:
-            of_ahead, of_behind = -0.5, 0.0
-        x = of_ahead * (s[ahead, 0] - s[m, 0]) + of_behind * (s[behind, 0] - s[m, 0])
-        y = of_ahead * (s[ahead, 1] - s[m, 1]) + of_behind * (s[behind, 1] - s[m, 1])
-        square = s[m, 0] ** 2 + s[m, 1] ** 2
-        along = x * s[m, 0] + y * s[m, 1]
-        part = 1.0 if along >= -0.5 * square else -0.5 * square / along
-        weight[0, m], weight[1, m] = part * of_ahead, part * of_behind
+        x, y = s[m, 0], s[m, 1]
+        weight[0, m] = weight[1, m] = 0.0
+        if slip[m]:
+            ahead, behind = neighbours[0, m], neighbours[1, m]
+            of_ahead, of_behind = -0.125, 0.375
+            if ahead == m:
+                of_ahead, of_behind = 0.0, 0.5 if behind != m else 0.0
+            elif behind == m or not slip[ahead]:
+                of_ahead, of_behind = -0.5, 0.0
+            more_x = of_ahead * (s[ahead, 0] - x) + of_behind * (s[behind, 0] - x)
+            more_y = of_ahead * (s[ahead, 1] - y) + of_behind * (s[behind, 1] - y)
+            square = x**2 + y**2
+            along = more_x * x + more_y * y
+            part = 1.0 if along >= -0.5 * square else -0.5 * square / along
+            weight[0, m], weight[1, m] = part * of_ahead, part * of_behind
+            x, y = x + part * more_x, y + part * more_y
+        out[m, 0], out[m, 1] = x, y
 
 
 @jit
-def lean(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.ndarray, out: np.ndarray) -> None:
-    """Slip [m, 2] with that of slip cells interpolated to their centres (`lean_weights`), into out [m, 2]."""
-    for m in range(s.shape[0]):
-        ahead, behind = neighbours[0, m], neighbours[1, m]
-        for k in range(2):
-            out[m, k] = s[m, k]
-            if slip[m]:
-                out[m, k] += weight[0, m] * (s[ahead, k] - s[m, k]) + weight[1, m] * (s[behind, k] - s[m, k])
+def gather_centred_slip(
+    field: np.ndarray,
+    v: np.ndarray,
+    places: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    diagonal: np.ndarray,
+    weight: np.ndarray,
+    s: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """As `gather_slip`, with slips at the centres of slip cells in their rows, by the weights [2, m] of `centre`.
 
-
-@jit
-def lean_back(field: np.ndarray, places: np.ndarray, slip: np.ndarray, weight: np.ndarray, behind: np.ndarray) -> None:
-    """As `lean`, in place, for slips in two padded arrays field [2, rows, >= nx] of rows along x, at places [m, 2].
-
-    places are ordered by the index along x, the second one: the cell ahead still has its own slip when it is needed;
-    behind [2, rows] keeps that of the one behind.
+    field [2, rows, >= nx]: rows along x; places [m, 2]: row and index along x. s [2 m]: slips as they are.
     """
     for m in range(places.shape[0]):
         j, i = places[m, 0], places[m, 1]
-        for k in range(2):
-            own = field[k, j, i]
-            if slip[m]:
-                # beside a neighbour that is not there stands a weight of nothing
-                ahead = field[k, j, i + 1] if weight[0, m] != 0.0 else own
-                last = behind[k, j] if weight[1, m] != 0.0 else own
-                field[k, j, i] = own + weight[0, m] * (ahead - own) + weight[1, m] * (last - own)
-            behind[k, j] = own
+        x, y = field[0, j, i], field[1, j, i]
+        s[2 * m] = x
+        s[2 * m + 1] = y
+        if slip[m]:
+            # beside a neighbour that is not there stands a weight of nothing
+            if weight[0, m] != 0.0:
+                x += weight[0, m] * (field[0, j, i + 1] - s[2 * m])
+                y += weight[0, m] * (field[1, j, i + 1] - s[2 * m + 1])
+            if weight[1, m] != 0.0:
+                x += weight[1, m] * (field[0, j, i - 1] - s[2 * m])
+                y += weight[1, m] * (field[1, j, i - 1] - s[2 * m + 1])
+            out[2 * m] = v[2 * m]
+            out[2 * m + 1] = -normal[m, 1] * x + normal[m, 0] * y + diagonal[m] * v[2 * m + 1]
+        else:
+            out[2 * m] = x
+            out[2 * m + 1] = y
 
 
 @jit
@@ -365,18 +377,16 @@ def gather_slip_traction(
 
 @jit
 def interpolate_cells(
-    values: np.ndarray, mask: np.ndarray, cells: np.ndarray, nx: int, ny: int, out: np.ndarray, weight: np.ndarray
+    values: np.ndarray, mask: np.ndarray, cells: np.ndarray, x0: float, y0: float, out: np.ndarray, weight: np.ndarray
 ) -> None:
-    """Bilinear interpolation to `cells` [m, 2] of an nx by ny window from the concentric mesh of twice the cell size.
+    """Bilinear interpolation to `cells` [m, 2] from cells of twice the size, among which cell (0, 0) is at x0, y0.
 
     values [k, cx, cy], mask [cx, cy]: which coarse cells count; out [m, k] zeroed, weight [m] zeroed: share that
     counted.
     """
     kinds, cx, cy = values.shape
     for m in range(cells.shape[0]):
-        # position in coarse cells: both windows are centred on the same point
-        x = 0.5 * (cells[m, 0] - 0.5 * (nx - 1)) + 0.5 * (cx - 1)
-        y = 0.5 * (cells[m, 1] - 0.5 * (ny - 1)) + 0.5 * (cy - 1)
+        x, y = x0 + 0.5 * cells[m, 0], y0 + 0.5 * cells[m, 1]
         i, j = math.floor(x), math.floor(y)
         for a in range(2):
             for b in range(2):
