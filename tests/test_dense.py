@@ -514,6 +514,23 @@ def test_newton_system(name: str, slipping: float) -> None:
         np.testing.assert_allclose(slips, system.slips(q).reshape(-1), rtol=0.0, atol=1e-14 * np.abs(slips).max())
 
 
+@pytest.mark.parametrize("name", ["oblong", "layered on soft", "with holes", "one row"])
+@pytest.mark.parametrize("slipping", [0.0, 1.0])
+def test_preconditioner_leaves_out_what_nothing_needs(
+    name: str, slipping: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where no cell slips, or none sticks: the same numbers as by all of it, of the last product nothing is left."""
+    system, matrix = newton_system(name, slipping)
+    for v in np.random.default_rng(13).normal(size=(2, len(matrix))):
+        found, expected = np.full((2, v.size), np.nan)
+        with monkeypatch.context() as patch:
+            patch.setattr(system, "_slipping", 0.5)  # neither none nor all of any number of cells
+            system.precondition(v, expected)
+        system.operator.torus_plan.field[:] = 7.0
+        system.precondition(v, found)
+        np.testing.assert_array_equal(found, expected)
+
+
 @pytest.mark.parametrize(("slipping", "share"), [(0.0, 0.3), (0.5, 0.45), (1.0, 0.55)])
 @pytest.mark.parametrize("name", ["round", "layered"])
 def test_preconditioner_saves_steps(name: str, slipping: float, share: float) -> None:

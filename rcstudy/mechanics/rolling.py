@@ -193,6 +193,7 @@ class NewtonSystem:
         self.diagonal = np.zeros(n)
         self.products = 0
         self._no_slip = np.zeros(n, dtype=np.bool_)
+        self._slipping = 0  # number of slip cells
         self.lawful = w  # slips as the law of friction wants them, of the last ones that were classified
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
@@ -200,7 +201,7 @@ class NewtonSystem:
         centring = self.centring
         self.lawful = s if centring is None or centring.kept is None else s + centring.kept
         of_law = self.bound, self.rho, self.slip, self.normal, self.curvature
-        _, square = tractions.classify(q, self.lawful, *of_law)
+        self._slipping, square = tractions.classify(q, self.lawful, *of_law)
         if centring is not None and centring.kept is None:
             self.lawful = centring.look(s, self.slip)
             square = tractions.turn(q, self.lawful, *of_law)
@@ -241,19 +242,27 @@ class NewtonSystem:
         plan = operator.torus_plan
         cells, slip, normal = self.cells, self.slip, self.normal
         # what is outside the cells stays zero in plan.field from the first of these on
-        tractions.integrate_rows(v, cells, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.field)
-        plan.forward()
-        arrays.multiply_packed(plan.hat, operator.torus_inverse)
-        plan.backward()
+        if self._slipping < len(cells):
+            tractions.integrate_rows(
+                v, cells, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.field
+            )
+            self._on_torus(operator.torus_inverse)
+        else:
+            plan.field[:] = 0.0
         tractions.keep_known(plan.result, v, cells, slip, normal, self.unit, out, plan.field)
+        if self._slipping > 0:
+            self._on_torus(operator.torus_symbol)
+            tractions.slip_residual(plan.result, v, cells, slip, normal, plan.field)
+            self._on_torus(operator.torus_shifted)
+            shift = 2.0 * operator.diagonal
+            tractions.gather_slip_traction(plan.result, cells, slip, normal, self.diagonal, shift, out)
+
+    def _on_torus(self, symbol: np.ndarray) -> None:
+        """Product of the operator with `symbol` and the preconditioner's `field`, into its `result`."""
+        plan = self.operator.torus_plan
         plan.forward()
-        arrays.multiply_packed(plan.hat, operator.torus_symbol)
+        arrays.multiply_packed(plan.hat, symbol)
         plan.backward()
-        tractions.slip_residual(plan.result, v, cells, slip, normal, plan.field)
-        plan.forward()
-        arrays.multiply_packed(plan.hat, operator.torus_shifted)
-        plan.backward()
-        tractions.gather_slip_traction(plan.result, cells, slip, normal, self.diagonal, 2.0 * operator.diagonal, out)
 
     def step(self, q: np.ndarray, s: np.ndarray, forcing: float) -> tuple[np.ndarray, np.ndarray]:
         """Tractions and slips [m, 2] after the Newton step from `q` and `s`, the last ones that were classified.

@@ -83,12 +83,12 @@ def classify(
 
     q, s [m, 2] (MPa, -), bound mu p [m] (MPa), rho (MPa). A cell slips if |t| > bound; then normal = t/|t| and
     diagonal = (|t| - bound)/(rho bound). Where t has turned against q, slip has gone through zero: such a cell is taken
-    to stick. Returns the number of cells that changed their state and the squared norm of q - Proj(t).
+    to stick. Returns the number of cells that slip and the squared norm of q - Proj(t).
     """
     # a share of the bound. Without the rule cells ten times longer than wide and stiff films took thousands of
     # products, some had no end; 0 to 0.5 do as well
     turned = -0.1
-    changed = 0
+    slipping = 0
     residual = 0.0
     for m in range(q.shape[0]):
         tx = q[m, 0] - rho * s[m, 0]
@@ -96,10 +96,9 @@ def classify(
         size = math.sqrt(tx * tx + ty * ty)
         outside = size > bound[m]
         slips = outside and tx * q[m, 0] + ty * q[m, 1] > turned * bound[m] * size
-        if slips != slip[m]:
-            changed += 1
         slip[m] = slips
         if slips:
+            slipping += 1
             normal[m, 0] = tx / size
             normal[m, 1] = ty / size
             diagonal[m] = (size - bound[m]) / (rho * bound[m])
@@ -107,7 +106,7 @@ def classify(
             tx *= bound[m] / size
             ty *= bound[m] / size
         residual += (q[m, 0] - tx) ** 2 + (q[m, 1] - ty) ** 2
-    return changed, residual
+    return slipping, residual
 
 
 @jit
