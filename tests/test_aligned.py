@@ -14,12 +14,13 @@ from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.normal import estimated_contact
-from rcstudy.mechanics.rolling import NewtonSystem
+from rcstudy.mechanics.rolling import NewtonSystem, within
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Tolerance
 from rcstudy.result import CellState, Status
 from rcstudy.solve import solve_group, solve_scene
 
 SLOPING = Creepage(0.002, 0.001, 0.01)
+TOLERANCE = Tolerance(1e-7, 1e-7)
 
 
 def strip(distance: np.ndarray) -> np.ndarray:
@@ -342,21 +343,40 @@ def test_much_spin(cells, spin):
     assert solved(scene).scalars["moment_z"] < 0.0
 
 
-def test_what_is_added_to_the_slip_is_kept_after_some_looks():
-    """Then slips are what they are plus that, whatever they are."""
+def test_what_is_added_to_the_slip_is_kept_once_looking_gets_nowhere():
+    """After four looks without a gain; then slips are what they are plus that, whatever they are."""
     rng = np.random.default_rng(4)
     neighbours = np.array([[1, 2, 2], [0, 0, 1]])
     slip = np.ones(3, dtype=bool)
     centring = Centring(neighbours)
-    while centring.kept is None:
-        s = np.array([0.7, 0.4]) + 0.1 * rng.normal(size=(3, 2))
-        centred = centring.look(s, slip)
-        np.testing.assert_array_equal(centred, slip_at_centres(s, slip, neighbours))
-    np.testing.assert_allclose(centring.kept, centred - s, atol=1e-15)
-    other = rng.normal(size=(3, 2))
-    np.testing.assert_allclose(
-        slip_at_centres(other, slip, neighbours, centring.kept), other + centring.kept, atol=1e-15
-    )
+    for _ in range(2):
+        for residual in (7.0, 5.0, 5.0, 6.0, 4.9, 3.0, 2.9, 2.8, 3.0, 2.9):
+            assert centring.kept is None
+            s = np.array([0.7, 0.4]) + 0.1 * rng.normal(size=(3, 2))
+            centred = centring.look(s, slip)
+            np.testing.assert_array_equal(centred, slip_at_centres(s, slip, neighbours))
+            centring.judge(s, centred, residual)
+        np.testing.assert_allclose(centring.kept, centred - s, atol=1e-15)
+        other = rng.normal(size=(3, 2))
+        np.testing.assert_allclose(
+            slip_at_centres(other, slip, neighbours, centring.kept), other + centring.kept, atol=1e-15
+        )
+        centring.begin()
+
+
+@pytest.mark.parametrize("creepage", [SLOPING, Creepage(0.001, 0.0, 0.02), Creepage(0.001)])
+def test_the_start_does_not_matter(creepage):
+    """From the coarser mesh's solution, from nothing, and from far off, with more steps: the same to the tolerance."""
+    layers = (Layer(420000.0, 0.3, 0.1),)
+    scene = steel(Mesh((0.9, 0.9), (44, 44)), layers=layers, counterbody=None, creepage=creepage, tolerance=TOLERANCE)
+    contact = AlignedContact(solve_normal(scene))
+    usual = solve_rolling(contact, scene)
+    assert usual.converged
+    for guess in (np.zeros(usual.q.shape), -usual.q, np.flip(usual.q)):
+        found = solve_rolling(contact, scene, within(np.ascontiguousarray(guess), contact.pressure * scene.friction))
+        assert found.converged
+        assert found.iterations > usual.iterations
+        assert np.linalg.norm(found.q - usual.q) < 10.0 * TOLERANCE.tangential * np.linalg.norm(usual.q)
 
 
 @pytest.mark.heavy

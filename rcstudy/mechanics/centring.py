@@ -6,8 +6,8 @@ spin) less is added, so that half of a cell's own slip along its own direction i
 
 What is added depends on the slip and on which cells slip, while states follow from slip where it belongs. That is
 consistent nearly always, but a few cells beside a pole may want to stick as soon as they slip, and to slip as soon as
-they stick. So after some looks at the slip what is added is kept as it is: it is part of the known slip then, and the
-rest is Coulomb's law for that.
+they stick. So when looking at the slip anew gets nowhere, what is added is kept as it is: it is part of the known slip
+then, and the rest is Coulomb's law for that. Once that is solved, it is looked at again.
 """
 
 from __future__ import annotations
@@ -16,30 +16,40 @@ import numpy as np
 
 from rcstudy.mechanics.kernels import tractions
 
-_LOOKS = 8  # as many iterations as nearly all solutions need
+_PATIENCE = 4  # looks without a gain of a tenth
 
 
 class Centring:
     """What is added to the slip of the cells with `neighbours` [2, m], their own number where there is none.
 
-    `weight` [2, m]: of the cells ahead and behind, from the last look at the slip; `kept` [m, 2]: what is added from
-    then on, after some looks.
+    `weight` [2, m]: of the cells ahead and behind, from the last look at the slip; `kept` [m, 2]: what is added, if it
+    no longer depends on the slip.
     """
 
     def __init__(self, neighbours: np.ndarray) -> None:
-        self.kept: np.ndarray | None = None
         self.weight = np.zeros(neighbours.shape)
         self._neighbours = neighbours
-        self._looks = 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Look at the slip from now on."""
+        self.kept: np.ndarray | None = None
+        self._best = np.inf
+        self._since_best = 0
 
     def look(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
-        """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2], and from now on by what that says."""
+        """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2]."""
         centred = np.empty(s.shape)
         tractions.centre(s, slip, self._neighbours, self.weight, centred)
-        self._looks += 1
-        if self._looks == _LOOKS:
-            self.kept = centred - s
         return centred
+
+    def judge(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
+        """Keep what a look made of `s`, if this one's residual and those before it show that looking gets nowhere."""
+        self._since_best += 1
+        if residual < 0.9 * self._best:
+            self._best, self._since_best = residual, 0
+        elif self._since_best == _PATIENCE:
+            self.kept = centred - s
 
 
 def slip_at_centres(

@@ -199,16 +199,20 @@ class NewtonSystem:
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
         centring = self.centring
+        looks = centring is not None and centring.kept is None
         self.lawful = s if centring is None or centring.kept is None else s + centring.kept
         of_law = self.bound, self.rho, self.slip, self.normal, self.curvature
         self._slipping, square = tractions.classify(q, self.lawful, *of_law)
-        if centring is not None and centring.kept is None:
+        if centring is not None and looks:
             self.lawful = centring.look(s, self.slip)
             square = tractions.turn(q, self.lawful, *of_law)
         operator = self.operator
         coupling = operator.spacing[0] / operator.compliance
         tractions.slip_rows(self.curvature, operator.diagonal, coupling, self.diagonal, self.damping)
-        return _relative(math.sqrt(square), min(_norm(q), self._scale))
+        residual = _relative(math.sqrt(square), min(_norm(q), self._scale))
+        if centring is not None and looks:
+            centring.judge(s, self.lawful, residual)
+        return residual
 
     def slips(self, q: np.ndarray) -> np.ndarray:
         """Slip [m, 2] under tractions `q` [m, 2]."""
@@ -299,6 +303,9 @@ def solve_tractions(
     """
     state = _Tractions(NewtonSystem(operator, cells, bound, w, neighbours), guess, tolerance)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
+    if state.solved and state.keeps:
+        state.look_again()
+        iterations += newton.solve(state, _MAX_NEWTON, _PATIENCE)
     system, residual = state.system, state.residual * tolerance
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
     q = on_bound(state.q, system.slip, system.normal, bound)
@@ -322,6 +329,17 @@ class _Tractions:
     @property
     def solved(self) -> bool:
         return self.residual <= 1.0
+
+    @property
+    def keeps(self) -> bool:
+        """Whether what centring adds to the slip is kept (`centring.py`)."""
+        return self.system.centring is not None and self.system.centring.kept is not None
+
+    def look_again(self) -> None:
+        """Let centring look at the slip again."""
+        if self.system.centring is not None:
+            self.system.centring.begin()
+            self._take(self.q, self.s)
 
     def step(self, forcing: float) -> None:
         self._before = self.q
