@@ -16,7 +16,7 @@ import numpy as np
 
 from rcstudy.mechanics.kernels import tractions
 
-_PATIENCE = 4  # looks without a gain of a tenth
+_PATIENCE = 4  # looks in which the residual is not halved
 
 
 class Centring:
@@ -46,7 +46,7 @@ class Centring:
     def judge(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
         """Keep what a look made of `s`, if this one's residual and those before it show that looking gets nowhere."""
         self._since_best += 1
-        if residual < 0.9 * self._best:
+        if residual < 0.5 * self._best:
             self._best, self._since_best = residual, 0
         elif self._since_best == _PATIENCE:
             self.kept = centred - s
