@@ -103,9 +103,15 @@ def _connected(scheduler: Scheduler) -> Iterator[Any]:
         ) from error
     address = scheduler.find()
     with _dask_silenced():
+        client = distributed.Client.__new__(distributed.Client)
         try:
-            client = distributed.Client(address or " ", timeout=_CONNECT_SECONDS, set_as_default=False, name="rcstudy")
+            distributed.Client.__init__(
+                client, address or " ", timeout=_CONNECT_SECONDS, set_as_default=False, name="rcstudy"
+            )
         except (OSError, ValueError, TypeError, ImportError, RuntimeError) as error:
+            # else it closes itself when it is collected; in the midst of another one's start that waits for itself
+            with contextlib.suppress(Exception):
+                client.close(timeout=2)
             reason = str(error).strip() or type(error).__name__
             raise UserError(f"{address or '(no address)'}: no Dask scheduler can be reached there: {reason}") from error
         try:

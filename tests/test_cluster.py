@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import gc
 import os
 import signal
 import subprocess
@@ -271,6 +272,8 @@ def test_schedulers_that_are_none(study: Study, tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(cluster, "_CONNECT_SECONDS", 1.0)
     for address in ("tcp://127.0.0.1:1", "127.0.0.1:1", "nonsense://x", "tcp://", "", "tcp://127.0.0.1:99999", "a\0b"):
         assert "no Dask scheduler can be reached there" in refusal(study, Scheduler(address)), address
+        # one that is not closed would be when it is collected, and wait for itself in the midst of another one's start
+        assert {client.status for client in gc.get_objects() if type(client) is distributed.Client} <= {"closed"}
     file = tmp_path / "scheduler.json"
     assert refusal(study, Scheduler(file=file)) == f"{file}: cannot be read: No such file or directory"
     for text in (b"", b"[]", b"{}", b"\xff", b'{"address": 1}', b"[" * 100_000):
