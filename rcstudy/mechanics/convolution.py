@@ -73,7 +73,26 @@ def _columns(fields: int, columns: int, length: int) -> np.ndarray:
     return np.asarray(pyfftw.zeros_aligned((fields, columns, length + _APART), dtype="complex128"))
 
 
-class Transform:
+class _TwoStages:
+    """Transforms along rows and then along columns, and back: plans are made by those who own the buffers."""
+
+    _rows: Any
+    _columns: Any
+    _columns_back: Any
+    _rows_back: Any
+
+    def forward(self) -> None:
+        """From what goes in to the coefficients."""
+        self._rows()
+        self._columns()
+
+    def backward(self) -> None:
+        """From the coefficients to what comes out."""
+        self._columns_back()
+        self._rows_back()
+
+
+class Transform(_TwoStages):
     """Real FFTs of `fields` zero-padded arrays at once, and back, stage by stage so that padding costs little.
 
     `real` [fields, rows, py] holds the first `rows` of px rows; the others are zero (forward) or not wanted
@@ -111,16 +130,6 @@ class Transform:
         """Indices [m, 2] in each of the arrays `real` of `cells` [m, 2], indices along x and y."""
         return cells
 
-    def forward(self) -> None:
-        """From `real` to `hat`."""
-        self._rows()
-        self._columns()
-
-    def backward(self) -> None:
-        """From `hat` to `real`."""
-        self._columns_back()
-        self._rows_back()
-
 
 @keep_within(PLAN_BYTES)
 def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
@@ -128,7 +137,7 @@ def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
     return Transform(padded, fields, rows)
 
 
-class PairTransform:
+class PairTransform(_TwoStages):
     """FFTs of pairs (a, b) of real arrays on a torus, as one of complex numbers a + i b, and back.
 
     `field` [px, py, 2] is transformed, and left as it is, into `hat` [py, px]; `result` [px, py, 2] comes back from it,
@@ -151,16 +160,6 @@ class PairTransform:
     def nbytes(self) -> int:
         """Bytes of all buffers."""
         return int(3 * self.hat.nbytes + 2 * self.hat.itemsize * self.padded[1] * (self.padded[0] + _APART))
-
-    def forward(self) -> None:
-        """From `field` to `hat`."""
-        self._rows()
-        self._columns()
-
-    def backward(self) -> None:
-        """From `hat` to `result`."""
-        self._columns_back()
-        self._rows_back()
 
 
 @keep_within(PLAN_BYTES)
