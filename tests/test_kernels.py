@@ -119,7 +119,7 @@ def test_multiply_2x2(shape: tuple[int, int]) -> None:
         if np.iscomplexobj(k):
             arrays.multiply_2x2(hat, k)
         else:
-            arrays.multiply_real(hat.view(np.float64), np.repeat(k, 2, axis=2))
+            arrays.multiply_2x2(hat.view(np.float64), np.repeat(k, 2, axis=2))
         np.testing.assert_allclose(hat, expected, rtol=1e-13)
 
 

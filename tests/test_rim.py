@@ -56,7 +56,7 @@ def test_without_its_rim_a_contact_is_as_easy_as_on_a_half_space(name: str) -> N
     operator = NormalOperator.of(influence, box.shape)
     cells = np.argwhere(touched[box.slices])
     a = matrix(operator.coefficients, cells)
-    inverse = np.fft.irfft2(operator.inverse, operator.padded)
+    inverse = np.fft.irfft2(operator.inverse.T, operator.padded)
     b = matrix(inverse * np.prod(operator.padded), cells)
     inside = rim._Rim(operator, touched[box.slices]).interior[tuple(cells.T)]
     outer = ~inside

@@ -294,7 +294,7 @@ def real_symbols(
 ) -> np.ndarray:
     """The same of coefficients that are even, or odd in both directions: real numbers, each twice [k, ..., 2 waves].
 
-    So `arrays.multiply_real` wants them.
+    So `arrays.multiply_2x2` wants them.
     """
     return np.repeat(symbols(quadrants, padded, x_first=x_first).real, 2, axis=2)
 
@@ -383,7 +383,7 @@ class PairOperator:
         field = plan.by_cell
         field[:, cells[:, 0], cells[:, 1]] = q.T
         plan.forward()
-        arrays.multiply_real(plan.numbers, self.symbols)
+        arrays.multiply_2x2(plan.numbers, self.symbols)
         plan.backward()
         result: np.ndarray = field[:, : self.box[0], : self.box[1]]
         return result

@@ -132,10 +132,7 @@ class SlipOperator:
         """From tractions to slips, in place in `plan.real`."""
         plan = self.plan
         plan.forward()
-        if isinstance(plan, ShiftedTransform):
-            arrays.multiply_real(plan.numbers, self.symbol)
-        else:
-            arrays.multiply_2x2(plan.hat, self.symbol)
+        arrays.multiply_2x2(plan.numbers if isinstance(plan, ShiftedTransform) else plan.hat, self.symbol)
         plan.backward()
 
 

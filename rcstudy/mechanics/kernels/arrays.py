@@ -96,20 +96,10 @@ def pad(field: np.ndarray, out: np.ndarray) -> None:
 
 @jit
 def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
-    """Multiply the pair hat [2, waves, waves], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy)."""
-    for i in range(hat.shape[1]):
-        for j in range(hat.shape[2]):
-            a = hat[0, i, j]
-            b = hat[1, i, j]
-            hat[0, i, j] = k[0, i, j] * a + k[1, i, j] * b
-            hat[1, i, j] = k[1, i, j] * a + k[2, i, j] * b
+    """Multiply the pair hat [2, waves, waves], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy).
 
-
-@jit
-def multiply_real(hat: np.ndarray, k: np.ndarray) -> None:
-    """As `multiply_2x2` by real numbers: a third of the time, as loops over those make use of the vector units.
-
-    hat [2, waves, 2 waves]: real and imaginary parts side by side; k [3, waves, 2 waves]: each number twice.
+    By real numbers in a third of the time, as loops over those make use of the vector units: then hat
+    [2, waves, 2 waves] has real and imaginary parts side by side, and k each number twice.
     """
     for i in range(hat.shape[1]):
         for j in range(hat.shape[2]):
