@@ -303,8 +303,8 @@ class AlignedContact(NormalContact):
     @cached_property
     def _summit(self) -> tuple[float, float, float]:
         """Largest pressure (MPa) and its place along x and y, in cells."""
-        height, x, y = rows.summit(self._p)
-        return float(height), float(x), float(y)
+        summit: tuple[float, float, float] = rows.summit(self._p)
+        return summit
 
     @cached_property
     def _top(self) -> np.ndarray:

@@ -68,7 +68,7 @@ _BACK: dict[str, Any] = {"direction": "FFTW_BACKWARD"}
 _APART = 2
 
 
-def _columns(fields: int, columns: int, length: int) -> np.ndarray:
+def _between_stages(fields: int, columns: int, length: int) -> np.ndarray:
     """Zeros [fields, columns, length + _APART] between the stages of transforms."""
     return np.asarray(pyfftw.zeros_aligned((fields, columns, length + _APART), dtype="complex128"))
 
@@ -80,6 +80,12 @@ class _TwoStages:
     _columns: Any
     _columns_back: Any
     _rows_back: Any
+    _buffers: tuple[np.ndarray, ...]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all buffers."""
+        return sum(buffer.nbytes for buffer in self._buffers)
 
     def forward(self) -> None:
         """From what goes in to the coefficients."""
@@ -108,18 +114,14 @@ class Transform(_TwoStages):
         self.hat = pyfftw.zeros_aligned((fields, half, px), dtype="complex128")
         self.numbers = self.hat.view(np.float64)
         # columns beyond `rows` of the first stage stay zero for good; the last stage may destroy what it reads
-        self._first, self._last = _columns(fields, half, px), _columns(fields, half, px)
+        self._first, self._last = (_between_stages(fields, half, px) for _ in range(2))
+        self._buffers = self.real, self.hat, self._first, self._last
         turned, turned_back = (columns[:, :, :rows].transpose(0, 2, 1) for columns in (self._first, self._last))
         # the plans keep their arrays alive; only their bound `execute` is called
         self._rows = pyfftw.FFTW(self.real, turned, axes=(2,), **_OPTIONS).execute
         self._columns = pyfftw.FFTW(self._first[:, :, :px], self.hat, axes=(2,), **_OPTIONS).execute
         self._columns_back = pyfftw.FFTW(self.hat, self._last[:, :, :px], axes=(2,), **_BACK, **_OPTIONS).execute
         self._rows_back = pyfftw.FFTW(turned_back, self.real, axes=(2,), **_BACK, **_SPENT).execute
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all buffers."""
-        return int(self.real.nbytes + self.hat.nbytes + self._first.nbytes + self._last.nbytes)
 
     @property
     def by_cell(self) -> np.ndarray:
@@ -150,16 +152,12 @@ class PairTransform(_TwoStages):
         field, result = (pyfftw.zeros_aligned(torus, dtype="complex128") for _ in range(2))
         self.field, self.result = (a.view(np.float64).reshape(*torus, 2) for a in (field, result))
         self.hat = pyfftw.zeros_aligned((py, px), dtype="complex128")
-        between, last = (_columns(1, py, px)[0, :, :px] for _ in range(2))
+        self._buffers = field, result, self.hat, *(_between_stages(1, py, px) for _ in range(2))
+        between, last = (columns[0, :, :px] for columns in self._buffers[-2:])
         self._rows = pyfftw.FFTW(field, between.T, axes=(1,), **_OPTIONS).execute
         self._columns = pyfftw.FFTW(between, self.hat, axes=(1,), **_OPTIONS).execute
         self._columns_back = pyfftw.FFTW(self.hat, last, axes=(1,), **_BACK, **_SPENT).execute
         self._rows_back = pyfftw.FFTW(last.T, result, axes=(1,), **_BACK, **_SPENT).execute
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of all buffers."""
-        return int(3 * self.hat.nbytes + 2 * self.hat.itemsize * self.padded[1] * (self.padded[0] + _APART))
 
 
 @keep_within(PLAN_BYTES)

@@ -109,9 +109,11 @@ class SlipOperator:
             self.symbol = real_symbols(coefficients, padded, x_first=True)
             unmoved = shifted_transform(padded, 2, shape[1])
             self.plan = unmoved.shifted(np.zeros(shape[1]), sharp_difference(padded[0], spacing[0]))
+            self._hat = self.plan.numbers  # shared by the plans of moved rows
         else:
             self.symbol = difference_symbols(coefficients, padded, spacing[0])
             self.plan = transform(padded, 2, shape[0])
+            self._hat = self.plan.hat
         sharpened = point_factor(torus[0], torus[0]) if sharp else 1.0
         difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
         self.torus_symbol = _packed(difference)
@@ -130,10 +132,9 @@ class SlipOperator:
 
     def multiply(self) -> None:
         """From tractions to slips, in place in `plan.real`."""
-        plan = self.plan
-        plan.forward()
-        arrays.multiply_2x2(plan.numbers if isinstance(plan, ShiftedTransform) else plan.hat, self.symbol)
-        plan.backward()
+        self.plan.forward()
+        arrays.multiply_2x2(self._hat, self.symbol)
+        self.plan.backward()
 
 
 def _inverse(pair: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:
@@ -193,22 +194,31 @@ class NewtonSystem:
         self._slipping = 0  # number of slip cells
         self.lawful = w  # slips as the law of friction wants them, of the last ones that were classified
 
+    @property
+    def kept(self) -> np.ndarray | None:
+        """What `centring` keeps adding to the slip [m, 2], if it does."""
+        return None if self.centring is None else self.centring.kept
+
+    @property
+    def _looking(self) -> Centring | None:
+        """The `centring`, as long as it looks at the slip."""
+        return self.centring if self.kept is None else None
+
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
-        centring = self.centring
-        looks = centring is not None and centring.kept is None
-        self.lawful = s if centring is None or centring.kept is None else s + centring.kept
+        looking = self._looking
+        self.lawful = s if self.kept is None else s + self.kept
         of_law = self.bound, self.rho, self.slip, self.normal, self.curvature
         self._slipping, square = tractions.classify(q, self.lawful, *of_law)
-        if centring is not None and looks:
-            self.lawful = centring.look(s, self.slip)
+        if looking is not None:
+            self.lawful = looking.look(s, self.slip)
             square = tractions.turn(q, self.lawful, *of_law)
         operator = self.operator
         coupling = operator.spacing[0] / operator.compliance
         tractions.slip_rows(self.curvature, operator.diagonal, coupling, self.diagonal, self.damping)
         residual = _relative(math.sqrt(square), min(_norm(q), self._scale))
-        if centring is not None and looks:
-            centring.judge(s, self.lawful, residual)
+        if looking is not None:
+            looking.judge(s, self.lawful, residual)
         return residual
 
     def slips(self, q: np.ndarray) -> np.ndarray:
@@ -223,12 +233,12 @@ class NewtonSystem:
         """Product of the system's matrix with a vector of unknowns `v` [2 m], and the slips, into `out` [4 m]."""
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
-        field, centring = self.operator.plan.real, self.centring
+        field, looking = self.operator.plan.real, self._looking
         of_rows = self._places, self.slip, self.normal, self.curvature
-        if centring is None or centring.kept is not None:
+        if looking is None:
             tractions.gather_slip(field, v, *of_rows, slips, rows)
         else:
-            tractions.gather_centred_slip(field, v, *of_rows, centring.weight, slips, rows)
+            tractions.gather_centred_slip(field, v, *of_rows, looking.weight, slips, rows)
 
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
         """Slips by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
@@ -298,18 +308,17 @@ def solve_tractions(
     ||q - Proj(q - rho s)|| over the smaller of ||q|| and rho ||w||, 1/rho being the diagonal of B: the tractions,
     and the slip, are then right to about that fraction of their own size.
     """
-    state = _Tractions(NewtonSystem(operator, cells, bound, w, neighbours), guess, tolerance)
+    system = NewtonSystem(operator, cells, bound, w, neighbours)
+    state = _Tractions(system, guess, tolerance)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
-    if state.solved and state.keeps:
+    if system.centring is not None and system.kept is not None and state.solved:
+        system.centring.begin()
         state.look_again()
         iterations += newton.solve(state, _MAX_NEWTON, _PATIENCE)
-    system, residual = state.system, state.residual * tolerance
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
-    q = on_bound(state.q, system.slip, system.normal, bound)
-    kept = system.centring.kept if system.centring is not None else None
-    return RollingSolution(
-        q, system.lawful, system.slip, residual, iterations, system.products, state.solved, centring=kept
-    )
+    q, s = on_bound(state.q, system.slip, system.normal, bound), system.lawful
+    residual = state.residual * tolerance
+    return RollingSolution(q, s, system.slip, residual, iterations, system.products, state.solved, centring=system.kept)
 
 
 class _Tractions:
@@ -327,16 +336,9 @@ class _Tractions:
     def solved(self) -> bool:
         return self.residual <= 1.0
 
-    @property
-    def keeps(self) -> bool:
-        """Whether what centring adds to the slip is kept (`centring.py`)."""
-        return self.system.centring is not None and self.system.centring.kept is not None
-
     def look_again(self) -> None:
-        """Let centring look at the slip again."""
-        if self.system.centring is not None:
-            self.system.centring.begin()
-            self._take(self.q, self.s)
+        """Classify the cells once more, where they are."""
+        self._take(self.q, self.s)
 
     def step(self, forcing: float) -> None:
         self._before = self.q
