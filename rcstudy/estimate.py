@@ -54,7 +54,7 @@ ALIGNED: dict[str, Fit] = {
     "moment_z": Fit(0.1, 0.028, 0.2, "friction moment"),
     "pressure_max": Fit(0.1, 0.027, 0.1, "pressure_max"),
     "contact_area": Fit(0.5, 0.045, 0.45, "contact_area"),
-    "slip_area": Fit(0.38, 0.142, 0.6, "contact_area"),
+    "slip_area": Fit(0.35, 0.128, 0.6, "contact_area"),
     "contact_radius": Fit(0.5, 0.0225, 0.22, "contact_radius"),
     "approach": Fit(0.1, 0.02, 0.02, "approach"),
     "traction_max": Fit(0.55, 0.028, 1.0, "traction_max"),

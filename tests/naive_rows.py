@@ -145,27 +145,60 @@ def border_ahead(near: float, next_one: float) -> float:
     return min(1.0, float(np.roots(np.polyfit([0.0, -1.0], [near**2, next_one**2], 1))[0]))
 
 
-def border_behind(near: float, next_one: float, length: float) -> float:
-    """From the last stick cell to the border behind: by the e for which the two rooms have their ratio.
+def strip(d: float, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rooms of k stick cells of a strip, from the last one on, and the two slips behind; the border d behind the last.
 
-    The room of a zone that is `length` long bends: half of that in strips is taken out.
+    Point sources 3/4 of a cell and more from the leading edge make the slip halfway between them vanish that would
+    grow straight from the middle of the zone on (full slip under Hertz's pressure).
     """
-    if next_one <= 0.0:
-        return 0.25
-    near *= math.sqrt(math.sqrt(1.0 - 1.0 / length)) if length > 1.5 else 1.0
+    source, point = 0.75 + np.arange(k), 0.25 + np.arange(k + 2)
+    slip_by = 1.0 / (point[:, None] - source)
+    full = point - 0.5 * (k - 0.25 + d)
+    room = np.linalg.solve(slip_by[:k], full[:k])
+    return room[::-1], (full - slip_by @ room)[k:]
 
-    def missing(e: float) -> float:
-        one, two = ((j + 0.5 + e) * gamma(j + 0.5) / gamma(j + 1.0) for j in (0.0, 1.0))
-        return float(one * next_one - two * near)
 
-    most = 0.125  # the border a cell away
-    return 1.0 if missing(most) <= 0.0 else 0.75 + 2.0 * float(brentq(missing, -0.5, most, xtol=1e-15))
+def half_line(d: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same of stick cells without end."""
+    e, j = 0.5 * (d - 0.75), np.arange(2.0)
+    of_both = gamma(j + 0.5) / gamma(j + 1.0)
+    return (j + 0.5 + e) * of_both, (j - e) * of_both
+
+
+def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells: int) -> float:
+    """From the last stick cell to the border behind: where rooms and slips have their ratios, each of them if known.
+
+    Halfway (in ratios) between a strip's and a half-line's. Where the border is near the last stick cell its room
+    counts more, where it is near the first slip cell its slip does.
+    """
+
+    def where(which: int, ratio: float, low: float, high: float) -> float:
+        def less(d: float) -> float:
+            # at the very ends of where it may be one of the two is nothing
+            of_strip, of_line = (max(pair[which][0] / pair[which][1], 0.0) for pair in (strip(d, cells), half_line(d)))
+            return math.sqrt(of_strip * of_line) - ratio
+
+        if less(low) * less(high) >= 0.0:
+            return min(low, high, key=lambda d: abs(less(d)))
+        return float(brentq(less, low, high, xtol=1e-15))
+
+    by_rooms = where(0, rooms[0] / rooms[1], -0.25, 1.0) if rooms[1] > 0.0 else None
+    by_slips = where(1, slips[0] / slips[1], -0.25, 0.75) if slips[1] > 0.0 else None
+    if by_slips is None:
+        return 0.25 if by_rooms is None else by_rooms
+    if by_rooms is None or cells <= 3:
+        return by_slips
+    share = min(0.5 + 0.5 * (0.5 * (by_rooms + by_slips) - 0.25), 1.0)
+    return (1.0 - share) * by_rooms + share * by_slips
 
 
 def stick_zone(
-    room: np.ndarray, slip: np.ndarray, start: float, back: float, front: float
+    room: np.ndarray, speed: np.ndarray, slip: np.ndarray, start: float, back: float, front: float
 ) -> tuple[float, list[float]]:
-    """Length of a row's stick zone and its borders from the leading one on; room, slip [n] from the leading cell on."""
+    """Length of a row's stick zone and its borders from the leading one on.
+
+    room, speed, slip [n] from the leading cell on.
+    """
     length, borders = 0.0, []
     for first, last in stick_runs(slip.tolist()):
         ends = [front, back]
@@ -177,7 +210,9 @@ def stick_zone(
             if side == 0:
                 distance = border_ahead(near, next_one)
             else:
-                distance = border_behind(near, next_one, ends[0] - (start - last))
+                behind = slip[last + 1 : last + 3].all() and last + 3 < len(slip)
+                slips = (speed[last + 1], speed[last + 2]) if behind else (0.0, 0.0)
+                distance = border_behind((near, next_one), slips, last - first + 1)
             place = start - outermost + (distance if side == 0 else -distance)
             if of_row and place <= back:
                 continue  # a slip zone narrower than a cell shows in the room alone
@@ -188,7 +223,7 @@ def stick_zone(
 
 
 def leaning(borders: dict[int, float], length: list[float]) -> np.ndarray:
-    """How far the border of each row moves ahead: 0.014 times its slope squared, up to all of the row's `length`."""
+    """How far the border of each row moves ahead: 0.2 of its slope squared over its `length` + 1, up to all of that."""
     shift = np.zeros(len(length))
     for j, x in borders.items():
         near = {k: borders[k] for k in (j - 1, j, j + 1) if k in borders}
@@ -198,7 +233,7 @@ def leaning(borders: dict[int, float], length: list[float]) -> np.ndarray:
             slope = 1.3 * sum(abs(other - x) for other in near.values())
         else:
             continue
-        shift[j] = min(0.014 * min(abs(slope), 5.0) ** 2, length[j])
+        shift[j] = min(0.2 * min(abs(slope), 5.0) ** 2 / (length[j] + 1.0), length[j])
     return shift
 
 

@@ -7,11 +7,11 @@ import math
 import naive_rows
 import numpy as np
 import pytest
-from scipy.special import gamma, gammaln
+from scipy.special import gammaln
 
 from rcstudy.mechanics.kernels import stick
 
-FAR = 1e15  # cells: of a zone without end
+FAR = 10**15  # cells: of a zone without end
 
 
 def test_border_ahead() -> None:
@@ -23,53 +23,86 @@ def test_border_ahead() -> None:
     assert stick.border_ahead(0.4, 0.0) == stick.border_ahead(0.4, 0.4) == stick.border_ahead(0.0, 0.0) == 0.5
 
 
-@pytest.mark.parametrize("e", [-0.5, -0.3, -0.1, 0.0, 0.1])
-def test_border_behind(e: float) -> None:
+@pytest.mark.parametrize("d", [-0.25, 0.0, 0.3, 0.6, 0.75])
+def test_border_of_a_half_line(d: float) -> None:
     """From room that goes like a root far inside and whose sources cause no slip halfway between them."""
-    j = np.arange(4000.0)
+    e = 0.5 * (d - 0.75)
+    j = np.arange(40000.0)
     room = 0.3 * (j + 0.5 + e) * np.exp(gammaln(j + 0.5) - gammaln(j + 1.0))
-    distance = stick.border_behind(room[0], room[1], FAR)
-    assert distance == pytest.approx(0.75 + 2.0 * e, abs=1e-12)
-    far = room[-1000:] ** 2
-    assert far[-1] / (far[-1] - far[-2]) - j[-1] == pytest.approx(distance, abs=1e-3)
-    # the row's far end adds a slip that is nearly linear over these few points
-    slip = (room / (np.arange(0.5, 6.0)[:, None] - j)).sum(axis=1)
-    assert np.abs(np.diff(slip, 2)).max() < 1e-5
+    assert stick.border_by_rooms(room[0] / room[1], FAR) == pytest.approx(d, abs=1e-12)
+    far = room[20000:20100] ** 2
+    assert far[-1] / (far[-1] - far[-2]) - 20099.0 == pytest.approx(d, abs=1e-3)
+    # slip halfway between sources, from the fifth one inside to the fourth behind; the far end adds a straight line
+    place = np.arange(5.5, -4.0, -1.0)
+    slip = (room / (j - place[:, None])).sum(axis=1)
+    inside = place > 0.0
+    slip -= np.polyval(np.polyfit(place[inside], slip[inside], 1), place)
+    assert np.abs(slip[inside]).max() < 1e-5 * np.abs(slip[~inside]).max()
+    found = stick.border_by_slips(slip[~inside][0] / slip[~inside][1], FAR)
+    assert found == pytest.approx(d, abs=1e-4)
 
 
-def test_border_behind_of_rooms_that_tell_nothing() -> None:
-    assert stick.border_behind(0.4, 0.0, 3.0) == stick.border_behind(0.0, 0.0, 3.0) == 0.25
-    assert stick.border_behind(0.4, 0.4, FAR) == stick.border_behind(3.0, 2.0, 9.0) == pytest.approx(1.0)
-    assert stick.border_behind(0.0, 2.0, 9.0) == -0.25
+@pytest.mark.parametrize("cells", [1, 2, 3, 4, 5, 20])
+@pytest.mark.parametrize("d", [-0.25, 0.0, 0.3, 0.7])
+def test_border_of_a_strip(cells: int, d: float) -> None:
+    """Of k stick cells the ratios have factors in front; half of what these do is taken out."""
+    rooms, slips = naive_rows.strip(d, cells)
+    assert (rooms > -1e-12).all()
+    assert (slips > -1e-12).all()
+    factor = math.sqrt((cells + 0.5) / (cells + 1.0))
+    assert stick.border_by_slips(slips[0] / slips[1] / factor, cells) == pytest.approx(d, abs=1e-12)
+    if cells > 1:
+        factor = math.sqrt((cells - 0.5) / (cells - 1.0))
+        assert stick.border_by_rooms(rooms[0] / rooms[1] / factor, cells) == pytest.approx(d, abs=1e-12)
 
 
-def test_border_behind_a_short_zone() -> None:
-    """Half of what makes the border of a strip's zone right, whose room is like that of a half-line, but bent."""
-    for length in (2.0, 5.0, 20.0):
-        near = 0.5 * (length / (length - 1.0)) ** 0.25
-        assert stick.border_behind(near, 1.0, length) == pytest.approx(stick.border_behind(0.5, 1.0, FAR), abs=1e-13)
-    assert stick.border_behind(0.5, 1.0, 1.5) == pytest.approx(stick.border_behind(0.5, 1.0, FAR), abs=1e-13)
+@pytest.mark.parametrize("cells", [1, 2, 3, 4, 20])
+def test_border_behind(cells: int) -> None:
+    """From what is known: of few cells by the slips, of more by both, each counting more the closer it is."""
+    for rooms in ((0.1, 1.0), (0.4, 1.0), (0.6, 0.0), (2.0, 1.0), (0.0, 1.0)):
+        known = rooms if cells > 1 else (rooms[0], 0.0)
+        for slips in ((0.05, 0.3), (0.4, 1.0), (0.0, 0.0), (-0.1, 1.0), (0.9, 1.0), (0.3, -0.2)):
+            found = stick.border_behind(known, slips, cells)
+            assert found == pytest.approx(naive_rows.border_behind(known, slips, cells), abs=1e-12)
+            assert -0.25 <= found <= 1.0
+
+
+def test_border_behind_that_little_tells() -> None:
+    none = 0.0, 0.0
+    assert stick.border_behind((0.4, 0.0), none, 1) == stick.border_behind(none, none, 3) == 0.25
+    assert stick.border_behind((0.4, 0.4), none, FAR) == stick.border_behind((3.0, 2.0), none, 9) == pytest.approx(1.0)
+    assert stick.border_behind((0.0, 2.0), none, 9) == -0.25
+    assert stick.border_behind(none, (3.0, 2.0), 9) == pytest.approx(-0.25)
+    assert stick.border_behind((0.4, 0.0), (-1.0, 2.0), 1) == 0.75
 
 
 def found_zone(
-    states: list[str], room: np.ndarray, start: list[float], edges: list[tuple[float, float]]
+    states: list[str],
+    room: np.ndarray,
+    start: list[float],
+    edges: list[tuple[float, float]],
+    speed: np.ndarray | None = None,
 ) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """Lengths [ny] and borders as the kernel finds them, cells of all rows being numbered from the last row on.
 
-    states: s and - for slip and stick from the leading cell on; room: of the rows' cells one after the other.
+    states: s and - for slip and stick from the leading cell on; room, and speed if it is known: of the rows' cells one
+    after the other.
     """
     count = np.array([len(row) for row in states])
     index = np.full((max(1, count.max()), len(states)), -1)
     numbers = np.arange(count.sum())[::-1]
-    slip, of_cells = np.zeros(count.sum(), dtype=np.bool_), np.zeros(count.sum())
+    slip, of_cells, speeds = np.zeros(count.sum(), dtype=np.bool_), np.zeros(count.sum()), np.zeros(count.sum())
     first = 0
     for j, row in enumerate(states):
         index[: len(row), j] = own = numbers[first : first + len(row)]
         slip[own], of_cells[own] = [state == "s" for state in row], room[first : first + len(row)]
+        if speed is not None:
+            speeds[own] = speed[first : first + len(row)]
         first += len(row)
     length, borders = np.full(len(states), np.nan), np.full((2 * count.sum(), 2), np.nan)
     last = np.full(len(states), 99)
-    found = stick.stick_rows(of_cells, slip, index, np.array(start), count, np.array(edges).T, length, last, borders)
+    of_rows = index, np.array(start), count, np.array(edges).T
+    found = stick.stick_rows(of_cells, speeds, slip, *of_rows, length, last, borders)
     assert np.isnan(borders[found:]).all()
     for j, row in enumerate(states):
         own = [k for k in range(found) if borders[k, 1] == j]
@@ -89,26 +122,26 @@ def test_stick_rows_that_stick_or_slip() -> None:
 
 
 def test_stick_rows_between_borders() -> None:
-    """Room like the root of the distance ahead, as on the discrete half-line behind: both borders are found exactly."""
+    """Room like the root of the distance ahead, by rooms and slips behind: both borders are found exactly."""
     start, back, front = 9.7, 0.2, 10.5
     x = start - np.arange(10)
-    j = np.arange(3.0)
-    behind = (j + 0.5 - 0.075) * gamma(j + 0.5) / gamma(j + 1.0)  # the border 0.6 cells behind the last stick cell
-    room = np.ones(10)
-    room[2:5], room[4:7] = np.sqrt(8.1 - x[2:5]), behind[::-1]
-    room[6] *= (4.4 / 3.4) ** 0.25  # the zone ends 4.4 cells ahead
-    length, borders = found_zone(["ss-----sss"], room, [start], [(back, front)])
-    assert length == pytest.approx([8.1 - 3.1])
-    assert borders == [(pytest.approx(8.1), 0.0), (pytest.approx(3.1), 0.0)]
-    room[6] = behind[0] * (6.8 / 5.8) ** 0.25
-    length, borders = found_zone(["-------sss"], room, [start], [(back, front)])
-    assert length == pytest.approx([front - 3.1])
-    assert borders == [(pytest.approx(3.1), 0.0)]
+    room, speed = np.ones(10), np.full(10, np.nan)
+    rooms, slips = naive_rows.half_line(0.6)
+    room[2:5], room[4:7] = np.sqrt(8.1 - x[2:5]), [1.0, rooms[1], rooms[0] * math.sqrt(4.5 / 4.0)]
+    speed[7:9] = slips * np.array([math.sqrt(5.5 / 6.0), 1.0])
+    for known in (None, speed):
+        length, borders = found_zone(["ss-----sss"], room, [start], [(back, front)], known)
+        assert length == pytest.approx([8.1 - 3.1])
+        assert borders == [(pytest.approx(8.1), 0.0), (pytest.approx(3.1), 0.0)]
+    room[6], speed[7] = rooms[0] * math.sqrt(6.5 / 6.0), slips[0] * math.sqrt(7.5 / 8.0)
+    for known in (None, speed):
+        length, borders = found_zone(["-------sss"], room, [start], [(back, front)], known)
+        assert length == pytest.approx([front - 3.1])
+        assert borders == [(pytest.approx(3.1), 0.0)]
     length, borders = found_zone(["ss--------"], room, [start], [(back, front)])
     assert length == pytest.approx([8.1 - back])
     assert borders == [(pytest.approx(8.1), 0.0)]
-    room[-3:] = behind[::-1]  # all stick, but for the last 0.3 cells
-    room[-1] *= (9.8 / 8.8) ** 0.25
+    room[-2:] = rooms[1], rooms[0] * math.sqrt(9.5 / 9.0)  # all stick, but for the last 0.3 cells
     length, borders = found_zone(["----------"], room, [start], [(-0.2, front)])
     assert length == pytest.approx([front - 0.1])
     assert borders == [(pytest.approx(0.1), 0.0)]
@@ -120,6 +153,12 @@ def test_stick_rows_of_single_cells() -> None:
     length, borders = found_zone(["s-s", "-ss", "ss-"], np.ones(9), [5.0, 5.0, 5.0], edges)
     np.testing.assert_allclose(length, [0.75, 1.25, 1.5], atol=1e-15)
     assert borders == [(4.5, 0.0), (3.75, 0.0), (4.75, 1.0), (3.5, 2.0)]
+    # the slips behind tell more, if there are two before the last cell
+    slips = naive_rows.strip(0.5, 1)[1] / math.sqrt(1.5 / 2.0) * np.array([1.0, math.sqrt(1.5 / 2.0)])
+    speed = np.array([0.0, *slips, 0.2, 0.0, *slips])
+    length, borders = found_zone(["-sss", "-ss"], np.ones(7), [5.0, 5.0], [(1.0, 6.0), (2.0, 6.0)], speed)
+    assert borders == [(pytest.approx(4.5), 0.0), (4.75, 1.0)]
+    np.testing.assert_allclose(length, [1.5, 1.25], atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -127,15 +166,16 @@ def test_stick_rows(seed: int) -> None:
     """Any states, several zones in a row."""
     rng = np.random.default_rng(seed)
     states = ["".join(rng.choice(list("s-"), size=rng.integers(0, 12))) for _ in range(9)]
-    room = rng.uniform(0.1, 1.0, size=sum(map(len, states)))
+    room, speed = rng.uniform(0.1, 1.0, size=(2, sum(map(len, states))))
     start = rng.uniform(12.0, 14.0, size=9).tolist()
     edges = [(x - max(1, len(row)) + rng.uniform(0.0, 1.0), x + 0.8) for x, row in zip(start, states, strict=True)]
-    length, borders = found_zone(states, room, start, edges)
+    length, borders = found_zone(states, room, start, edges, speed)
     expected_borders = []
     first = 0
     for j, row in enumerate(states):
         slip = np.array([state == "s" for state in row], dtype=bool)
-        expected, of_row = naive_rows.stick_zone(room[first : first + len(row)], slip, start[j], *edges[j])
+        of_cells = room[first : first + len(row)], speed[first : first + len(row)], slip
+        expected, of_row = naive_rows.stick_zone(*of_cells, start[j], *edges[j])
         assert length[j] == pytest.approx(expected, abs=1e-12)
         expected_borders += [(pytest.approx(x, abs=1e-12), float(j)) for x in of_row]
         first += len(row)
@@ -146,10 +186,13 @@ def test_move_oblique() -> None:
     """Borders that do not run across the rows move ahead, by no more than there is; single rows tell no slope."""
     borders = np.array([[5.0, 0.0], [4.0, 1.0], [2.0, 2.0], [9.0, 2.0], [3.0, 4.0], [3.0, 6.0], [-9.0, 7.0]])
     last = np.array([0, 1, 2, -1, 4, -1, 5, 6])
-    length = np.array([3.0, 4.0, 5.0, 9.0, 2.0, 1.0, 0.3, 8.0])
+    before = np.array([3.0, 4.0, 5.0, 9.0, 2.0, 1.0, 0.3, 8.0])
+    length = before.copy()
     stick.move_oblique(borders, last, length)
-    shift = 0.014 * np.array([1.3**2, 1.5**2, 2.6**2, 0.0, 0.0, 0.0, 0.3 / 0.014, 5.0**2])
-    np.testing.assert_allclose(length, [3.0, 4.0, 5.0, 9.0, 2.0, 1.0, 0.3, 8.0] - shift, atol=1e-14)
+    squares = np.array([1.3**2, 1.5**2, 2.6**2, 0.0, 0.0, 0.0, 5.0**2, 5.0**2])
+    shift = np.minimum(0.2 * squares / (before + 1.0), before)
+    assert shift[6] == 0.3
+    np.testing.assert_allclose(length, before - shift, atol=1e-14)
     moved = [5.0, 4.0, 2.0, 9.0, 3.0, 3.0, -9.0] + shift[[0, 1, 2, 3, 4, 6, 7]]
     np.testing.assert_allclose(borders[:, 0], moved, atol=1e-14)
 

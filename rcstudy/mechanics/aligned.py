@@ -325,10 +325,11 @@ class AlignedContact(NormalContact):
         if not slip.any():
             return 0.0, float(size.max())
         room = friction * self.pressure - size
+        speed = -(rolling.s_ahead * rolling.q).sum(axis=1) / np.maximum(size, np.finfo(float).tiny)
         ny = self.box.shape[1]
         length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * len(size), 2))
         of_rows = self._index, self._start, self._count, self._edges
-        found = stick.stick_rows(room, slip, *of_rows, length, last, borders)
+        found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [friction * self.pressure_max if slip[self._top].any() else float(size.max())]
         if found:

@@ -345,4 +345,4 @@ def _tractions(system: CoupledSystem) -> RollingSolution:
     bound = system.scene.friction * system.p[kept]
     q = on_bound(q, slip, normal, bound)
     residual = system.residual_tangential
-    return RollingSolution(q, s, slip, residual, 0, 0, residual <= system.scene.tolerance.tangential)
+    return RollingSolution(q, s, slip, residual, 0, 0, residual <= system.scene.tolerance.tangential, s)

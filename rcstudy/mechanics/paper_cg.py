@@ -80,7 +80,7 @@ def solve_paper_cg(
         iteration += 1
     slip = np.hypot(q[:, 0], q[:, 1]) >= bound * (1.0 - 1e-12)
     s = _difference(displacement, q, cells, dx) + w
-    return RollingSolution(q, s, slip, change, iteration, products, change <= tolerance)
+    return RollingSolution(q, s, slip, change, iteration, products, change <= tolerance, s)
 
 
 def _difference(displacement: PairOperator, q: np.ndarray, cells: np.ndarray, dx: float) -> np.ndarray:

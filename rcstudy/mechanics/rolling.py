@@ -60,9 +60,10 @@ _WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth
 class RollingSolution:
     """Tractions `q` and slips `s` [m, 2] (MPa, -) and slip flags [m] of the contact cells, and how they were found.
 
-    `residual`: see `solve_tractions`; `products`: operator and preconditioner
-    products on the mesh itself; `coarser`: the solution with cells of twice the size that it started from; `centring`
-    [m, 2]: what it kept adding to the slip (`centring.py`).
+    `residual`: see `solve_tractions`; `products`: operator and preconditioner products on the mesh itself;
+    `s_ahead` [m, 2]: slips where they belong, half a cell ahead of the centres for which `s` has them (`centring.py`),
+    on cells that are not moved the same ones; `centring` [m, 2]: what it kept adding to the slip; `coarser`: the
+    solution with cells of twice the size that it started from.
     """
 
     q: np.ndarray
@@ -72,6 +73,7 @@ class RollingSolution:
     iterations: int
     products: int
     converged: bool
+    s_ahead: np.ndarray
     coarser: RollingSolution | None = None
     centring: np.ndarray | None = None
 
@@ -318,7 +320,8 @@ def solve_tractions(
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
     q, s = on_bound(state.q, system.slip, system.normal, bound), system.lawful
     residual = state.residual * tolerance
-    return RollingSolution(q, s, system.slip, residual, iterations, system.products, state.solved, centring=system.kept)
+    solved, products = state.solved, system.products
+    return RollingSolution(q, s, system.slip, residual, iterations, products, solved, state.s, centring=system.kept)
 
 
 class _Tractions:

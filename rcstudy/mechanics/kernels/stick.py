@@ -20,28 +20,51 @@ def border_ahead(near: float, next_one: float) -> float:
 
 
 @jit
-def border_behind(near: float, next_one: float, length: float) -> float:
-    """The same from the last stick cell of a row back to the border behind it, between -1/4 and 1 cell.
+def border_by_rooms(ratio: float, cells: int) -> float:
+    """Distance from the last of two or more stick cells back to the border behind it, between -1/4 and 1 cell.
 
-    There the discrete half-line tells where between cells the border is: with j counted forward from it the room is
-    (j + 1/2 + e) Gamma(j + 1/2)/Gamma(j + 1), which far away is sqrt(j + 3/4 + 2 e). Of one cell alone: 1/4.
-
-    That is of a zone without end. Where it goes on for `length` cells from the last cell's centre only, the room bends
-    more than the root does: like sqrt(d (length + d)) in strips, which makes the quotient of the two rooms larger by
-    (length/(length - 1))^(1/2). In contacts it was half as much, of lengths from 2 to 25 cells.
+    From the ratio of the room there to that in the next cell ahead: see `border_behind`.
     """
-    if next_one <= 0.0:
+    part = min(0.5 * ratio * math.sqrt((cells - 1.0) / (cells - 0.5)), 5.0 / 13.0)
+    return (2.25 * part - 0.25) / (1.0 - part)
+
+
+@jit
+def border_by_slips(ratio: float, cells: int) -> float:
+    """The same between -1/4 and 3/4 of a cell, from the ratio of the first two slips behind the stick cells."""
+    part = min(0.5 * max(ratio, 0.0) * math.sqrt((cells + 1.0) / (cells + 0.5)), 1.0 / 3.0)
+    return (0.75 - 2.75 * part) / (1.0 - part)
+
+
+@jit
+def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells: int) -> float:
+    """Distance from the last stick cell of a row back to the border behind it, between -1/4 and 1 cell.
+
+    rooms: mu p - |q| there and in the next stick cell; slips: against the traction, half a cell ahead of the first slip
+    cell's centre and the next one's. The next ones are 0 where there is none. cells: how many stick.
+
+    In a strip slip is what point sources between its points cause, so that k stick cells tell in closed form where the
+    border is: d behind the last one, the rooms are as (2 k - 1)/(k - 1) (d + 1/4)/(d + 9/4), the slips as
+    (2 k + 1)/(k + 1) (3/4 - d)/(11/4 - d), both with 2 in front in a zone without end. In contacts what a zone's end
+    does was half as much (the root of it), of 1 to 25 cells. Of the two each is the closer one where it goes to zero.
+    A few cells' rooms tell less than their slips; a single one's nothing.
+    """
+    if slips[1] > 0.0 and (rooms[1] <= 0.0 or cells < 4):
+        return border_by_slips(slips[0] / slips[1], cells)
+    if rooms[1] <= 0.0:
         return 0.25
-    ratio = near / next_one
-    if length > 1.5:
-        ratio *= ((length - 1.0) / length) ** 0.25
-    ratio = min(ratio, 10.0 / 13.0)
-    return 0.75 + (3.0 * ratio - 2.0) / (2.0 - ratio)
+    by_rooms = border_by_rooms(rooms[0] / rooms[1], cells)
+    if slips[1] <= 0.0:
+        return by_rooms
+    by_slips = border_by_slips(slips[0] / slips[1], cells)
+    share = min(0.375 + 0.25 * (by_rooms + by_slips), 1.0)
+    return by_rooms + share * (by_slips - by_rooms)
 
 
 @jit
 def stick_rows(
     room: np.ndarray,
+    speed: np.ndarray,
     slip: np.ndarray,
     index: np.ndarray,
     start: np.ndarray,
@@ -53,20 +76,24 @@ def stick_rows(
 ) -> int:
     """Length of the stick zone in each row, length [ny], in cells, and the borders between stick and slip.
 
-    room [m]: mu p - |q| (MPa), slip [m]: state of the cells; index [max count, ny]: numbers m of a row's cells from the
-    leading one on; start, count [ny], edges [2, ny] as in `row_bounds`. borders [>= 2 m, 2]: x and j of each; last
-    [ny]: number of the one at the row's trailing end, -1 if it has none. Returns their number.
+    room [m]: mu p - |q| (MPa), speed [m]: slip against the traction, half a cell ahead, slip [m]: state of the cells;
+    index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], edges [2, ny] as in
+    `row_bounds`. borders [>= 2 m, 2]: x and j of each; last [ny]: number of the one at the row's trailing end, -1 if it
+    has none. Returns their number.
     """
     found = 0
     for j in range(count.size):
         length[j], last[j] = 0.0, -1
         front = edges[1, j]
+        cells = 0
         for k in range(count[j]):
             m = index[k, j]
             if slip[m]:
+                cells = 0
                 continue
+            cells += 1
             x = start[j] - k
-            ahead = k > 0 and not slip[index[k - 1, j]]
+            ahead = cells > 1
             behind = k + 1 < count[j] and not slip[index[k + 1, j]]
             if not ahead:
                 last[j] = -1
@@ -78,7 +105,11 @@ def stick_rows(
                 back = edges[0, j]
                 # a slip zone narrower than a cell shows in the room alone
                 if k + 1 < count[j] or ahead:
-                    border = x - border_behind(room[m], room[index[k - 1, j]] if ahead else 0.0, front - x)
+                    rooms, slips = (room[m], room[index[k - 1, j]] if ahead else 0.0), (0.0, 0.0)
+                    # the last cell's slip is that of the contact's edge
+                    if k + 3 < count[j] and slip[index[k + 2, j]]:
+                        slips = speed[index[k + 1, j]], speed[index[k + 2, j]]
+                    border = x - border_behind(rooms, slips, cells)
                     if k + 1 < count[j] or border > back:
                         back = border
                         borders[found, 0], borders[found, 1] = back, j
@@ -92,9 +123,9 @@ def stick_rows(
 def move_oblique(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> None:
     """Move the borders at the trailing ends of rows to where they are if they do not run across the rows, in place.
 
-    They were found too far back by 0.014 of the square of the slope, in cells a row, to which the neighbours' borders
-    tell it (from the paper's contacts on 80 x 80 cells against 512 x 512). borders, last and length as `stick_rows`
-    leaves them; lengths change alike.
+    They were found too far back by a fifth of the square of the slope, in cells a row, over one more than the zone's
+    length (from the paper's contacts against 512 x 512 cells): as if the zone ended where it does across the border.
+    The neighbours' borders tell the slope. borders, last and length as `stick_rows` leaves them; lengths change alike.
     """
     ny = last.size
     shift = np.zeros(ny)
@@ -107,7 +138,7 @@ def move_oblique(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> N
             slope = (borders[last[high], 0] - borders[last[low], 0]) / (high - low)
             if high - low == 1:
                 slope *= 1.3  # it is the outermost row, and borders bend there
-            shift[j] = min(0.014 * min(abs(slope), 5.0) ** 2, length[j])
+            shift[j] = min(0.2 / (length[j] + 1.0) * min(abs(slope), 5.0) ** 2, length[j])
     for j in range(ny):
         if last[j] >= 0:
             borders[last[j], 0] += shift[j]
