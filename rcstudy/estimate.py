@@ -24,7 +24,8 @@ from rcstudy.mechanics.scene import Scene
 class Fit:
     """Constants of one scalar's estimate (see above) and the scalar or resultant that sets its scale.
 
-    `of_stick`: the noise is that of cells which stick, so it counts by the part of the contact that does.
+    `of_stick`: the noise is that of cells which stick, so it counts by the part of the contact that does. `of_slip`: it
+    counts by the root of the part that slips.
     """
 
     c: float
@@ -32,6 +33,7 @@ class Fit:
     k0: float
     scale: str
     of_stick: bool = False
+    of_slip: bool = False
 
 
 FITS: dict[str, Fit] = {
@@ -53,9 +55,9 @@ ALIGNED: dict[str, Fit] = {
     "force_y": Fit(0.2, 0.033, 0.35, "friction force"),
     "moment_z": Fit(0.1, 0.028, 0.2, "friction moment"),
     "pressure_max": Fit(0.1, 0.027, 0.1, "pressure_max"),
-    "contact_area": Fit(0.5, 0.045, 0.45, "contact_area"),
-    "slip_area": Fit(0.35, 0.128, 0.6, "contact_area"),
-    "contact_radius": Fit(0.5, 0.0225, 0.22, "contact_radius"),
+    "contact_area": Fit(0.5, 0.042, 0.45, "contact_area"),
+    "slip_area": Fit(0.38, 0.2, 0.6, "contact_area", of_slip=True),
+    "contact_radius": Fit(0.5, 0.021, 0.22, "contact_radius"),
     "approach": Fit(0.1, 0.02, 0.02, "approach"),
     "traction_max": Fit(0.55, 0.028, 1.0, "traction_max"),
     "friction_power": Fit(0.3, 0.074, 8.0, "friction_power"),
@@ -84,7 +86,13 @@ def error_estimates(scene: Scene, cells: int, levels: Sequence[dict[str, float]]
             difference = abs(values[0] - values[1])
             if len(values) > 2:
                 difference = max(difference, 0.5 * abs(values[1] - values[2]))
-            part = 1.0 - finest["slip_area"] / finest["contact_area"] if fit.of_stick else 1.0
-            estimate = math.hypot(fit.c * difference, fit.k * per_radius**-1.5 * scale * max(part, 0.0))
+            part = 1.0
+            if fit.of_stick:
+                part = max(1.0 - finest["slip_area"] / finest["contact_area"], 0.0)
+            elif fit.of_slip:
+                part = math.sqrt(finest["slip_area"] / finest["contact_area"])
+            estimate = math.hypot(fit.c * difference, fit.k * per_radius**-1.5 * scale * part)
         out[f"{name}_error"] = estimate + tolerance * scale
+    if "slip_area" in finest and finest["slip_area"] == finest["contact_area"]:
+        out["slip_area_error"] = out["contact_area_error"]  # all slips
     return out

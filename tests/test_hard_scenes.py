@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from contacts import STEEL, TIGHT, hertz_of, solved, steel, window
 
-from rcstudy.estimate import FITS, error_estimates
+from rcstudy.estimate import ALIGNED, FITS, error_estimates
 from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import ESTIMATED, VARIABLES, Status
@@ -164,6 +164,22 @@ def test_estimate_is_stated_as_documented():
     assert one == pytest.approx(fit.k0 / per_radius * 100.0 + floor, rel=1e-12)
     assert two == pytest.approx(np.hypot(fit.c * 1.0, staircase) + floor, rel=1e-12)
     assert three == pytest.approx(np.hypot(fit.c * 5.0, staircase) + floor, rel=1e-12)
+
+
+def test_estimate_of_the_slip_area():
+    """On aligned cells its noise goes with the root of what slips; where all slips it is the contact's area."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
+    scene = replace(scene, discretisation="aligned")
+
+    def estimates(area: float) -> dict[str, float]:
+        levels = [{"contact_area": 2.0, "contact_radius": 0.8, "slip_area": area}] * 2
+        return error_estimates(scene, 314, levels)
+
+    small, large = (estimates(area)["slip_area_error"] - 2e-7 for area in (0.1, 0.4))
+    assert large == pytest.approx(2.0 * small, rel=1e-12)
+    assert large == pytest.approx(ALIGNED["slip_area"].k * (314 / np.pi) ** -0.75 * 2.0 * np.sqrt(0.2), rel=1e-12)
+    everything = estimates(2.0)
+    assert everything["slip_area_error"] == everything["contact_area_error"] < large
 
 
 @pytest.mark.heavy
