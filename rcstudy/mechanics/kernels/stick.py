@@ -43,11 +43,17 @@ def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells:
     rooms: mu p - |q| there and in the next stick cell; slips: against the traction, half a cell ahead of the first slip
     cell's centre and the next one's. The next ones are 0 where there is none. cells: how many stick.
 
-    In a strip slip is what point sources between its points cause, so that k stick cells tell in closed form where the
-    border is: d behind the last one, the rooms are as (2 k - 1)/(k - 1) (d + 1/4)/(d + 9/4), the slips as
-    (2 k + 1)/(k + 1) (3/4 - d)/(11/4 - d), both with 2 in front in a zone without end. In contacts what a zone's end
-    does was half as much (the root of it), of 1 to 25 cells. Of the two each is the closer one where it goes to zero.
-    A few cells' rooms tell less than their slips; a single one's nothing.
+    In a strip the k stick cells at x_j, counted back from the edge, are point sources r_j, their rooms, and slip
+    vanishes halfway ahead of each, at x_j - 1/2. Without them it would be straight there, as under Hertz's pressure,
+    and zero in the middle of the zone, which is L long and begins 3/4 ahead of the first cell. So at z it is
+    z - L/2 - sum r_j/(z - x_j), which has these zeros and poles:
+
+        (z - (L + k)/2) prod (z - x_j + 1/2)/(z - x_j).
+
+    With d from the last stick cell to the border its residues, the rooms, are as (2 k - 1)/(k - 1) (d + 1/4)/(d + 9/4),
+    the slips behind as (2 k + 1)/(k + 1) (3/4 - d)/(11/4 - d); both with 2 in front in a zone without end. In contacts
+    the zone's end did half as much (the root of it), of 1 to 25 cells. Of the two each is the closer one where it goes
+    to zero. A few cells' rooms tell less than their slips; a single one's nothing.
     """
     if slips[1] > 0.0 and (rooms[1] <= 0.0 or cells < 4):
         return border_by_slips(slips[0] / slips[1], cells)
