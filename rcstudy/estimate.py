@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from rcstudy.mechanics.scene import Scene
 
@@ -24,16 +25,15 @@ from rcstudy.mechanics.scene import Scene
 class Fit:
     """Constants of one scalar's estimate (see above) and the scalar or resultant that sets its scale.
 
-    `of_stick`: the noise is that of cells which stick, so it counts by the part of the contact that does. `of_slip`: it
-    counts by the root of the part that slips.
+    `noise_of`: the whole contact; the part of it that sticks, so that the noise counts by that; or the border of what
+    slips, so that it counts by the root of that part.
     """
 
     c: float
     k: float
     k0: float
     scale: str
-    of_stick: bool = False
-    of_slip: bool = False
+    noise_of: Literal["contact", "stick", "border"] = "contact"
 
 
 FITS: dict[str, Fit] = {
@@ -45,7 +45,7 @@ FITS: dict[str, Fit] = {
     "slip_area": Fit(0.5, 1.4, 0.6, "contact_area"),
     "contact_radius": Fit(0.5, 0.55, 0.22, "contact_radius"),
     "approach": Fit(0.2, 0.02, 0.02, "approach"),
-    "traction_max": Fit(0.5, 2.0, 1.0, "traction_max", of_stick=True),
+    "traction_max": Fit(0.5, 2.0, 1.0, "traction_max", noise_of="stick"),
     "friction_power": Fit(1.5, 0.25, 8.0, "friction_power"),
 }
 
@@ -56,7 +56,7 @@ ALIGNED: dict[str, Fit] = {
     "moment_z": Fit(0.1, 0.028, 0.2, "friction moment"),
     "pressure_max": Fit(0.1, 0.027, 0.1, "pressure_max"),
     "contact_area": Fit(0.5, 0.042, 0.45, "contact_area"),
-    "slip_area": Fit(0.38, 0.2, 0.6, "contact_area", of_slip=True),
+    "slip_area": Fit(0.38, 0.2, 0.6, "contact_area", noise_of="border"),
     "contact_radius": Fit(0.5, 0.021, 0.22, "contact_radius"),
     "approach": Fit(0.1, 0.02, 0.02, "approach"),
     "traction_max": Fit(0.55, 0.028, 1.0, "traction_max"),
@@ -86,13 +86,17 @@ def error_estimates(scene: Scene, cells: int, levels: Sequence[dict[str, float]]
             difference = abs(values[0] - values[1])
             if len(values) > 2:
                 difference = max(difference, 0.5 * abs(values[1] - values[2]))
-            part = 1.0
-            if fit.of_stick:
-                part = max(1.0 - finest["slip_area"] / finest["contact_area"], 0.0)
-            elif fit.of_slip:
-                part = math.sqrt(finest["slip_area"] / finest["contact_area"])
-            estimate = math.hypot(fit.c * difference, fit.k * per_radius**-1.5 * scale * part)
+            noise = fit.k * per_radius**-1.5 * scale * _part(fit, finest)
+            estimate = math.hypot(fit.c * difference, noise)
         out[f"{name}_error"] = estimate + tolerance * scale
     if "slip_area" in finest and finest["slip_area"] == finest["contact_area"]:
         out["slip_area_error"] = out["contact_area_error"]  # all slips
     return out
+
+
+def _part(fit: Fit, finest: dict[str, float]) -> float:
+    """What of the noise of a whole contact counts."""
+    if fit.noise_of == "contact":
+        return 1.0
+    slipping = finest["slip_area"] / finest["contact_area"]
+    return max(1.0 - slipping, 0.0) if fit.noise_of == "stick" else math.sqrt(slipping)
