@@ -75,7 +75,10 @@ def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
 
 def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[float, float], colour: str) -> None:
     """Cells along a side, beside a point of a line, `away` points from it."""
-    ax.annotate(f"{cells}", place, away, textcoords="offset points", ha="center", fontsize=6, color=colour)
+    # on white, as other lines may run behind it
+    ground = {"facecolor": "white", "edgecolor": "none", "pad": 0.4}
+    look: dict[str, Any] = {"ha": "center", "fontsize": 6, "color": colour, "bbox": ground, "zorder": 4}
+    ax.annotate(f"{cells}", place, away, textcoords="offset points", **look)
 
 
 def tolerances_figure(rows: Sequence[Row]) -> Figure:
