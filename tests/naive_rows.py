@@ -72,6 +72,38 @@ def outwards(v: np.ndarray, bend: float, seen: np.ndarray, true: np.ndarray) -> 
     return min(1.0, first_root(v[0], slope, bend))
 
 
+def missed_by_a_parabola(v: np.ndarray, t: float) -> float:
+    """How much farther out than t, from the outermost centre, the edge is; v [n]: squares of pressure from there in.
+
+    0.6 of the third power that the cubic through the second to fifth ones has, three tenths of a cell at most.
+    """
+    if len(v) < 5:
+        return 0.0
+    third = float(np.polyfit([1.0, 2.0, 3.0, 4.0], v[1:5], 3)[0])  # at distances from the outermost centre inwards
+    slope = max(float(np.polyval(np.polyder(np.polyfit([1.0, 2.0, 3.0], v[1:4], 2)), -t)), 0.3 * (v[2] - v[1]))
+    if slope <= 0.0:
+        return 0.0
+    return 0.6 * float(np.clip(-third * t * (t + 1.0) * (t + 2.0) / slope, -0.3, 0.3))
+
+
+def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> float:
+    """Area (cells) within an outline that crosses row j at rows[:, j] and column i at columns[:, i], nan where not.
+
+    In half widths from the middle: of rows the crossings that face x count, of columns those that face y.
+    """
+    j, i = np.flatnonzero(rows[0] <= rows[1]), np.flatnonzero(columns[0] <= columns[1])
+    across, along = rows[:, j], columns[:, i]
+    width, height = 0.5 * (across[1].max() - across[0].min()), 0.5 * (along[1].max() - along[0].min())
+    u = (np.concatenate([across.ravel(), i, i]) - across.mean()) / width
+    v = (np.concatenate([j, j, along.ravel()]) - along.mean()) / height
+    faces_x = np.abs(u) * height * dy >= np.abs(v) * width * dx
+    counts = faces_x == (np.arange(u.size) < 2 * j.size)
+    order = np.argsort(np.arctan2(v[counts], u[counts]))
+    angle, square = np.arctan2(v, u)[counts][order], (u * u + v * v)[counts][order]
+    steps = np.diff(angle, append=angle[0] + 2.0 * np.pi)
+    return 0.25 * width * height * float(np.sum((square + np.roll(square, -1)) * steps))
+
+
 def profile(
     p: np.ndarray, back: float, front: float, pressed: Callable[[float], float]
 ) -> tuple[np.ndarray, np.ndarray]:

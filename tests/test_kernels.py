@@ -740,6 +740,19 @@ def place_of(window: tuple[int, int], coarse: tuple[int, int]) -> tuple[float, f
     return x, y
 
 
+def test_spread_fractions() -> None:
+    c = Contact((5, 6))
+    values, mask = np.zeros((2, 5, 6)), np.zeros((5, 6), dtype=np.bool_)
+    q, bound = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.5, 2.0, size=c.m)
+    tractions.spread_fractions(q, bound, c.cells, values, mask)
+    places = {(i, j): m for m, (i, j) in enumerate(c.cells.tolist())}
+    for i in range(5):
+        for j in range(6):
+            m = places.get((i, j))
+            assert mask[i, j] == (m is not None)
+            assert values[:, i, j].tolist() == ([0.0, 0.0] if m is None else (q[m] / bound[m]).tolist())
+
+
 @pytest.mark.parametrize("window", [(1, 1), (2, 2), (1, 7), (6, 1), (7, 8), (10, 9)])
 def test_interpolate_cells(window: tuple[int, int]) -> None:
     """Coarse cells are missing in every combination; odd windows shift one mesh by half a cell against the other."""

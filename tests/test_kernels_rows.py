@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rcstudy.mechanics.kernels import arrays, rows, tractions
+from rcstudy.mechanics.kernels import arrays, row_cells, rows, tractions
 
 AS_SEEN = np.array([0.0, 1.0])  # a table that corrects nothing
 SEEN, TRUE = np.array([0.0, 0.1, 0.5, 1.1]), np.array([-0.15, 0.1, 0.5, 0.85])
@@ -117,6 +117,60 @@ def test_row_edges(shape: tuple[int, int], seed: int) -> None:
             np.testing.assert_allclose(edges[:, j], expected[j], atol=1e-9)
 
 
+# --- cells of moved rows ---
+
+
+def numbered(leading: np.ndarray, count: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which cells are held [nx, ny], their indices [m, 2] and numbers [max count, ny] as the kernel finds them."""
+    held, of_cells = np.ones((nx, count.size), dtype=np.bool_), np.full((count.sum(), 2), -7)
+    index = np.full((count.max(), count.size), -7)
+    row_cells.number_cells(leading, count, held, of_cells, index)
+    return held, of_cells, index
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_number_cells_and_row_neighbours(seed: int) -> None:
+    """Each cell has the number that its place in the order has; neighbours are one cell on along the row."""
+    rng = np.random.default_rng(seed)
+    nx, ny = 9, 6
+    count = rng.integers(0, 6, size=ny)
+    count[seed % ny] = 0
+    count[(seed + 2) % ny] = 4
+    leading = rng.integers(count.max() - 1, nx, size=ny)
+    held, of_cells, index = numbered(leading, count, nx)
+    places = sorted((leading[j] - k, j) for j in range(ny) for k in range(count[j]))
+    assert [tuple(c) for c in of_cells] == places
+    assert set(zip(*np.nonzero(held), strict=True)) == set(places)
+    for j in range(ny):
+        assert index[:, j].tolist() == [
+            places.index((leading[j] - k, j)) if k < count[j] else -1 for k in range(count.max())
+        ]
+    neighbours = np.full((2, len(places)), -7)
+    row_cells.row_neighbours(index, neighbours)
+    for m, (i, j) in enumerate(places):
+        for side, other in enumerate(((i + 1, j), (i - 1, j))):
+            assert neighbours[side, m] == (places.index(other) if other in places else m)
+
+
+def test_ease_leading_cells() -> None:
+    """By the normal of the edge, (cos, sin): along x it is part p, across -2 cos sin of it; other cells keep theirs."""
+    count, leading = np.array([0, 2, 3, 1, 2, 0, 1]), np.array([0, 4, 5, 3, 4, 0, 4])
+    _, of_cells, index = numbered(leading, count, 6)
+    front = np.array([0.0, 4.3, 5.1, 3.2, 4.9, 0.0, 4.4])
+    rng = np.random.default_rng(4)
+    pressure, before = rng.uniform(1.0, 2.0, size=len(of_cells)), rng.normal(size=(len(of_cells), 2))
+    s = before.copy()
+    row_cells.ease_leading_cells(front, index, pressure, 0.3, 0.8, s)
+    slopes = {1: front[2] - front[1], 2: (front[3] - front[1]) / 2, 3: (front[4] - front[2]) / 2}
+    slopes |= {4: front[4] - front[3], 6: 0.0}  # a row alone shows no direction
+    for m, (i, j) in enumerate(of_cells):
+        less = np.zeros(2)
+        if i == leading[j]:
+            angle = math.atan(0.8 * slopes[j])
+            less = 0.3 * pressure[m] * np.array([1.0, -math.sin(2.0 * angle)])
+        np.testing.assert_allclose(s[m], before[m] - less, atol=1e-14)
+
+
 # --- bounds ---
 
 
@@ -174,14 +228,20 @@ def found_profiles(
 
 
 def found_bounds(p: np.ndarray, edges: np.ndarray, start: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Bounds [max count, ny] as the kernel finds them, none where there is no cell."""
+    """Bounds [max count, ny] as the kernel finds them, none where there is no cell; cells are numbered row by row."""
     inside = [np.flatnonzero(row) if row.any() else np.array([len(row), -1]) for row in p.T]
     low, high = np.array([row[0] for row in inside]), np.array([row[-1] for row in inside])
-    out, middle = np.full((2, count.max(), p.shape[1]), np.nan)
-    rows.row_bounds(p, *found_profiles(p, low, high, edges), start, count, out, middle)
+    numbers = np.arange(count.sum())
+    taken = np.arange(count.max())[:, None] < count
+    index = np.full(taken.shape, -1)
+    index.T[taken.T] = numbers[::-1]
+    found = np.full((2, numbers.size), np.nan)
+    rows.row_bounds(p, *found_profiles(p, low, high, edges), start, count, index, *found)
+    assert not np.isnan(found).any()
+    out, middle = np.full((2, *taken.shape), np.nan)
+    out[taken], middle[taken] = found[:, index[taken]]
     for j in range(p.shape[1]):
         n = count[j]
-        assert np.isnan(middle[n:, j]).all()
         if n:
             _, expected = naive_rows.bounds(p[:, j], *edges[:, j], pressed, start[j], n)
             np.testing.assert_allclose(middle[:n, j], expected, atol=1e-7)

@@ -14,6 +14,19 @@ from rcstudy.mechanics.kernels import stick
 FAR = 10**15  # cells: of a zone without end
 
 
+def test_sizes_and_speeds() -> None:
+    """The component of slip against the traction; none where there is no traction."""
+    rng = np.random.default_rng(2)
+    q, s = rng.normal(size=(2, 7, 2))
+    q[3] = 0.0
+    size, speed = np.full((2, 7), np.nan)
+    stick.sizes_and_speeds(q, s, size, speed)
+    np.testing.assert_allclose(size, np.linalg.norm(q, axis=1), rtol=1e-15)
+    for m in range(7):
+        direction = -q[m] / size[m] if m != 3 else np.zeros(2)
+        assert speed[m] == pytest.approx(s[m] @ direction, abs=1e-14)
+
+
 def test_border_ahead() -> None:
     """Exact where the square of the room grows linearly; a cell at most; half a cell if nothing tells."""
     for distance in (0.0, 0.2, 0.5, 1.0):

@@ -13,6 +13,7 @@ from rcstudy.mechanics.convolution import (
     PairOperator,
     padded_shape,
     real_symbols,
+    row_phases,
     shifted_transform,
     symbols,
     transform,
@@ -46,7 +47,7 @@ def test_rows_that_are_moved_there_and_back(padded: tuple[int, int]) -> None:
     """The identity, by any shift, with other columns of zeros or none."""
     rng = np.random.default_rng(6)
     for ny in {padded[1], (padded[1] + 1) // 2}:
-        moved = shifted_transform(padded, 2, ny).shifted(rng.uniform(-1.0, 1.0, size=ny))
+        moved = shifted_transform(padded, 2, ny).shifted(row_phases(padded[0], rng.uniform(-1.0, 1.0, size=ny)))
         field = rng.normal(size=(2, padded[0], ny))
         moved.by_cell[:] = field
         moved.forward()
@@ -61,7 +62,7 @@ def test_rows_moved_by_whole_cells(padded: tuple[int, int]) -> None:
     px, py = padded
     shift = rng.integers(-3, 4, size=py)
     plan = shifted_transform(padded, 1, py)
-    moved = plan.shifted(shift.astype(float))
+    moved = plan.shifted(row_phases(px, shift.astype(float)))
     field = rng.normal(size=(px, py))
     alternating = np.zeros((px, py))
     if px % 2 == 0:
@@ -86,7 +87,7 @@ def test_rows_moved_by_parts_of_cells(px: int) -> None:
     shift = np.array([0.0, 0.37, -0.5, 1.25])
     plan = shifted_transform((px, 6), 1, 4)
     plan.by_cell[0] = row(np.arange(px))[:, None]
-    plan.shifted(shift).forward()
+    plan.shifted(row_phases(px, shift)).forward()
     plan.backward()
     np.testing.assert_allclose(plan.by_cell[0] / (px * 6), row(np.arange(px)[:, None] - shift), atol=1e-14)
 
@@ -110,7 +111,7 @@ def test_rows_that_are_not_moved(box: tuple[int, int]) -> None:
         usual = PairOperator(real_symbols(quadrants, padded), padded, box, plan).on_box(q, cells).copy()
         for other in (
             shifted_transform(padded, 2, box[1]),
-            shifted_transform(padded, 2, box[1]).shifted(np.zeros(box[1])),
+            shifted_transform(padded, 2, box[1]).shifted(row_phases(padded[0], np.zeros(box[1]))),
         ):
             found = PairOperator(real_symbols(quadrants, padded, x_first=True), padded, box, other).on_box(q, cells)
             assert found.shape == usual.shape
@@ -130,7 +131,7 @@ def test_convolution_of_moved_rows(padded: tuple[int, int]) -> None:
     cells = np.argwhere(np.ones(box, dtype=bool))
     field = rng.normal(size=(2, *box))
     for shift in (np.array([0.3, -0.45, 0.1]), np.array([1.0, 0.0, -1.0])):
-        plan = shifted_transform(padded, 2, box[1]).shifted(shift)
+        plan = shifted_transform(padded, 2, box[1]).shifted(row_phases(padded[0], shift))
         operator = PairOperator(real_symbols(quadrants, padded, x_first=True), padded, box, plan)
         found = operator.on_box(field.reshape(2, -1).T, cells)
         expected = [

@@ -19,8 +19,8 @@ Hence:
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
-- the contact's area is that within its edge, found between cells in each row and column (`outline.py`), the slip area
-  that between the borders of the stick zone and the edge behind them (`kernels/stick.py`).
+- the contact's area is that within its edge, found between cells in each row and column (`kernels/outline.py`); the
+  part of it that slips lies between the borders of the stick zone and the edge behind them (`kernels/stick.py`).
 
 Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
 in stick cells, direction and slip in slip cells.
@@ -39,14 +39,14 @@ from rcstudy.mechanics.convolution import (
     point_factor,
     pressure_quadrants,
     real_symbols,
+    row_phases,
     sharp_difference,
     shifted_transform,
     symbols,
     traction_quadrants,
 )
-from rcstudy.mechanics.kernels import rows, stick
+from rcstudy.mechanics.kernels import outline, row_cells, rows, stick
 from rcstudy.mechanics.normal import cell_centres
-from rcstudy.mechanics.outline import area_within
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
 
@@ -102,24 +102,17 @@ class AlignedContact(NormalContact):
         self._count = np.where(touched, np.maximum(1, np.ceil(self._start - back)), 0).astype(np.int64)
         leading = np.rint(self._start).astype(np.int64)
         self.shift = self._start - leading
-        i = leading - np.arange(self._count.max())[:, None]
-        taken = np.arange(len(i))[:, None] < self._count
+        number = int(self._count.sum())
         # ordered as everywhere: rows of constant x first
-        held = np.zeros(p.shape, dtype=np.bool_)
-        held[i[taken], np.nonzero(taken)[1]] = True
-        self._held = held
-        self._cells = np.ascontiguousarray(np.argwhere(held))
-        number = np.full(p.shape, -1)
-        number[held] = np.arange(len(self._cells))
-        self._index = np.where(taken, number[np.where(taken, i, 0), np.arange(ny)], -1)
-        bounds, middles = np.zeros(i.shape), np.zeros(i.shape)
+        self._cells, self._held = np.zeros((number, 2), dtype=np.int64), np.zeros(p.shape, dtype=np.bool_)
+        self._index = np.zeros((self._count.max(), ny), dtype=np.int64)
+        row_cells.number_cells(leading, self._count, self._held, self._cells, self._index)
         knots, squares = np.zeros((2, ny, 2 * p.shape[0] + 3))
         self._profiles = knots, squares, np.zeros(ny, dtype=np.int64)
         rows.row_profiles(p, self._low, self._high, self._edges, _TRUE, _PRESSED, *self._profiles)
-        rows.row_bounds(p, *self._profiles, self._start, self._count, bounds, middles)
-        self._pressure, self._middle = np.zeros(len(self._cells)), np.zeros(len(self._cells))
-        self._pressure[self._index[taken]] = bounds[taken]
-        self._middle[self._index[taken]] = middles[taken]
+        self._pressure, self._middle = np.zeros(number), np.zeros(number)
+        of_cells = self._start, self._count, self._index, self._pressure, self._middle
+        rows.row_bounds(p, *self._profiles, *of_cells)
 
     @cached_property
     def cells(self) -> np.ndarray:
@@ -149,15 +142,8 @@ class AlignedContact(NormalContact):
     @cached_property
     def neighbours(self) -> np.ndarray:
         """Numbers [2, m] of the cells ahead and behind each cell, its own where there is none."""
-        none = np.full_like(self._index[:1], -1)
-        tables = np.vstack([none, self._index[:-1]]), np.vstack([self._index[1:], none])
-        return np.stack([self._numbers(table) for table in tables])
-
-    def _numbers(self, moved: np.ndarray) -> np.ndarray:
-        """Number [m] that `moved`, the table of cells along the rows, has in each cell's place; its own where none."""
-        taken = self._index >= 0
-        out = np.arange(len(self.cells))
-        out[self._index[taken]] = np.where(moved >= 0, moved, self._index)[taken]
+        out = np.zeros((2, len(self.cells)), dtype=np.int64)
+        row_cells.row_neighbours(self._index, out)
         return out
 
     @cached_property
@@ -175,33 +161,27 @@ class AlignedContact(NormalContact):
 
         # first of all: of a contact one row wide the symbols are made in this very plan
         hat = self.influence.once(("by pressure, x first", padded), make)
-        plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self.shift)
+        plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self._phase)
         plan.real[:] = 0.0
         plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]] = self.pressure
         plan.forward()
         plan.hat *= hat
         plan.backward()
         s = np.ascontiguousarray(plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]].T)
-        leading, less = self._less_at_edge
-        s[leading] -= less
+        dx, dy = self.scene.mesh.spacing
+        part = _LEADING * self.influence.slip_under_pressure
+        row_cells.ease_leading_cells(self._edges[1], self._index, self.pressure, part, dx / dy, s)
         return s
 
-    @property
-    def _less_at_edge(self) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers [n] of the rows' leading cells, and by how much slip by pressure [n, 2] is too large there."""
-        touched = np.flatnonzero(self._count > 0)
-        leading = self._index[0, touched]
-        dx, dy = self.scene.mesh.spacing
-        slope = np.gradient(self._edges[1, touched]) * dx / dy if touched.size > 1 else np.zeros(1)
-        less = np.zeros((touched.size, 2))
-        less[:, 0] = _LEADING * self.influence.slip_under_pressure * self.pressure[leading]
-        less[:, 1] = -2.0 * slope / (1.0 + slope**2) * less[:, 0]
-        return leading, less
+    @cached_property
+    def _phase(self) -> np.ndarray:
+        """What moves the rows on the torus `_padded`."""
+        return row_phases(self._padded[0], self.shift)
 
     @cached_property
     def operator(self) -> SlipOperator:
         """Slip by tractions on the moved rows."""
-        return SlipOperator.of(self.influence, self.box.shape, sharp=True).moved(self.shift)
+        return SlipOperator.of(self.influence, self.box.shape, sharp=True).moved(self._phase)
 
     @cached_property
     def displacement(self) -> PairOperator:
@@ -210,7 +190,7 @@ class AlignedContact(NormalContact):
         quadrant = self.influence.quadrant(self._padded[0] // 2 + 1, self._padded[1] // 2 + 1)
         symbol = real_symbols(traction_quadrants(quadrant), self._padded, x_first=True)
         sharpened = point_factor(self._padded[0], symbol.shape[1])
-        plan = shifted_transform(self._padded, 2, shape[1]).shifted(self.shift, sharpened)
+        plan = shifted_transform(self._padded, 2, shape[1]).shifted(self._phase, sharpened)
         return PairOperator(symbol, self._padded, shape, plan)
 
     @property
@@ -270,17 +250,24 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def area(self) -> float:
-        """Area of the contact (mm^2), within its edges."""
+        """Area of the contact (mm^2), within its edges: those by parabolas, moved by `outline.bend_edges`."""
         dx, dy = self.scene.mesh.spacing
-        touched = self._high >= self._low
-        found = area_within(np.where(touched, self._edges, np.nan), self._sides, (dx, dy))
-        return (found if found is not None else self._area_by_rows) * dx * dy
+        return self._area_within(*(_crossings(p, bent=True) for p in (self._p, self._p.T))) * dx * dy
+
+    @cached_property
+    def _area_by_parabolas(self) -> float:
+        """Area in cells within the edges that rows have."""
+        return self._area_within(np.where(self._high >= self._low, self._edges, np.nan), self._sides)
+
+    def _area_within(self, edges: np.ndarray, sides: np.ndarray) -> float:
+        """Area in cells within `edges` [2, ny] and `sides` [2, nx]."""
+        found = float(outline.area_within(edges, sides, *self.scene.mesh.spacing))
+        return found if found > 0.0 else self._area_by_rows
 
     @cached_property
     def _sides(self) -> np.ndarray:
         """Where the contact begins and ends in each column [2, nx], in rows; nan in columns without contact."""
-        low, high, edges = _edges_of(np.ascontiguousarray(self._p.T))
-        return np.where(high >= low, edges, np.nan)
+        return _crossings(self._p.T)
 
     @cached_property
     def _chords(self) -> tuple[np.ndarray, np.ndarray]:
@@ -321,13 +308,14 @@ class AlignedContact(NormalContact):
 
         Tractions peak at that border, where they are mu p, or where the pressure does.
         """
-        size, slip = np.hypot(rolling.q[:, 0], rolling.q[:, 1]), rolling.slip
+        slip = rolling.slip
+        size, speed = np.zeros((2, slip.size))
+        stick.sizes_and_speeds(rolling.q, rolling.s_ahead, size, speed)
         if not slip.any():
             return 0.0, float(size.max())
         room = friction * self.pressure - size
-        speed = -(rolling.s_ahead * rolling.q).sum(axis=1) / np.maximum(size, np.finfo(float).tiny)
         ny = self.box.shape[1]
-        length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * len(size), 2))
+        length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
         of_rows = self._index, self._start, self._count, self._edges
         found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
@@ -339,9 +327,11 @@ class AlignedContact(NormalContact):
         return self._slip_area(length, slip), max(peaks)
 
     def _slip_area(self, length: np.ndarray, slip: np.ndarray) -> float:
-        """Area of the slip zone (mm^2) from the length [ny] of the stick zone in each row, in cells."""
-        dx, dy = self.scene.mesh.spacing
-        area = self.area / (dx * dy)
+        """Area of the slip zone (mm^2) from the length [ny] of the stick zone in each row, in cells.
+
+        Rows and borders go by the same edges, so they tell which part of the contact slips.
+        """
+        area = self._area_by_parabolas
         chords, tips = self._chords
         widths = np.zeros(length.size)
         low, high = stick.slip_widths(length, slip, self._index, self._count, self._edges, widths)
@@ -349,10 +339,22 @@ class AlignedContact(NormalContact):
             slips = float(stick.area_of_slip(chords, tips, widths, low, high))
             # Of what chords miss of the contact half is at its trailing edge, all of it where no cell of a row sticks.
             slips += 0.5 * (1.0 + slips / area) * (area - self._area_by_rows)
-            return min(max(slips, 0.0), area) * dx * dy
+            return self.area * min(max(slips / area, 0.0), 1.0)
         stick.shorten_tips(length, chords)
         # what chords miss of the contact they miss of the stick zone, too
         return self.area * (1.0 - min(float(rows.area_under(length, _NOT_KNOWN)) / self._area_by_rows, 1.0))
+
+
+def _crossings(p: np.ndarray, *, bent: bool = False) -> np.ndarray:
+    """Where the contact begins and ends [2, ny] in rows of pressures `p` [nx, ny], nan in those without contact.
+
+    By parabolas, or moved by what these miss (`bent`).
+    """
+    p = np.ascontiguousarray(p)
+    low, high, edges = _edges_of(p)
+    if bent:
+        outline.bend_edges(p, low, high, edges)
+    return np.where(high >= low, edges, np.nan)
 
 
 def _edges_of(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions, influence_of, solve_rolling
-from rcstudy.mechanics.convolution import Box, padded_shape, pressure_quadrants, shifted_transform, symbols
+from rcstudy.mechanics.convolution import Box, padded_shape, pressure_quadrants, row_phases, shifted_transform, symbols
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.rolling import RollingSolution
@@ -89,7 +89,7 @@ def lift_by_moved_rows(contact: AlignedContact, q: np.ndarray, box: Box) -> np.n
     shift = np.zeros(box.shape[1])
     shift[corner[1] : corner[1] + contact.shift.size] = contact.shift
     plan = shifted_transform(padded, 2, box.shape[1])
-    there = plan.shifted(shift)
+    there = plan.shifted(row_phases(padded[0], shift))
     there.real[:] = 0.0
     there.by_cell[:, contact.cells[:, 0] + corner[0], contact.cells[:, 1] + corner[1]] = q.T
     there.forward()

@@ -24,6 +24,7 @@ from rcstudy.mechanics.convolution import (
     traction_quadrants,
 )
 from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.kernels import tractions
 from rcstudy.mechanics.normal import NormalSolution, cell_centres, initial_gap, solve_pressure
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
@@ -205,10 +206,8 @@ def interpolated_tractions(
 
     The fraction of the bound is smooth, the bound itself is known on the finer mesh.
     """
-    fraction = rolling.q / (friction * coarser.pressure)[:, None]
     values, mask = np.zeros((2, *coarser.box.shape)), np.zeros(coarser.box.shape, dtype=np.bool_)
-    i, j = coarser.cells.T
-    values[:, i, j], mask[i, j] = fraction.T, True
+    tractions.spread_fractions(rolling.q, friction * coarser.pressure, coarser.cells, values, mask)
     x, y = place_among_coarser(contact.scene.mesh.cells, coarser.scene.mesh.cells)
     # of the box's first cell, in the coarser one's box
     place = x + 0.5 * contact.box.i0 - coarser.box.i0, y + 0.5 * contact.box.j0 - coarser.box.j0

@@ -203,20 +203,23 @@ class ShiftedTransform(Transform):
             arrays.turn(self._last, self._back)
         self._rows_back()
 
-    def shifted(self, shift: np.ndarray, symbol: np.ndarray | None = None) -> ShiftedTransform:
-        """The same plans and buffers for rows moved by `shift` [rows] cells towards +x.
+    def shifted(self, phase: np.ndarray, symbol: np.ndarray | None = None) -> ShiftedTransform:
+        """The same plans and buffers for rows moved by `phase` (`row_phases`).
 
         `symbol` [px//2+1]: of a convolution along x that is made on the way back, at no cost.
         """
-        px = self.padded[0]
-        phase = np.exp(-2j * np.pi / px * np.outer(np.arange(px // 2 + 1), shift))
-        if px % 2 == 0:
-            phase[-1] = 1.0  # the shortest wave has no phase that a real field could show
         other = copy(self)
-        other._there, other._back = phase, phase.conj()
-        if symbol is not None:
-            other._back *= symbol[:, None]
+        other._there = phase
+        other._back = phase.conj() if symbol is None else phase.conj() * symbol[:, None]
         return other
+
+
+def row_phases(px: int, shift: np.ndarray) -> np.ndarray:
+    """What moves rows of constant y, of px cells, by `shift` [rows] cells towards +x: factors [px//2+1, rows]."""
+    phase: np.ndarray = np.exp(-2j * np.pi / px * np.outer(np.arange(px // 2 + 1), shift))
+    if px % 2 == 0:
+        phase[-1] = 1.0  # the shortest wave has no phase that a real field could show
+    return phase
 
 
 @keep_within(PLAN_BYTES)

@@ -70,7 +70,7 @@ def gmres(
     that of the system itself. `apply` may have `extra` more rows, that are no part of the system: returns x and these
     rows' product with x.
     """
-    x, more = np.zeros_like(b), np.zeros(extra)
+    x, more = np.zeros(b.size), np.zeros(extra)
     beta = math.sqrt(b @ b)
     if beta == 0.0:
         return x, more

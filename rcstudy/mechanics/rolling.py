@@ -39,6 +39,7 @@ from rcstudy.mechanics.convolution import (
     pair_transform,
     point_factor,
     real_symbols,
+    row_phases,
     sharp_difference,
     shifted_transform,
     symbols,
@@ -110,7 +111,8 @@ class SlipOperator:
         if sharp:
             self.symbol = real_symbols(coefficients, padded, x_first=True)
             unmoved = shifted_transform(padded, 2, shape[1])
-            self.plan = unmoved.shifted(np.zeros(shape[1]), sharp_difference(padded[0], spacing[0]))
+            at_rest = row_phases(padded[0], np.zeros(shape[1]))
+            self.plan = unmoved.shifted(at_rest, sharp_difference(padded[0], spacing[0]))
             self._hat = self.plan.numbers  # shared by the plans of moved rows
         else:
             self.symbol = difference_symbols(coefficients, padded, spacing[0])
@@ -124,12 +126,12 @@ class SlipOperator:
         self.torus_plan = pair_transform(torus)
         self.edge = np.zeros((torus[1], 2))
 
-    def moved(self, shift: np.ndarray) -> SlipOperator:
-        """A sharp operator for rows moved by `shift` [ny] cells along x; the preconditioner does without."""
+    def moved(self, phase: np.ndarray) -> SlipOperator:
+        """A sharp operator for rows moved by `phase` (`row_phases`); the preconditioner does without."""
         if not isinstance(self.plan, ShiftedTransform):
             raise TypeError("rows can be moved in a sharp operator")
         other = copy(self)
-        other.plan = self.plan.shifted(shift, sharp_difference(self.plan.padded[0], self.spacing[0]))
+        other.plan = self.plan.shifted(phase, sharp_difference(self.plan.padded[0], self.spacing[0]))
         return other
 
     def multiply(self) -> None:

@@ -187,14 +187,15 @@ def row_bounds(
     known: np.ndarray,
     start: np.ndarray,
     count: np.ndarray,
+    index: np.ndarray,
     out: np.ndarray,
     middle: np.ndarray,
 ) -> None:
-    """Mean pressure of cells with centres start[j] - k, k < count[j], into out [max count, ny] (MPa).
+    """Mean pressure of cells with centres start[j] - k, k < count[j], into out [m] (MPa), index as in `number_cells`.
 
-    And the middle of its force, a position along x, into middle [max count, ny]. From `row_profiles` (all_knots,
-    all_squares, known), scaled so that every row carries the force that it carries in p. The first and last cell take
-    what lies beyond them.
+    And the middle of its force, a position along x, into middle [m]. From `row_profiles` (all_knots, all_squares,
+    known), scaled so that every row carries the force that it carries in p. The first and last cell take what lies
+    beyond them.
     """
     most = all_knots.shape[1]
     mass, moment = np.zeros(most), np.zeros(most)
@@ -221,8 +222,8 @@ def row_bounds(
                 own = piece(squares[m], square, length)
                 here = mass[m] + own
                 moment_here = moment[m] + knots[m] * own + piece_moment(squares[m], square, length)
-            out[k, j] = scale * (beyond - here)
-            middle[k, j] = (moment_beyond - moment_here) / (beyond - here) if beyond > here else start[j] - k
+            out[index[k, j]] = scale * (beyond - here)
+            middle[index[k, j]] = (moment_beyond - moment_here) / (beyond - here) if beyond > here else start[j] - k
             beyond, moment_beyond = here, moment_here
 
 

@@ -68,6 +68,17 @@ def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells:
 
 
 @jit
+def sizes_and_speeds(q: np.ndarray, s: np.ndarray, size: np.ndarray, speed: np.ndarray) -> None:
+    """Sizes [m] of tractions q [m, 2] (MPa), and how fast slips s [m, 2] are against them, into speed [m].
+
+    The latter is 0 without traction.
+    """
+    for m in range(size.size):
+        size[m] = math.sqrt(q[m, 0] * q[m, 0] + q[m, 1] * q[m, 1])
+        speed[m] = -(s[m, 0] * q[m, 0] + s[m, 1] * q[m, 1]) / size[m] if size[m] > 0.0 else 0.0
+
+
+@jit
 def stick_rows(
     room: np.ndarray,
     speed: np.ndarray,

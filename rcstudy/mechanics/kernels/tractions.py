@@ -375,6 +375,19 @@ def gather_slip_traction(
 
 
 @jit
+def spread_fractions(q: np.ndarray, bound: np.ndarray, cells: np.ndarray, values: np.ndarray, mask: np.ndarray) -> None:
+    """Tractions q [m, 2] over their bound [m] into the places cells [m, 2] of values [2, nx, ny].
+
+    mask [nx, ny]: which these are. Both are zero elsewhere.
+    """
+    for m in range(cells.shape[0]):
+        i, j = cells[m, 0], cells[m, 1]
+        values[0, i, j] = q[m, 0] / bound[m]
+        values[1, i, j] = q[m, 1] / bound[m]
+        mask[i, j] = True
+
+
+@jit
 def interpolate_cells(
     values: np.ndarray, mask: np.ndarray, cells: np.ndarray, x0: float, y0: float, out: np.ndarray, weight: np.ndarray
 ) -> None:

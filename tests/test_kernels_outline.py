@@ -1,0 +1,151 @@
+"""Outline of a contact: where it crosses rows and columns, and the area within, of shapes whose area is known."""
+
+import naive_rows
+import numpy as np
+import pytest
+
+from rcstudy.mechanics.kernels import outline
+
+
+def crossings(inside, reach, lines):
+    """Where `inside` [x, y] begins and ends in each of the lines [2, n], by bisection from a point within."""
+    found = np.full((2, lines), np.nan)
+    for k in range(lines):
+        fine = np.linspace(-1.0, reach, 4001)
+        held = np.flatnonzero(inside(fine, k))
+        if held.size:
+            for side, at in enumerate((held[0], held[-1])):
+                a, b = fine[at], fine[at] + (fine[1] - fine[0]) * (1 if side else -1)
+                for _ in range(40):
+                    middle = 0.5 * (a + b)
+                    a, b = (middle, b) if inside(middle, k) else (a, middle)
+                found[side, k] = a
+    return found
+
+
+def both(shape, nx, ny):
+    """Crossings of rows and of columns."""
+    return (
+        crossings(lambda x, j: shape(x, float(j)), nx, ny),
+        crossings(lambda y, i: shape(float(i), y), ny, nx),
+    )
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "x0", "y0"),
+    [
+        (6.0, 6.0, 7.0, 7.0),
+        (5.3, 5.3, 6.4, 6.7),
+        (9.1, 4.2, 10.3, 5.2),
+        (2.2, 14.0, 3.4, 15.1),
+        (12.4, 12.4, 13.1, 13.9),
+    ],
+)
+def test_ellipses(a, b, x0, y0):
+    rows, columns = both(
+        lambda x, y: ((x - x0) / a) ** 2 + ((y - y0) / b) ** 2 <= 1.0, int(x0 + a) + 2, int(y0 + b) + 2
+    )
+    assert outline.area_within(rows, columns, 0.1, 0.1) == pytest.approx(np.pi * a * b, rel=1e-6 if a == b else 2e-3)
+
+
+def test_an_egg():
+    """Wider on one side, as contacts of moving bodies may be: r = 8 (1 + 0.1 cos t)."""
+
+    def shape(x, y):
+        return np.hypot(x - 9.3, y - 8.9) <= 8.0 * (1.0 + 0.1 * np.cos(np.arctan2(y - 8.9, x - 9.3)))
+
+    assert outline.area_within(*both(shape, 20, 19), 0.1, 0.1) == pytest.approx(64.0 * np.pi * 1.005, rel=1e-3)
+
+
+def test_errors_where_the_outline_runs_along_a_line_do_not_count():
+    """A circle whose rows near the top are off by a tenth of a cell, as are columns near the sides."""
+    rows, columns = both(lambda x, y: (x - 9.4) ** 2 + (y - 9.6) ** 2 <= 64.0, 19, 19)
+    assert outline.area_within(rows, columns, 0.2, 0.2) == pytest.approx(64.0 * np.pi, rel=1e-6)
+    off = np.array([[-0.1], [0.1]])
+    for lines, middle in ((rows, 9.6), (columns, 9.4)):
+        lines += np.where(abs(np.arange(19) - middle) > 6.5, off, 0.0)
+    assert outline.area_within(rows, columns, 0.2, 0.2) == pytest.approx(64.0 * np.pi, rel=1e-4)
+
+
+def test_long_cells_tell_by_their_true_directions():
+    """Cells four times longer than wide: where the outline is at 45 degrees in cells it runs along the rows."""
+    rows, columns = both(lambda x, y: ((x - 5.2) / 4.0) ** 2 + ((y - 17.3) / 16.0) ** 2 <= 1.0, 11, 35)
+    exact = outline.area_within(rows, columns, 0.4, 0.1)
+    assert exact == pytest.approx(64.0 * np.pi, rel=5e-3)
+    j = np.flatnonzero((abs(np.arange(35) - 17.3) > 13.0) & ~np.isnan(rows[0]))  # rows that face y in truth
+    rows[:, j] += [[-0.3], [0.3]]
+    assert outline.area_within(rows, columns, 0.4, 0.1) == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_against_crossings_sorted_by_their_angle(seed):
+    """Ellipses along and across, crossings a tenth of a cell off at random."""
+    rng = np.random.default_rng(seed)
+    a, b, x0, y0 = rng.uniform(3.0, 9.0, size=4) + np.array([0.0, 0.0, 6.0, 6.0])
+    rows, columns = both(lambda x, y: ((x - x0) / a) ** 2 + ((y - y0) / b) ** 2 <= 1.0, 26, 25)
+    for lines in (rows, columns):
+        lines += rng.uniform(-0.1, 0.1, size=lines.shape)
+    dx, dy = rng.uniform(0.1, 0.3, size=2)
+    expected = naive_rows.area_within(rows, columns, dx, dy)
+    assert outline.area_within(rows, columns, dx, dy) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("lines", [0, 1, 2])
+def test_nothing_of_an_outline_of_few_lines(lines):
+    many, few = np.full((2, 7), np.nan), np.full((2, 7), np.nan)
+    many[:, :5], few[:, :lines] = [[0.0], [1.5]], [[0.0], [4.0]]
+    assert outline.area_within(few, many, 1.0, 1.0) == 0.0
+    assert outline.area_within(many, few, 1.0, 1.0) == 0.0
+
+
+def test_bend_edges():
+    """Against polynomials through the second to fifth values of p^2; short rows stay."""
+    rng = np.random.default_rng(7)
+    nx, ny = 14, 12
+    distance = np.maximum(0.0, np.arange(nx)[:, None] - rng.uniform(1.0, 3.0, size=ny))
+    p = np.sqrt(distance / (1.0 + rng.uniform(-0.03, 0.3, size=ny) * distance)) * rng.uniform(0.95, 1.05, (nx, ny))
+    p[5:, 3] = 0.0  # four cells at most
+    p[:, 5] = 0.0  # no contact
+    p[3:, 6] = 2.0 - 0.1 * np.arange(nx - 3)  # falls on the way in from one side
+    held = p > 0.0
+    low = np.where(held.any(axis=0), held.argmax(axis=0), nx)
+    high = np.where(held.any(axis=0), nx - 1 - held[::-1].argmax(axis=0), -1)
+    before = np.stack([low - rng.uniform(-0.1, 0.8, size=ny), high + rng.uniform(-0.1, 0.8, size=ny)])
+    edges = before.copy()
+    outline.bend_edges(p, low, high, edges)
+    moved = 0
+    for j in range(ny):
+        for side in range(2):
+            inwards = p[low[j] : high[j] + 1, j][:: 1 if side == 0 else -1] ** 2
+            out = low[j] - before[0, j] if side == 0 else before[1, j] - high[j]
+            more = naive_rows.missed_by_a_parabola(inwards, out)
+            moved += abs(more) > 1e-3
+            assert edges[side, j] - before[side, j] == pytest.approx(-more if side == 0 else more, abs=1e-12)
+    assert moved >= 8
+
+
+def test_edges_of_bent_profiles():
+    """p^2 = x/(1 + 0.15 x), as over a stiff layer: of what parabolas are off, without a mesh's making, a third goes."""
+    for place in np.linspace(0.3, 0.8, 6):
+        x = np.maximum(0.0, np.arange(12.0) + place)[:, None]
+        p = np.sqrt(x / (1.0 + 0.15 * x))
+        start = naive_rows.first_root(*np.polyfit([0.0, -1.0, -2.0], p[:3, 0] ** 2, 2)[::-1])
+        edges = np.array([[-start], [11.0]])
+        outline.bend_edges(p, np.array([0]), np.array([11]), edges)
+        assert start - place > 0.01
+        assert -edges[0, 0] - place == pytest.approx(0.7 * (start - place), rel=0.03)
+
+
+def test_middle_and_width():
+    lines = np.array([[np.nan, 1.0, 2.0, 3.0, np.nan], [np.nan, 1.5, 5.0, 2.9, np.nan]])
+    assert outline.middle_and_width(lines) == (2, 2.375, 2.0)
+    assert outline.middle_and_width(lines[:, :1])[0] == 0
+
+
+@pytest.mark.parametrize("turn", [0.7, -0.7])
+def test_sector(turn):
+    """Of a circle: half of r^2 times the angle, whichever way round; of two radii the mean of their squares."""
+    for angle in (0.0, 2.0, 3.0, -1.4):
+        for r in (2.0, 3.0):
+            ends = 2.0 * np.cos(angle), 2.0 * np.sin(angle), r * np.cos(angle + turn), r * np.sin(angle + turn)
+            assert outline.sector(*ends) == pytest.approx(0.25 * turn * (4.0 + r * r), rel=1e-12)
