@@ -124,14 +124,20 @@ class NormalContact:
         quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
         return PairOperator(real_symbols(traction_quadrants(quadrant), padded), padded, shape)
 
+    @cached_property
+    def _places(self) -> np.ndarray:
+        """Numbers [m] that the cells have in the window, one row of constant x after the other."""
+        i, j = self.cells.T
+        return (self.box.i0 + i) * self.scene.mesh.cells[1] + self.box.j0 + j
+
     def gather(self, window: np.ndarray) -> np.ndarray:
         """Values [m] at the cells in contact of an array [nx, ny] of the window."""
-        return np.ascontiguousarray(window[self.box.slices][self.cells[:, 0], self.cells[:, 1]])
+        return window.take(self._places)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
         """Array [nx, ny] of the window with `values` [m] at the cells in contact, zero elsewhere."""
         out = np.zeros(self.scene.mesh.cells, dtype=values.dtype)
-        out[self.box.slices][self.cells[:, 0], self.cells[:, 1]] = values
+        out.reshape(-1)[self._places] = values
         return out
 
     def on_window(
