@@ -556,16 +556,33 @@ def part_g(options: argparse.Namespace) -> Any:
     return found
 
 
+def parts_of(text: str) -> list[str]:
+    """Names of parts, separated by commas."""
+    names = text.split(",")
+    for name in names:
+        if name not in list(ALL_PARTS):
+            raise argparse.ArgumentTypeError(f"no part {name!r}: {', '.join(ALL_PARTS)}")
+    return names
+
+
+def numbers_of(text: str) -> list[int]:
+    """Numbers of cells, separated by commas."""
+    names = text.split(",")
+    if not all(name.isdecimal() and int(name) >= 8 for name in names):
+        raise argparse.ArgumentTypeError(f"{text!r}: whole numbers of at least 8, separated by commas")
+    return [int(name) for name in names]
+
+
 def main() -> None:
     """Run the parts asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--parts", default=",".join(ALL_PARTS))
+    parser.add_argument("--parts", type=parts_of, default=list(ALL_PARTS))
     parser.add_argument("--repeats", type=int, default=9)
-    parser.add_argument("--cells", default="64,128,256,512")
+    parser.add_argument("--cells", type=numbers_of, default=[64, 128, 256, 512])
     parser.add_argument("--large", action="store_true", help="1024 cells too")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    options.cells = [int(n) for n in options.cells.split(",")] + ([1024] if options.large else [])
+    options.cells = options.cells + ([1024] if options.large else [])
     load = os.getloadavg()
     found: dict[str, Any] = {
         "cpu": str(provenance.collect("benchmark").get("machine_cpu", platform.machine())),
@@ -577,11 +594,8 @@ def main() -> None:
     print(f"Load average before: {load[0]:.1f}, {load[1]:.1f}, {load[2]:.1f}; ", end="")
     print("quiet." if load[0] < 0.25 * found["cores"] else "other programs were running: trust the ratios.")
     print("Processor time of one thread, medians, unless stated otherwise.\n", flush=True)
-    parts = {name: globals()[f"part_{name}"] for name in ALL_PARTS}
-    for name in options.parts.split(","):
-        if name not in parts:
-            parser.error(f"no part {name}: {', '.join(parts)}")
-        found[name] = parts[name](options)
+    for name in options.parts:
+        found[name] = globals()[f"part_{name}"](options)
     found["load_average_after"] = load = os.getloadavg()
     print(f"Load average after: {load[0]:.1f}, {load[1]:.1f}, {load[2]:.1f}.")
     if options.json:
