@@ -250,29 +250,33 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def area(self) -> float:
-        """Area of the contact (mm^2), within its edges: those by parabolas, moved by `outline.bend_edges`."""
+        """Area of the contact (mm^2), within its edges: those by parabolas, moved by what these miss."""
         dx, dy = self.scene.mesh.spacing
-        return self._area_within(*(_crossings(p, bent=True) for p in (self._p, self._p.T))) * dx * dy
+        return self._area_within(bent=True) * dx * dy
 
     @cached_property
     def _area_by_parabolas(self) -> float:
         """Area in cells within the edges that rows have."""
-        return self._area_within(np.where(self._high >= self._low, self._edges, np.nan), self._sides)
+        return self._area_within(bent=False)
 
-    def _area_within(self, edges: np.ndarray, sides: np.ndarray) -> float:
-        """Area in cells within `edges` [2, ny] and `sides` [2, nx]."""
-        found = float(outline.area_within(edges, sides, *self.scene.mesh.spacing))
-        return found if found > 0.0 else self._area_by_rows
+    def _area_within(self, *, bent: bool) -> float:
+        """Area in cells within the edges of rows and columns, by parabolas or moved by what these miss (`bent`)."""
+        dx, dy = self.scene.mesh.spacing
+        edges = _crossings(self._p, self._low, self._high, self._edges, bent=bent)
+        found = outline.area_within(edges, _crossings(*self._columns, bent=bent), dx, dy)
+        return float(found) if found > 0.0 else self._area_by_rows
 
     @cached_property
-    def _sides(self) -> np.ndarray:
-        """Where the contact begins and ends in each column [2, nx], in rows; nan in columns without contact."""
-        return _crossings(self._p.T)
+    def _columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The contact's columns as if they were rows: pressures [ny, nx], and what `_edges_of` finds."""
+        p = np.ascontiguousarray(self._p.T)
+        return p, *_edges_of(p)
 
     @cached_property
     def _chords(self) -> tuple[np.ndarray, np.ndarray]:
         """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
-        tips = np.array([np.nanmin(self._sides[0]), np.nanmax(self._sides[1])])
+        sides = _crossings(*self._columns)
+        tips = np.array([np.nanmin(sides[0]), np.nanmax(sides[1])])
         chords = self._edges[1] - self._edges[0]
         rows.between_tips(chords, tips)
         return chords, tips
@@ -345,14 +349,15 @@ class AlignedContact(NormalContact):
         return self.area * (1.0 - min(float(rows.area_under(length, _NOT_KNOWN)) / self._area_by_rows, 1.0))
 
 
-def _crossings(p: np.ndarray, *, bent: bool = False) -> np.ndarray:
+def _crossings(
+    p: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarray, *, bent: bool = False
+) -> np.ndarray:
     """Where the contact begins and ends [2, ny] in rows of pressures `p` [nx, ny], nan in those without contact.
 
-    By parabolas, or moved by what these miss (`bent`).
+    low, high, edges: as `_edges_of` finds them; `bent`: edges moved by `outline.bend_edges`.
     """
-    p = np.ascontiguousarray(p)
-    low, high, edges = _edges_of(p)
     if bent:
+        edges = edges.copy()
         outline.bend_edges(p, low, high, edges)
     return np.where(high >= low, edges, np.nan)
 

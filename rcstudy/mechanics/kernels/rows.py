@@ -191,11 +191,11 @@ def row_bounds(
     out: np.ndarray,
     middle: np.ndarray,
 ) -> None:
-    """Mean pressure of cells with centres start[j] - k, k < count[j], into out [m] (MPa), index as in `number_cells`.
+    """Mean pressure of cells with centres start[j] - k, k < count[j], into out [m] (MPa).
 
-    And the middle of its force, a position along x, into middle [m]. From `row_profiles` (all_knots, all_squares,
-    known), scaled so that every row carries the force that it carries in p. The first and last cell take what lies
-    beyond them.
+    And the middle of its force, a position along x, into middle [m]. index: as in `row_cells.number_cells`. From
+    `row_profiles` (all_knots, all_squares, known), scaled so that every row carries the force that it carries in p. The
+    first and last cell take what lies beyond them.
     """
     most = all_knots.shape[1]
     mass, moment = np.zeros(most), np.zeros(most)
