@@ -16,6 +16,7 @@ from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
     PairTransform,
+    ShiftedTransform,
     Transform,
     convolve,
     difference_symbols,
@@ -117,14 +118,31 @@ def test_pair_transform(torus: tuple[int, int]) -> None:
     plan = PairTransform(torus)
     for _ in range(3):
         a, b = rng.normal(size=(2, *torus))
-        plan.field[..., 0], plan.field[..., 1] = a, b
+        pairs = np.stack([a, b], axis=-1).reshape(-1, 2)
+        plan.field[:] = pairs
         plan.forward()
         np.testing.assert_allclose(plan.hat, np.fft.fft2(a + 1j * b).T, atol=1e-12)
-        np.testing.assert_array_equal(plan.field, np.stack([a, b], axis=-1))
+        np.testing.assert_array_equal(plan.field, pairs)
         plan.hat[:] = np.fft.fft2(b + 1j * a).T
         plan.backward()
-        np.testing.assert_allclose(plan.result, math.prod(torus) * np.stack([b, a], axis=-1), atol=1e-11)
-        np.testing.assert_array_equal(plan.field, np.stack([a, b], axis=-1))
+        np.testing.assert_allclose(plan.result, math.prod(torus) * pairs[:, ::-1], atol=1e-11)
+        np.testing.assert_array_equal(plan.field, pairs)
+
+
+def test_places_of_cells() -> None:
+    """Where each plan has a cell's numbers: rows of constant x, or of constant y, one after the other."""
+    cells = np.array([[0, 0], [0, 2], [3, 1], [4, 0]])
+    i, j = cells.T
+    numbers = np.random.default_rng(3).normal(size=(2, 6, 7))
+    plan, moved, pairs = Transform((9, 7), 2, 6), ShiftedTransform((9, 8), 2, 7), PairTransform((6, 7))
+    plan.real[:], moved.by_cell[:, :6, :] = numbers, numbers
+    pairs.field[:] = numbers.reshape(2, -1).T
+    for found in (
+        plan.flat[:, plan.places(cells)],
+        moved.flat[:, moved.places(cells)],
+        pairs.field[pairs.places(cells)].T,
+    ):
+        np.testing.assert_array_equal(found, numbers[:, i, j])
 
 
 @pytest.mark.parametrize("padded", [(1, 1), (4, 5), (5, 4), (8, 6), (9, 1)])

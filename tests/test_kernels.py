@@ -531,6 +531,11 @@ class Contact:
         self.v = rng.normal(size=2 * m)
         self.unit = 0.7
         self.field = rng.normal(size=(2, shape[0], shape[1] + 3))
+        self.places = self.cells @ np.array([shape[1] + 3, 1])
+
+    def flat(self, field: np.ndarray) -> np.ndarray:
+        """Two padded arrays whose rows lie one after the other."""
+        return field.reshape(2, -1)
 
     def empty(self) -> np.ndarray:
         """Two padded arrays of leftovers."""
@@ -557,7 +562,7 @@ class Contact:
 def test_scatter_traction(shape: tuple[int, int]) -> None:
     c = Contact(shape)
     out = c.empty()
-    tractions.scatter_traction(c.v, c.cells, c.slip, c.normal, c.unit, out)
+    tractions.scatter_traction(c.v, c.places, c.slip, c.normal, c.unit, c.flat(out))
     np.testing.assert_allclose(c.at(out), c.vectors(c.v), rtol=1e-13, atol=1e-15)
     assert not c.elsewhere(out).any()
 
@@ -567,7 +572,7 @@ def test_gather_slip(shape: tuple[int, int]) -> None:
     c = Contact(shape)
     out = np.full(2 * c.m, np.nan)
     slips = np.full(2 * c.m, np.nan)
-    tractions.gather_slip(c.field, c.v, c.cells, c.slip, c.normal, c.diagonal, slips, out)
+    tractions.gather_slip(c.flat(c.field), c.v, c.places, c.slip, c.normal, c.diagonal, slips, out)
     pairs, s = c.v.reshape(-1, 2), c.at(c.field)
     np.testing.assert_array_equal(slips.reshape(-1, 2), s)
     along = (c.across * s).sum(axis=1) + c.diagonal * pairs[:, 1]
@@ -579,7 +584,7 @@ def test_gather_slip(shape: tuple[int, int]) -> None:
 def test_gather(shape: tuple[int, int]) -> None:
     c = Contact(shape)
     out = np.full(2 * c.m, np.nan)
-    tractions.gather(c.field, c.cells, out)
+    tractions.gather(c.flat(c.field), c.places, out)
     np.testing.assert_array_equal(out.reshape(-1, 2), c.at(c.field))
 
 
@@ -678,6 +683,9 @@ class Torus(Contact):
     def empty(self) -> np.ndarray:
         return np.full(self.pairs.shape, 7.0)
 
+    def flat(self, field: np.ndarray) -> np.ndarray:
+        return field.reshape(-1, 2)
+
     def at(self, field: np.ndarray) -> np.ndarray:
         return super().at(np.moveaxis(field, -1, 0))
 
@@ -690,7 +698,7 @@ def test_integrate_rows(shape: tuple[int, int]) -> None:
     c = Torus(shape)
     damping, dx = c.rng.uniform(0.0, 1.0, size=c.m), 0.3
     out, edge = c.empty(), np.full((c.pairs.shape[1], 2), np.nan)
-    tractions.integrate_rows(c.v, c.cells, c.slip, c.normal, damping, dx, edge, out)
+    tractions.integrate_rows(c.v, c.cells, c.places, c.slip, c.normal, damping, dx, edge, c.flat(out))
     expected = np.full((c.m, 2), np.nan)
     for j in range(shape[1]):
         u = np.zeros(2)
@@ -707,7 +715,7 @@ def test_keep_known(shape: tuple[int, int]) -> None:
     c = Torus(shape)
     along = np.stack([c.v[0::2], np.zeros(c.m)], axis=1)
     out, known = np.full(2 * c.m, np.nan), c.empty()
-    tractions.keep_known(c.pairs, c.v, c.cells, c.slip, c.normal, c.unit, out, known)
+    tractions.keep_known(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, c.unit, out, c.flat(known))
     np.testing.assert_array_equal(out.reshape(-1, 2), np.where(c.slip[:, None], along, c.at(c.pairs)))
     np.testing.assert_allclose(c.at(known), c.vectors(out), rtol=1e-14)
     assert (c.elsewhere(known) == 7.0).all()
@@ -717,7 +725,7 @@ def test_keep_known(shape: tuple[int, int]) -> None:
 def test_slip_residual(shape: tuple[int, int]) -> None:
     c = Torus(shape)
     rest, out = c.v[1::2] - (c.across * c.at(c.pairs)).sum(axis=1), c.empty()
-    tractions.slip_residual(c.pairs, c.v, c.cells, c.slip, c.normal, out)
+    tractions.slip_residual(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, c.flat(out))
     expected = np.where(c.slip[:, None], rest[:, None] * c.across, 0.0)
     np.testing.assert_allclose(c.at(out), expected, rtol=1e-12, atol=1e-14)
     assert (c.elsewhere(out) == 7.0).all()
@@ -728,7 +736,7 @@ def test_gather_slip_traction(shape: tuple[int, int]) -> None:
     """The diagonal lies on either side of the shift; stick cells' unknowns stay."""
     c = Torus(shape)
     out = np.full(2 * c.m, 7.0)
-    tractions.gather_slip_traction(c.pairs, c.cells, c.slip, c.normal, c.diagonal, 0.8, out)
+    tractions.gather_slip_traction(c.flat(c.pairs), c.places, c.slip, c.normal, c.diagonal, 0.8, out)
     tau = (c.across * c.at(c.pairs)).sum(axis=1) * np.minimum(1.0, 0.8 / c.diagonal)
     assert (out[0::2] == 7.0).all()
     np.testing.assert_allclose(out[1::2], np.where(c.slip, tau, 7.0), rtol=1e-12, atol=1e-14)

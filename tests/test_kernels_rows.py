@@ -581,7 +581,7 @@ def test_centre() -> None:
 def test_gather_centred_slip() -> None:
     """That of `gather_slip` from slips that are brought to the cells' centres first."""
     c = MovedCells(2)
-    j, i = places = np.ascontiguousarray(c.cells[:, ::-1]).T
+    i, j = c.cells.T
     field = c.rng.normal(size=(2, 8, 11))
     s = np.ascontiguousarray(field[:, j, i].T)
     weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
@@ -590,12 +590,12 @@ def test_gather_centred_slip() -> None:
     normal, diagonal = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(size=c.m)
     v = c.rng.normal(size=2 * c.m)
     slips, out, unused, expected = np.full((4, 2 * c.m), np.nan)
-    of_rows = np.ascontiguousarray(places.T), c.slip, normal, diagonal
-    tractions.gather_centred_slip(field, v, *of_rows, weight, slips, out)
+    of_rows = 11 * j + i, c.slip, normal, diagonal
+    tractions.gather_centred_slip(field.reshape(2, -1), v, *of_rows, weight, slips, out)
     np.testing.assert_array_equal(slips.reshape(-1, 2), s)
     at_centres = field.copy()
     at_centres[:, j, i] = centred.T
-    tractions.gather_slip(at_centres, v, *of_rows, unused, expected)
+    tractions.gather_slip(at_centres.reshape(2, -1), v, *of_rows, unused, expected)
     np.testing.assert_allclose(out, expected, rtol=1e-13, atol=1e-14)
 
 

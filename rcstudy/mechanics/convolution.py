@@ -73,6 +73,12 @@ def _between_stages(fields: int, columns: int, length: int) -> np.ndarray:
     return np.asarray(pyfftw.zeros_aligned((fields, columns, length + _APART), dtype="complex128"))
 
 
+def _places(cells: np.ndarray, length: int) -> np.ndarray:
+    """Places [m] of the cells [m, 2] in an array of rows of `length` numbers, one after the other."""
+    places: np.ndarray = cells[:, 0] * length + cells[:, 1]
+    return places
+
+
 class _TwoStages:
     """Transforms along rows and then along columns, and back: plans are made by those who own the buffers."""
 
@@ -102,15 +108,16 @@ class Transform(_TwoStages):
     """Real FFTs of `fields` zero-padded arrays at once, and back, stage by stage so that padding costs little.
 
     `real` [fields, rows, py] holds the first `rows` of px rows; the others are zero (forward) or not wanted
-    (backward), and are not transformed along y. `hat` [fields, py//2+1, px]: the coefficients, waves along y first,
-    free to be changed between the two; `numbers` [fields, py//2+1, 2 px]: their real and imaginary parts.
-    Unnormalised: 1/(px py) sits in the symbols.
+    (backward), and are not transformed along y; `flat` [fields, rows py]: the same numbers. `hat`
+    [fields, py//2+1, px]: the coefficients, waves along y first, free to be changed between the two; `numbers`
+    [fields, py//2+1, 2 px]: their real and imaginary parts. Unnormalised: 1/(px py) sits in the symbols.
     """
 
     def __init__(self, padded: tuple[int, int], fields: int, rows: int) -> None:
         px, py = self.padded = padded
         half = py // 2 + 1
         self.real = pyfftw.zeros_aligned((fields, rows, py), dtype="float64")
+        self.flat = self.real.reshape(fields, rows * py)
         self.hat = pyfftw.zeros_aligned((fields, half, px), dtype="complex128")
         self.numbers = self.hat.view(np.float64)
         # columns beyond `rows` of the first stage stay zero for good; the last stage may destroy what it reads
@@ -129,8 +136,8 @@ class Transform(_TwoStages):
         return self.real
 
     def places(self, cells: np.ndarray) -> np.ndarray:
-        """Indices [m, 2] in each of the arrays `real` of `cells` [m, 2], indices along x and y."""
-        return cells
+        """Places [m] in each of the arrays `flat` of `cells` [m, 2], indices along x and y."""
+        return _places(cells, self.padded[1])
 
 
 @keep_within(PLAN_BYTES)
@@ -142,15 +149,15 @@ def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
 class PairTransform(_TwoStages):
     """FFTs of pairs (a, b) of real arrays on a torus, as one of complex numbers a + i b, and back.
 
-    `field` [px, py, 2] is transformed, and left as it is, into `hat` [py, px]; `result` [px, py, 2] comes back from it,
-    and `hat` is spent. Faster than two real transforms: FFTW's complex ones make use of the vector units.
-    Unnormalised.
+    `field` [px py, 2], rows of constant x one after the other, is transformed, and left as it is, into `hat` [py, px];
+    `result` [px py, 2] comes back from it, and `hat` is spent. Faster than two real transforms: FFTW's complex ones
+    make use of the vector units. Unnormalised.
     """
 
     def __init__(self, torus: tuple[int, int]) -> None:
         px, py = self.padded = torus
         field, result = (pyfftw.zeros_aligned(torus, dtype="complex128") for _ in range(2))
-        self.field, self.result = (a.view(np.float64).reshape(*torus, 2) for a in (field, result))
+        self.field, self.result = (a.view(np.float64).reshape(px * py, 2) for a in (field, result))
         self.hat = pyfftw.zeros_aligned((py, px), dtype="complex128")
         self._buffers = field, result, self.hat, *(_between_stages(1, py, px) for _ in range(2))
         between, last = (columns[0, :, :px] for columns in self._buffers[-2:])
@@ -158,6 +165,10 @@ class PairTransform(_TwoStages):
         self._columns = pyfftw.FFTW(between, self.hat, axes=(1,), **_OPTIONS).execute
         self._columns_back = pyfftw.FFTW(self.hat, last, axes=(1,), **_BACK, **_SPENT).execute
         self._rows_back = pyfftw.FFTW(last.T, result, axes=(1,), **_BACK, **_SPENT).execute
+
+    def places(self, cells: np.ndarray) -> np.ndarray:
+        """Places [m] in `field` and `result` of `cells` [m, 2], indices along x and y."""
+        return _places(cells, self.padded[1])
 
 
 @keep_within(PLAN_BYTES)
@@ -186,8 +197,8 @@ class ShiftedTransform(Transform):
         return self.real.transpose(0, 2, 1)
 
     def places(self, cells: np.ndarray) -> np.ndarray:
-        """Indices [m, 2] in each of the arrays `real` of `cells` [m, 2], indices along x and y."""
-        return np.ascontiguousarray(cells[:, ::-1])
+        """Places [m] in each of the arrays `flat` of `cells` [m, 2], indices along x and y."""
+        return _places(cells[:, ::-1], self.padded[0])
 
     def forward(self) -> None:
         """From `real` to `hat`."""

@@ -195,7 +195,7 @@ class CoupledSystem:
         coupled.scatter_unknowns(v, self.cells, f.slip, f.normal, self.scene.friction, f.unit, plan.real)
         self.operator.multiply()
         slips = np.empty(2 * m)  # not wanted: the step's end is cut and scaled, so that they are another's
-        tractions.gather_slip(plan.real[:2], v[m:], self.cells, f.slip, f.normal, f.curvature, slips, out[m:])
+        tractions.gather_slip(plan.flat[:2], v[m:], f.places, f.slip, f.normal, f.curvature, slips, out[m:])
         self.operator.closing(plan.real[2], self.cells, self.unit, out[:m])
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:

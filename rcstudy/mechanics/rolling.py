@@ -184,7 +184,7 @@ class NewtonSystem:
         n = cells.shape[0]
         self.centring = Centring(neighbours) if neighbours is not None else None
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
-        self._places = operator.plan.places(cells)
+        self.places, self._places = operator.plan.places(cells), operator.torus_plan.places(cells)
         self.rho = 1.0 / operator.diagonal
         self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
         self._scale = self.rho * _norm(w)
@@ -229,7 +229,7 @@ class NewtonSystem:
         """Slip [m, 2] under tractions `q` [m, 2]."""
         s = np.empty(q.shape)
         self._multiply(q.reshape(-1), self._no_slip)
-        tractions.gather(self.operator.plan.real, self._places, s.reshape(-1))
+        tractions.gather(self.operator.plan.flat, self.places, s.reshape(-1))
         s += self.w
         return s
 
@@ -237,8 +237,8 @@ class NewtonSystem:
         """Product of the system's matrix with a vector of unknowns `v` [2 m], and the slips, into `out` [4 m]."""
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
-        field, looking = self.operator.plan.real, self._looking
-        of_rows = self._places, self.slip, self.normal, self.curvature
+        field, looking = self.operator.plan.flat, self._looking
+        of_rows = self.places, self.slip, self.normal, self.curvature
         if looking is None:
             tractions.gather_slip(field, v, *of_rows, slips, rows)
         else:
@@ -247,7 +247,7 @@ class NewtonSystem:
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
         """Slips by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
         self.products += 1
-        tractions.scatter_traction(v, self._places, slip, self.normal, self.unit, self.operator.plan.real)
+        tractions.scatter_traction(v, self.places, slip, self.normal, self.unit, self.operator.plan.flat)
         self.operator.multiply()
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
@@ -255,22 +255,22 @@ class NewtonSystem:
         self.products += 1
         operator = self.operator
         plan = operator.torus_plan
-        cells, slip, normal = self.cells, self.slip, self.normal
+        cells, places, slip, normal = self.cells, self._places, self.slip, self.normal
         # what is outside the cells stays zero in plan.field from the first of these on
         if self._slipping < len(cells):
             tractions.integrate_rows(
-                v, cells, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.field
+                v, cells, places, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.field
             )
             self._on_torus(operator.torus_inverse)
         else:
             plan.field[:] = 0.0
-        tractions.keep_known(plan.result, v, cells, slip, normal, self.unit, out, plan.field)
+        tractions.keep_known(plan.result, v, places, slip, normal, self.unit, out, plan.field)
         if self._slipping > 0:
             self._on_torus(operator.torus_symbol)
-            tractions.slip_residual(plan.result, v, cells, slip, normal, plan.field)
+            tractions.slip_residual(plan.result, v, places, slip, normal, plan.field)
             self._on_torus(operator.torus_shifted)
             shift = 2.0 * operator.diagonal
-            tractions.gather_slip_traction(plan.result, cells, slip, normal, self.diagonal, shift, out)
+            tractions.gather_slip_traction(plan.result, places, slip, normal, self.diagonal, shift, out)
 
     def _on_torus(self, symbol: np.ndarray) -> None:
         """Product of the operator with `symbol` and the preconditioner's `field`, into its `result`."""

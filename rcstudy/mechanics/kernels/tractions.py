@@ -2,7 +2,7 @@
 
 Vectors of unknowns hold two numbers a contact cell, [2 m] and [2 m + 1]: (qx, qy) in a stick cell, (a/unit, tau) in a
 slip cell, a being the component along the direction (nx, ny) of the bound, tau the one across it. The row of a/unit is
-the identity. cells [m, 2]: i, j in the box.
+the identity. cells [m, 2]: i, j in the box; places [m]: where these are in arrays whose rows lie one after the other.
 """
 
 from __future__ import annotations
@@ -16,29 +16,29 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def scatter_traction(
-    v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, unit: float, out: np.ndarray
+    v: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, unit: float, out: np.ndarray
 ) -> None:
-    """Tractions of a vector of unknowns into two padded arrays out [2, nx, py], zeros elsewhere.
+    """Tractions of a vector of unknowns into two padded arrays out [2, n], zeros elsewhere.
 
     slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
     """
-    out[:, :, :] = 0.0
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
+    out[:, :] = 0.0
+    for m in range(places.size):
+        k = places[m]
         if slip[m]:
             a = unit * v[2 * m]
-            out[0, i, j] = normal[m, 0] * a - normal[m, 1] * v[2 * m + 1]
-            out[1, i, j] = normal[m, 1] * a + normal[m, 0] * v[2 * m + 1]
+            out[0, k] = normal[m, 0] * a - normal[m, 1] * v[2 * m + 1]
+            out[1, k] = normal[m, 1] * a + normal[m, 0] * v[2 * m + 1]
         else:
-            out[0, i, j] = v[2 * m]
-            out[1, i, j] = v[2 * m + 1]
+            out[0, k] = v[2 * m]
+            out[1, k] = v[2 * m + 1]
 
 
 @jit
 def gather_slip(
     field: np.ndarray,
     v: np.ndarray,
-    cells: np.ndarray,
+    places: np.ndarray,
     slip: np.ndarray,
     normal: np.ndarray,
     diagonal: np.ndarray,
@@ -49,8 +49,8 @@ def gather_slip(
 
     v: the vector the slips belong to; diagonal [m]: see `rolling.py`; s [2 m]: the slips, for use later on.
     """
-    for m in range(cells.shape[0]):
-        x, y = field[0, cells[m, 0], cells[m, 1]], field[1, cells[m, 0], cells[m, 1]]
+    for m in range(places.size):
+        x, y = field[0, places[m]], field[1, places[m]]
         s[2 * m] = x
         s[2 * m + 1] = y
         if slip[m]:
@@ -62,11 +62,11 @@ def gather_slip(
 
 
 @jit
-def gather(field: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
-    """Two padded arrays at the cells, into out [2 m]."""
-    for m in range(cells.shape[0]):
-        out[2 * m] = field[0, cells[m, 0], cells[m, 1]]
-        out[2 * m + 1] = field[1, cells[m, 0], cells[m, 1]]
+def gather(field: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
+    """Two padded arrays [2, n] at the cells, into out [2 m]."""
+    for m in range(places.size):
+        out[2 * m] = field[0, places[m]]
+        out[2 * m + 1] = field[1, places[m]]
 
 
 @jit
@@ -152,21 +152,21 @@ def gather_centred_slip(
 ) -> None:
     """As `gather_slip`, with slips at the centres of slip cells in their rows, by the weights [2, m] of `centre`.
 
-    field [2, rows, >= nx]: rows along x; places [m, 2]: row and index along x. s [2 m]: slips as they are.
+    field [2, n]: rows along x, so that a cell's neighbours are beside it. s [2 m]: slips as they are.
     """
-    for m in range(places.shape[0]):
-        j, i = places[m, 0], places[m, 1]
-        x, y = field[0, j, i], field[1, j, i]
+    for m in range(places.size):
+        k = places[m]
+        x, y = field[0, k], field[1, k]
         s[2 * m] = x
         s[2 * m + 1] = y
         if slip[m]:
             # beside a neighbour that is not there stands a weight of nothing
             if weight[0, m] != 0.0:
-                x += weight[0, m] * (field[0, j, i + 1] - s[2 * m])
-                y += weight[0, m] * (field[1, j, i + 1] - s[2 * m + 1])
+                x += weight[0, m] * (field[0, k + 1] - s[2 * m])
+                y += weight[0, m] * (field[1, k + 1] - s[2 * m + 1])
             if weight[1, m] != 0.0:
-                x += weight[1, m] * (field[0, j, i - 1] - s[2 * m])
-                y += weight[1, m] * (field[1, j, i - 1] - s[2 * m + 1])
+                x += weight[1, m] * (field[0, k - 1] - s[2 * m])
+                y += weight[1, m] * (field[1, k - 1] - s[2 * m + 1])
             out[2 * m] = v[2 * m]
             out[2 * m + 1] = -normal[m, 1] * x + normal[m, 0] * y + diagonal[m] * v[2 * m + 1]
         else:
@@ -273,6 +273,7 @@ def put_on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.
 def integrate_rows(
     v: np.ndarray,
     cells: np.ndarray,
+    places: np.ndarray,
     slip: np.ndarray,
     normal: np.ndarray,
     damping: np.ndarray,
@@ -284,12 +285,12 @@ def integrate_rows(
 
     v: residuals as rows of the Newton system; cells ordered by i, so that walking them backwards goes from the
     leading edge to the trailing one. Through slip cells the displacement dies out: only its part across the bound
-    goes on, by the factor damping [m]. out [px, py, 2], zero elsewhere; edge [py, 2]: work array.
+    goes on, by the factor damping [m]. out [px py, 2], zero elsewhere; edge [py, 2]: work array.
     """
-    out[:, :, :] = 0.0
+    out[:, :] = 0.0
     edge[:, :] = 0.0
     for m in range(cells.shape[0] - 1, -1, -1):
-        i, j = cells[m, 0], cells[m, 1]
+        k, j = places[m], cells[m, 1]
         if slip[m]:
             tx, ty = -normal[m, 1], normal[m, 0]
             t = (tx * edge[j, 0] + ty * edge[j, 1]) * damping[m]
@@ -298,79 +299,79 @@ def integrate_rows(
         else:
             edge[j, 0] += dx * v[2 * m]
             edge[j, 1] += dx * v[2 * m + 1]
-        out[i, j, 0] = edge[j, 0]
-        out[i, j, 1] = edge[j, 1]
+        out[k, 0] = edge[j, 0]
+        out[k, 1] = edge[j, 1]
 
 
 @jit
 def keep_known(
     field: np.ndarray,
     v: np.ndarray,
-    cells: np.ndarray,
+    places: np.ndarray,
     slip: np.ndarray,
     normal: np.ndarray,
     unit: float,
     out: np.ndarray,
     known: np.ndarray,
 ) -> None:
-    """Stick cells' tractions from field [px, py, 2] into the unknowns out [2 m]; slip cells' along the bound's
+    """Stick cells' tractions from field [px py, 2] into the unknowns out [2 m]; slip cells' along the bound's
     direction are the residual v.
 
-    The cells of known [px, py, 2] take these, as vectors: components across are yet to come.
+    The cells of known [px py, 2] take these, as vectors: components across are yet to come.
     """
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
+    for m in range(places.size):
+        k = places[m]
         if slip[m]:
             out[2 * m] = v[2 * m]
             out[2 * m + 1] = 0.0
-            known[i, j, 0] = normal[m, 0] * unit * v[2 * m]
-            known[i, j, 1] = normal[m, 1] * unit * v[2 * m]
+            known[k, 0] = normal[m, 0] * unit * v[2 * m]
+            known[k, 1] = normal[m, 1] * unit * v[2 * m]
         else:
-            x, y = field[i, j, 0], field[i, j, 1]
+            x, y = field[k, 0], field[k, 1]
             out[2 * m] = x
             out[2 * m + 1] = y
-            known[i, j, 0] = x
-            known[i, j, 1] = y
+            known[k, 0] = x
+            known[k, 1] = y
 
 
 @jit
 def slip_residual(
-    field: np.ndarray, v: np.ndarray, cells: np.ndarray, slip: np.ndarray, normal: np.ndarray, out: np.ndarray
+    field: np.ndarray, v: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, out: np.ndarray
 ) -> None:
-    """Slip cells' residuals v less the slips in field [px, py, 2], across the bound, as vectors into the cells of out.
+    """Slip cells' residuals v less the slips in field [px py, 2], across the bound, as vectors into the cells of out.
 
-    out [px, py, 2]: zero in stick cells.
+    out [px py, 2]: zero in stick cells.
     """
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
+    for m in range(places.size):
+        k = places[m]
         if slip[m]:
             tx, ty = -normal[m, 1], normal[m, 0]
-            rest = v[2 * m + 1] - tx * field[i, j, 0] - ty * field[i, j, 1]
-            out[i, j, 0] = rest * tx
-            out[i, j, 1] = rest * ty
+            rest = v[2 * m + 1] - tx * field[k, 0] - ty * field[k, 1]
+            out[k, 0] = rest * tx
+            out[k, 1] = rest * ty
         else:
-            out[i, j, 0] = 0.0
-            out[i, j, 1] = 0.0
+            out[k, 0] = 0.0
+            out[k, 1] = 0.0
 
 
 @jit
 def gather_slip_traction(
     field: np.ndarray,
-    cells: np.ndarray,
+    places: np.ndarray,
     slip: np.ndarray,
     normal: np.ndarray,
     diagonal: np.ndarray,
     shift: float,
     out: np.ndarray,
 ) -> None:
-    """Slip cells' unknowns from field [px, py, 2]; scaled down where d exceeds the shift it was made with.
+    """Slip cells' unknowns from field [px py, 2]; scaled down where d exceeds the shift it was made with.
 
     diagonal [m]: diagonal of the system; shift: its value in a cell with d equal to the shift.
     """
-    for m in range(cells.shape[0]):
+    for m in range(places.size):
         if slip[m]:
-            i, j = cells[m, 0], cells[m, 1]
-            tau = -normal[m, 1] * field[i, j, 0] + normal[m, 0] * field[i, j, 1]
+            k = places[m]
+            tau = -normal[m, 1] * field[k, 0] + normal[m, 0] * field[k, 1]
             out[2 * m + 1] = tau * min(1.0, shift / diagonal[m])
 
 
