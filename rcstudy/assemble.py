@@ -8,7 +8,6 @@ one is solved.
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -103,11 +102,8 @@ class Assembly:
     def _drop(self) -> None:
         """Remove the file, if it is not published."""
         self._cube = None
-        try:
+        with contextlib.suppress(_Dropped, UserError), self._open:
             raise _Dropped
-        except _Dropped:
-            with contextlib.suppress(_Dropped, UserError):
-                self._open.__exit__(*sys.exc_info())
 
 
 class _Dropped(Exception):
@@ -115,7 +111,10 @@ class _Dropped(Exception):
 
 
 def contacts(expansion: Expansion, store: Store) -> dict[str, dict[Mesh, Region]]:
-    """The smallest box of cells, for each mesh of each grid, that holds the contacts of all its cases."""
+    """The smallest box of cells, for each mesh of each grid, that holds the contacts of all its cases.
+
+    At least two cells each way: who reads the cube tells their size from their centres.
+    """
     found: dict[str, dict[Mesh, Region]] = {grid.name: {} for grid in expansion.grids}
     for case in expansion.cases:
         record = store.record(case.key)
@@ -123,7 +122,16 @@ def contacts(expansion: Expansion, store: Store) -> dict[str, dict[Mesh, Region]
         i0, i1, j0, j1 = record.contact() if whole else record.region
         if i0 == i1:
             continue
+        i0, i1 = _two_wide(i0, i1)
+        j0, j1 = _two_wide(j0, j1)
         boxes = found[case.grid]
         a0, a1, b0, b1 = boxes.get(case.scene.mesh, (i0, i1, j0, j1))
         boxes[case.scene.mesh] = min(i0, a0), max(i1, a1), min(j0, b0), max(j1, b1)
     return found
+
+
+def _two_wide(low: int, high: int) -> tuple[int, int]:
+    """The range of cells low to high, not empty, made two wide if it is one; windows have more."""
+    if high - low > 1:
+        return low, high
+    return (low - 1, high) if low > 0 else (low, high + 1)

@@ -46,6 +46,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "spin": ("rad mm-1", "spin creepage"),
     "size": ("mm", "size of the window"),
     "cells": ("1", "number of cells"),
+    "margin": ("1", "width of the window over that of the contact"),
     "spin_point": ("1", "point of the spin, in cells ahead of the centre"),
     "normal": ("1", "tolerance of the pressure"),
     "tangential": ("1", "tolerance of the tractions"),
@@ -271,7 +272,7 @@ def _grid(plan: GridPlan, scales: _Scales) -> Grid:
 
 
 def _axis_coords(axis: AxisPlan, scales: _Scales) -> dict[str, Coord]:
-    first = axis.values[0]
+    first = next((value for value in axis.values if value is not None), None)
     mappings = [value for value in axis.values if isinstance(value, dict)]
     if (
         axis.path == "case"
@@ -281,12 +282,13 @@ def _axis_coords(axis: AxisPlan, scales: _Scales) -> dict[str, Coord]:
         coords = _text(axis.name, axis.labels)
     elif not mappings:
         coords = _value_coords(axis.name, axis.path, axis.values, axis.labels, scales)
-    else:  # labelled mappings, and None (rigid) among them
+    else:  # labelled mappings, and None (rigid) among them; what is None in all of them (auto) has no coordinate
         coords = _text(axis.name, axis.labels)
         for key in mappings[0]:
             name = key if axis.path == "creepage" else f"{axis.name}_{key}"
             values = [math.nan if value is None else value[key] for value in axis.values]
-            coords.update(_value_coords(name, key, values, None, scales))
+            if any(value is not None for value in values):
+                coords.update(_value_coords(name, key, values, None, scales))
     return coords
 
 
@@ -306,7 +308,7 @@ def _value_coords(
             return {name: Coord([x for x, _ in values], units, long_name)}
         coords = {} if labels is None else _text(name, labels)
         for k, way in enumerate("xy"):
-            one_way = [value[k] for value in values]
+            one_way = [math.nan if value is None else value[k] for value in values]
             coords.update(_number_coords(f"{name}_{way}", one_way, units, f"{long_name} along {way}", scales))
         return coords
     return _number_coords(name, values, units, long_name, scales)

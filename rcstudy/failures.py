@@ -16,6 +16,7 @@ from rcstudy.layout import LABEL
 from rcstudy.mechanics.scene import Scene
 from rcstudy.publish import replacing
 from rcstudy.result import Status
+from rcstudy.spec import MAX_NAME
 from rcstudy.study import study_from_text
 
 
@@ -49,7 +50,8 @@ def failed_cases(path: Path) -> list[FailedCase]:
                     raise UserError(f"{path}: its study has no case {place} of grid {grid}")
                 label, status = str(dataset[LABEL].values[index]), Status(int(dataset["status"].values[index]))
                 reason = str(dataset["status_reason"].values[index])
-                own = f"{name}-{grid}-{'-'.join(str(i + 1) for i in place)}"[:100]
+                tail = f"-{grid}-{'-'.join(str(i + 1) for i in place)}"
+                own = name[: max(1, MAX_NAME - len(tail))] + tail
                 heading = f"{grid}: {label}: {_word(status)}: {reason}"
                 found.append(FailedCase(own, grid, label, status, reason, _study(own, heading, scenes[grid, place])))
     return found

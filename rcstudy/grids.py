@@ -304,7 +304,8 @@ class GridReader:
             if parts is None:
                 continue
             value = part(parts, path)
-            label = entry.label or default_label(value, i)
+            # a word, rigid or auto, stands for None
+            label = entry.label or (entry.value.text if value is None else default_label(value, i))
             first = seen_values.setdefault(_identity(value, parts), entry.place)
             if first is not entry.place:
                 self.problems.add(entry.place, f"a value of its own; the one at {first.place()} is the same")
@@ -376,8 +377,6 @@ def default_label(value: Any, position: int) -> str:
         return str(value)
     if isinstance(value, int | float):
         return number_text(value)
-    if value is None:
-        return "rigid"
     if isinstance(value, tuple) and value and isinstance(value[0], int | float | Quantity):
         one, other = (default_label(v, 0) for v in value)
         return one if isinstance(value[0], float) and one == other else f"{one} x {other}"

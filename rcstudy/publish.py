@@ -33,25 +33,13 @@ def replacing(path: Path | str) -> Iterator[Path]:
     target = Path(os.path.realpath(path))  # a link keeps pointing to what it pointed to
     if target.is_dir():
         raise UserError(f"{path}: is a folder, not a file")
-    temporary = _temporary(target)
-    with _lock:
-        _active.add(temporary)
     try:
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            remove_leftovers(target.parent, target.name)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        remove_leftovers(target.parent, target.name)
+        with _published(target) as temporary:
             yield temporary
-            sync(temporary)
-            temporary.replace(target)
-            sync(target.parent)
-        except OSError as error:
-            raise UserError(f"{path}: cannot be written: {error.strerror or error}") from error
-        finally:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
-    finally:
-        with _lock:
-            _active.discard(temporary)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def write_whole(path: Path, parts: Iterable[bytes]) -> None:
@@ -59,27 +47,29 @@ def write_whole(path: Path, parts: Iterable[bytes]) -> None:
 
     Raises OSError when that fails; nothing of the file is left then.
     """
-    temporary = _temporary(path)
+    with _published(path) as temporary, temporary.open("wb") as file:
+        file.writelines(parts)
+
+
+@contextlib.contextmanager
+def _published(target: Path) -> Iterator[Path]:
+    """Give a temporary path beside `target`: a file written and closed there becomes `target` on leaving, or is gone.
+
+    Raises OSError when that fails.
+    """
+    temporary = target.with_name(f"{target.name}{_MARK}{host()}-{os.getpid()}-{threading.get_ident():x}")
     with _lock:
         _active.add(temporary)
     try:
-        with temporary.open("wb") as file:
-            file.writelines(parts)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-        sync(path.parent)
-    except BaseException:
+        yield temporary
+        sync(temporary)
+        temporary.replace(target)
+        sync(target.parent)
+    finally:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
-        raise
-    finally:
         with _lock:
             _active.discard(temporary)
-
-
-def _temporary(target: Path) -> Path:
-    return target.with_name(f"{target.name}{_MARK}{host()}-{os.getpid()}-{threading.get_ident():x}")
 
 
 def remove_leftovers(folder: Path, name: str = "") -> list[Path]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,21 +18,18 @@ if TYPE_CHECKING:
 _LIBRARIES = ("numpy", "scipy", "numba", "pyfftw")  # those that numbers come from
 _THREADS = "OMP_NUM_THREADS"
 
-_one_at_a_time = threading.Lock()
-
 
 def solve_parcel(solve: Callable[[Sequence[Scene]], Iterator[Any]], batches: Sequence[Sequence[Scene]]) -> list[Any]:
-    """Solve `batches` on a worker, one case at a time whatever its number of threads: what `solve` yields, in order.
+    """Solve `batches` on a worker: what `solve` yields, in order.
 
     Ends early, with what is of no more use, when nobody wants the results any longer.
     """
     results: list[Any] = []
-    with _one_at_a_time:
-        for scenes in batches:
-            for result in solve(scenes):
-                results.append(result)
-                if not _wanted():
-                    return results
+    for scenes in batches:
+        for result in solve(scenes):
+            results.append(result)
+            if not _wanted():
+                return results
     return results
 
 

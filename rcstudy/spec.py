@@ -19,6 +19,7 @@ from rcstudy.yamltree import Node, Problems, child_path, find, plain, suggest
 MAX_LAYERS = 50
 MAX_CELLS = 4096
 MAX_TEXT = 20_000
+MAX_NAME = 100  # of a study
 
 # what the cube stores beside a grid's own results; a group or label of that name would hide it
 RESERVED_NAMES = frozenset(VARIABLES) | {
@@ -205,7 +206,7 @@ class CoatingSpec(Spec):
     layer_count: LayerCount = 1
     thickness: Length
     modulus: Modulus
-    layer_nu: PoissonRatio | None = None
+    layer_nu: Annotated[float | None, PlainValidator(Real("a number from 0 to 0.5", lambda v: 0.0 <= v <= 0.5))] = None
 
 
 class OutputsSpec(Spec):
@@ -237,7 +238,7 @@ class StudySpec(Spec):
     study: Annotated[
         str,
         PlainValidator(
-            Words("a name of letters, digits, '_', '-' and '.'", lambda v: bool(_FILE_NAME.fullmatch(v)), 100)
+            Words("a name of letters, digits, '_', '-' and '.'", lambda v: bool(_FILE_NAME.fullmatch(v)), MAX_NAME)
         ),
     ]
     description: Text = ""

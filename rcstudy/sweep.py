@@ -150,7 +150,7 @@ def run(
                 if cube is not None:
                     cube.begin()
 
-            results = _results(pending, workers, scheduler, processes, packing)
+            results = _results(pending, workers, scheduler, processes, packing, say)
             with contextlib.closing(results):
                 _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube, meanwhile)
             summary.failures = failures(expansion, cases, store.index)
@@ -268,11 +268,12 @@ def _results(
     scheduler: cluster.Scheduler | None,
     processes: pool.Pool,
     solve: Packing,
+    say: Callable[[str], None],
 ) -> Generator[tuple[Case, Result | Packed], None, None]:
     """Results of all cases as they come; of cases with one key a single one."""
     cases = list({case.key: case for case in pending}.values())
     if scheduler is not None:
-        yield from cluster.solve_on_cluster(make_batches(cases, 1), scheduler, solve)
+        yield from cluster.solve_on_cluster(make_batches(cases, 1), scheduler, solve, tell=say)
         return
     wanted = workers or threads.available_cores()
     batches = make_batches(cases, wanted)

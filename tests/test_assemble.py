@@ -13,8 +13,10 @@ import synthetic
 import workers
 
 from rcstudy import assemble, cube_writer, store, sweep
+from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
+from rcstudy.report.views import grids
 from rcstudy.result import Result, Status
 from rcstudy.study import Study, study_from_text
 from rcstudy.units import Unit, unit_paths
@@ -192,3 +194,18 @@ def test_units_are_filled_though_they_are_written_behind_the_sweep(
     sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.slowly)
     assert sum(sizes) == CASES
     assert all(4 <= size <= 8 for size in sizes[:-1])
+
+
+def test_crops_to_contacts_of_a_single_cell_keep_its_size(tmp_path: Path) -> None:
+    """Two cells each way are stored: figures and comparisons tell a cell's size by them."""
+    text = STUDY
+    for one, other in (("none", "contact"), ("cells: [24, 20]", "cells: [7, 7]"), ("[20, 40, 60, 80]", "[3]")):
+        text = text.replace(one, other)
+    sweep.run(study_from_text(text, "s.yaml"), tmp_path / "c.nc", workers=1)
+    with open_cube(tmp_path / "c.nc") as tree:
+        loads = tree["loads"]
+        assert (loads.status == Status.SOLVED).all()
+        assert (loads.pressure > 0.0).sum() == 3  # three cases of one cell
+        assert (loads.sizes["x"], loads.sizes["y"]) == (2, 2)
+        (view, *_) = grids(tree)["loads"].cases()
+        assert view.spacing == pytest.approx((1 / 7, 1 / 7))

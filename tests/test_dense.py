@@ -625,7 +625,8 @@ def test_moves_by_pressure() -> None:
         (STEEL, COATED, STEEL, True),
     ]
     for substrate, layers, counterbody, moves in expected:
-        assert Influence(substrate, layers, counterbody, (0.1, 0.1), 1.0).moves_by_pressure is moves
+        scene = Scene(substrate, (50.0, 50.0), 1.0, Mesh((1.0, 1.0), (8, 8)), layers, counterbody)
+        assert scene.moves_by_pressure is moves
 
 
 def test_boxes() -> None:

@@ -642,6 +642,21 @@ grids:
     assert {expand(study_from_text(case.study, case.name)).cases[0].key for case in found} == keys
 
 
+def test_failures_of_a_study_with_a_long_name_have_names_of_their_own(tmp_path: Path) -> None:
+    """The longest a study may have: cut, so that the case still tells them apart."""
+    name = "n" * 100
+
+    def fails(scenes: Sequence[Scene]) -> Iterator[Result]:
+        yield from (Result(Status.ERROR, "made up") for _ in scenes)
+
+    sweep.run(study_from_text(SWEPT.replace("swept", name), "s.yaml"), tmp_path / "c.nc", workers=1, solve=fails)
+    found = failed_cases(tmp_path / "c.nc")
+    names = {path.stem for path in write_studies(found, tmp_path / "studies")}
+    assert len(names) == len(found) == 14
+    assert "n" * (100 - len("-loads-1-2")) + "-loads-1-2" in names
+    assert all(load_study(path).size == 1 for path in (tmp_path / "studies").iterdir())
+
+
 # the mechanics keep their word
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from contacts import RADIUS, hertz_of, steel, window
 from rcstudy.mechanics import normal
 from rcstudy.mechanics.contact import NormalContact, solve_normal
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Mesh, Scene, Tolerance
 from rcstudy.result import VARIABLES, CellState, Result, Status
 from rcstudy.solve import solve_group, solve_scene
 
@@ -30,11 +31,25 @@ SCENE = steel(
 )
 """Layered, in partial slip: stick and slip cells, slip by pressure."""
 
+WAYS: tuple[Discretisation, ...] = ("kalker", "aligned")
+
 TAMPERED = Tolerance(1e-6, 1e-6)
 """Limits of the proof are a hundred times as large: 1e-4. A wrong per cent misses them by far."""
 
 
 # --- solved, refused, not converged, error ---
+
+
+def test_threads_take_turns() -> None:
+    """Buffers are the process's own: results from two threads are those of one, to the last bit."""
+    scenes = [replace(SCENE, discretisation=way, load=load) for load in (50.0, 80.0, 120.0) for way in WAYS] * 2
+    expected = [solve_scene(scene) for scene in scenes]
+    with ThreadPoolExecutor(2) as threads:
+        found = list(threads.map(solve_scene, scenes))
+    for one, other in zip(found, expected, strict=True):
+        assert one.status == Status.SOLVED
+        np.testing.assert_array_equal(one.fields["traction_x"], other.fields["traction_x"])
+        assert one.scalars["force_x"] == other.scalars["force_x"]
 
 
 def test_a_solved_case_is_complete() -> None:

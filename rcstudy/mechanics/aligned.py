@@ -149,7 +149,7 @@ class AlignedContact(NormalContact):
     @cached_property
     def slip_by_pressure(self) -> np.ndarray:
         """Slip [m, 2] by the displacement along the surface that the pressure, as on the moved cells, causes."""
-        if not self.influence.moves_by_pressure:
+        if not self.scene.moves_by_pressure:
             return np.zeros((len(self.cells), 2))
         padded = self._padded
 

@@ -38,8 +38,6 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     influence = influence_of(scene)
     own = scene.tolerance
     eased = replace(scene, tolerance=Tolerance(max(own.normal, _START), max(own.tangential, _START)))
-    if not influence.moves_by_pressure:
-        eased = scene  # tractions do not lift the surface: this is the solution
     start, cells_as_they_are = solve_coupled(eased, influence)
 
     def first_lift(box: Box) -> np.ndarray:
@@ -48,8 +46,6 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     if start.solution.edge or not start.solution.converged:
         return start, None, first_lift
     contact = AlignedContact(start)
-    if not influence.moves_by_pressure:
-        return contact, solve_rolling(contact, scene), first_lift
     first = solve_rolling(contact, replace(scene, tolerance=Tolerance(own.normal, max(own.tangential, _FIRST))))
 
     def lift(box: Box) -> np.ndarray:

@@ -96,7 +96,7 @@ class NormalContact:
         Zero for quasi-identical bodies.
         """
         out = np.zeros((self.cells.shape[0], 2))
-        if not self.influence.moves_by_pressure:
+        if not self.scene.moves_by_pressure:
             return out
         padded = padded_shape(self.box.shape)
         p = self.solution.p[self.box.slices]

@@ -56,7 +56,7 @@ from rcstudy.mechanics.normal import (
     initial_gap,
     solve_pressure,
 )
-from rcstudy.mechanics.normal_operator import attainable_residual, inverse_symbol, stiffness_of
+from rcstudy.mechanics.normal_operator import NormalOperator
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
     RollingSolution,
@@ -93,16 +93,14 @@ class CoupledOperator:
         self.slip = SlipOperator.of(influence, shape)
         padded = padded_shape(shape)
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
-        # the torus is the larger one where the box is a single cell wide
-        quadrant = influence.quadrant(max(padded[0], torus[0]) // 2 + 2, max(padded[1], torus[1]) // 2 + 1)
+        quadrant = influence.quadrant(padded[0] // 2 + 2, padded[1] // 2 + 1)
         along = pressure_quadrants(quadrant)
         self.by_pressure = difference_symbols(along, padded, influence.spacing[0])
         self.lift = -symbols(along, padded)  # by reciprocity
         self.gap = symbols([(quadrant[0], (1, 1))], padded)[0]
         self.plan = transform(padded, 3, shape[0])
-        self.torus_inverse = inverse_symbol(symbols([(quadrant[0], (1, 1))], torus)[0].real, influence, torus)
+        self.torus = NormalOperator.on_torus(influence, torus)
         self.torus_plan = transform(torus, 1, torus[0])
-        self.stiffness = stiffness_of(self.torus_inverse, torus)
 
     def multiply(self) -> None:
         """From stresses to responses, in place in the corner of `plan.real` [3, nx, py]."""
@@ -123,7 +121,7 @@ class CoupledOperator:
         plan.real[:] = 0.0
         coupled.spread_uneven(gap, cells, factor, plan.real[0])
         plan.forward()
-        arrays.scale_real(plan.hat[0], self.torus_inverse)
+        arrays.scale_real(plan.hat[0], self.torus.inverse)
         plan.backward()
         coupled.gather_uneven(plan.real[0], cells, out)
 
@@ -166,7 +164,7 @@ class CoupledSystem:
         coupled.gather_contact(stress, self.response, self.cells, self.p, self.q, self.s)
         self.closing = np.empty(m)
         operator.closing(self.response[2], self.cells, 1.0, self.closing)
-        self.residual_normal = float(np.linalg.norm(self.closing) / np.linalg.norm(self.p))
+        self.residual_normal = arrays.norm2(self.closing[None]) / arrays.norm2(self.p[None])
         bound = self.scene.friction * self.p
         w = self.scale[:, self.cells[:, 0], self.cells[:, 1]].T
         self.friction = NewtonSystem(operator.slip, self.cells, np.maximum(bound, _LEAST * bound.max()), w)
@@ -186,7 +184,7 @@ class CoupledSystem:
     @property
     def attainable(self) -> float:
         """About the least normal residual that rounding allows."""
-        return attainable_residual(self.operator.stiffness, self.rigid[2], self.response[2], self.stress[2])
+        return self.operator.torus.attainable(self.rigid[2], self.response[2], self.stress[2])
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [3 m], into `out`."""
@@ -245,9 +243,6 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
     Pressure and tractions are found by the same Newton steps; their products are counted with the tractions'.
     """
     influence = influence or influence_of(scene)
-    if not influence.moves_by_pressure:
-        contact = solve_normal(scene, influence)
-        return contact, solve_rolling(contact, scene)
     contact, q, coarse = _start(scene, influence)
     stress = np.stack([contact.spread(q[:, 0]), contact.spread(q[:, 1]), contact.solution.p])
     box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)

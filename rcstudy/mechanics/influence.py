@@ -143,14 +143,6 @@ class Influence:
         one = alpha * float(frequency_response(self._substrate, self._layers, np.array([alpha]))[1, 0])
         return one - (0.0 if self._counterbody is None else float(half_space_response(self._counterbody)[1]))
 
-    @property
-    def moves_by_pressure(self) -> bool:
-        """Whether pressure displaces the surfaces along each other: not so for quasi-identical bodies."""
-        if self._layers or self._counterbody is None:
-            return True
-        one, two = ((1.0 - 2.0 * m.nu) / m.G for m in (self._top, self._counterbody))
-        return not math.isclose(one, two, rel_tol=1e-14)
-
     def quadrant(self, nx: int, ny: int) -> np.ndarray:
         """Coefficients at offsets i dx, j dy, i = 0..nx-1, j = 0..ny-1: array [6, >= nx, >= ny] in mm/MPa.
 

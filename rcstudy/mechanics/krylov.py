@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
 from rcstudy.mechanics.keeping import keep_within
-from rcstudy.mechanics.kernels import tractions
+from rcstudy.mechanics.kernels import arrays, tractions
 
 Product = Callable[[np.ndarray, np.ndarray], None]
 
@@ -71,7 +70,7 @@ def gmres(
     rows' product with x.
     """
     x, more = np.zeros(b.size), np.zeros(extra)
-    beta = math.sqrt(b @ b)
+    beta = arrays.norm2(b[None])
     if beta == 0.0:
         return x, more
     room = room_for(b.size, extra)

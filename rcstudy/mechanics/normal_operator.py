@@ -9,6 +9,7 @@ import numpy as np
 
 from rcstudy.mechanics.convolution import convolve, padded_shape, symbols
 from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.kernels import arrays
 
 _SOUND = 1e-5  # smallest over largest value of a symbol that needs no second look
 
@@ -31,7 +32,11 @@ class NormalOperator:
     @staticmethod
     def of(influence: Influence, shape: tuple[int, int]) -> NormalOperator:
         """The operator for a box of `shape`, made once for these coefficients."""
-        padded = padded_shape(shape)
+        return NormalOperator.on_torus(influence, padded_shape(shape))
+
+    @staticmethod
+    def on_torus(influence: Influence, padded: tuple[int, int]) -> NormalOperator:
+        """The operator on a torus of `padded` cells, made once for these coefficients."""
         return influence.once(("normal", padded), lambda: NormalOperator._made(influence, padded))
 
     @staticmethod
@@ -39,7 +44,7 @@ class NormalOperator:
         coefficients = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)[0]
         real = np.ascontiguousarray(symbols([(coefficients, (1, 1))], padded)[0].real)
         inverse = inverse_symbol(real, influence, padded)
-        stiffness = stiffness_of(inverse, padded)
+        stiffness = arrays.norm2(inverse) / math.sqrt(inverse.size) * padded[0] * padded[1]
         return NormalOperator(padded, real, inverse, stiffness, coefficients)
 
     def displacement(self, p: np.ndarray) -> np.ndarray:
@@ -51,22 +56,12 @@ class NormalOperator:
         return convolve(self.inverse, self.padded, gap)
 
     def attainable(self, gap: np.ndarray, g: np.ndarray, p: np.ndarray) -> float:
-        """About the least residual that rounding allows, see `attainable_residual`."""
-        return attainable_residual(self.stiffness, gap, g, p)
+        """About the least residual that rounding allows, at pressure `p` and gaps undeformed `gap` and deformed `g`.
 
-
-def stiffness_of(inverse: np.ndarray, padded: tuple[int, int]) -> float:
-    """How large (MPa/mm) the symbol `inverse` on a torus `padded` makes noise."""
-    return float(np.linalg.norm(inverse)) / math.sqrt(inverse.size) * padded[0] * padded[1]
-
-
-def attainable_residual(stiffness: float, gap: np.ndarray, g: np.ndarray, p: np.ndarray) -> float:
-    """About the least residual that rounding allows, at pressure `p` and gaps undeformed `gap` and deformed `g`.
-
-    Rounding leaves noise in the gap, and the inverse makes pressures of it.
-    """
-    noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
-    return noise * stiffness * math.sqrt(float(np.count_nonzero(p))) / float(np.linalg.norm(p))
+        All [nx, ny]. Rounding leaves noise in the gap, and the inverse makes pressures of it.
+        """
+        noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
+        return noise * self.stiffness * math.sqrt(float(np.count_nonzero(p))) / arrays.norm2(p)
 
 
 def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:

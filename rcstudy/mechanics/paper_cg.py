@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from rcstudy.mechanics.convolution import PairOperator
+from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.rolling import RollingSolution
 
 _MAX_ITERATIONS = 2000
@@ -73,8 +74,8 @@ def solve_paper_cg(
         new = q - (square / curvature if curvature > 0.0 else 0.0) * t  # Eq. 22
         size = np.hypot(new[:, 0], new[:, 1])
         new *= np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]  # Eq. 23
-        norm = float(np.linalg.norm(new))
-        change = float(np.linalg.norm(new - q)) / norm if norm > 0.0 else 0.0
+        norm = arrays.norm2(new)
+        change = arrays.norm2(new - q) / norm if norm > 0.0 else 0.0
         q, square_old = new, square
         u, edge = displaced(q)
         iteration += 1

@@ -187,7 +187,7 @@ class NewtonSystem:
         self.places, self._places = operator.plan.places(cells), operator.torus_plan.places(cells)
         self.rho = 1.0 / operator.diagonal
         self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
-        self._scale = self.rho * _norm(w)
+        self._scale = self.rho * arrays.norm2(w)
         self.slip = np.zeros(n, dtype=np.bool_)
         self.normal = np.zeros((n, 2))
         self.curvature = np.zeros(n)
@@ -220,7 +220,7 @@ class NewtonSystem:
         operator = self.operator
         coupling = operator.spacing[0] / operator.compliance
         tractions.slip_rows(self.curvature, operator.diagonal, coupling, self.diagonal, self.damping)
-        residual = _relative(math.sqrt(square), min(_norm(q), self._scale))
+        residual = _relative(math.sqrt(square), min(arrays.norm2(q), self._scale))
         if looking is not None:
             looking.judge(s, self.lawful, residual)
         return residual
@@ -370,12 +370,6 @@ def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
     size = np.hypot(q[:, 0], q[:, 1])
     result: np.ndarray = q * np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]
     return result
-
-
-def _norm(a: np.ndarray) -> float:
-    """Euclidean norm of all of `a`: np.linalg.norm takes as long as a kernel on small arrays."""
-    flat = a.ravel()
-    return math.sqrt(flat @ flat)
 
 
 def _relative(size: float, scale: float) -> float:

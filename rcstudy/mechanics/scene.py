@@ -6,6 +6,7 @@ derived quantity (influence coefficients, Fourier symbols) can go stale behind i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -86,3 +87,11 @@ class Scene:
     discretisation: Discretisation = "kalker"
     spin_point: float = 0.0
     tolerance: Tolerance = Tolerance()
+
+    @property
+    def moves_by_pressure(self) -> bool:
+        """Whether pressure displaces the surfaces along each other: not so for quasi-identical bodies."""
+        if self.layers or self.counterbody is None:
+            return True
+        one, two = ((1.0 - 2.0 * body.nu) / body.G for body in (self.substrate, self.counterbody))
+        return not math.isclose(one, two, rel_tol=1e-14)
