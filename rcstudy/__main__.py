@@ -32,8 +32,9 @@ def main() -> None:
         print("interrupted", file=sys.stderr)
     if isinstance(code, int):
         with contextlib.suppress(OSError):  # which Python tells of when it leaves by itself
-            sys.stdout.flush()
-            sys.stderr.flush()
+            for stream in (sys.stdout, sys.stderr):
+                if stream is not None:  # closed by who started this
+                    stream.flush()
             # Also for Ctrl-C inside exec() of text (any dataclass being made): it stays "unhandled" to CPython even
             # when it was caught, and `python -m` would then end by SIGINT in place of this code.
             os._exit(code)

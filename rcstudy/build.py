@@ -19,6 +19,9 @@ COATING_KEYS = ("layer_count", "thickness", "modulus", "layer_nu")
 Parts = dict[str, Any]
 
 
+_WIDER = 1.05  # than the contact is found on a coarse mesh, it may be on a finer one
+
+
 class BuildError(ValueError):
     """Settings that are each allowed but make no scene together."""
 
@@ -99,14 +102,14 @@ def fitted_size(
     counterbody: Material | None,
     radius: tuple[float, float],
     load: float,
-    margin: float,
+    margins: tuple[float, float],
 ) -> tuple[float, float]:
-    """`mesh.size: auto`: the sides (mm) of a window `margin` times as wide as the contact without friction."""
+    """`mesh.size: auto`: the sides (mm) of a window `margins` times as wide as the contact without friction."""
     from rcstudy.mechanics.window import contact_extent  # brings the compiled kernels: only studies that fit need them
 
     mesh = Mesh((1.0, 1.0), (1, 1))  # stands in for the one that is sought
     extent = contact_extent(Scene(substrate, radius, load, mesh, layers, counterbody))
-    return margin * extent[0], margin * extent[1]
+    return margins[0] * extent[0], margins[1] * extent[1]
 
 
 def build(parts: Parts) -> Scene:
@@ -128,7 +131,9 @@ def build(parts: Parts) -> Scene:
         layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
     size: tuple[Quantity, Quantity] | None = parts["mesh"]["size"]
     if size is None:
-        width = fitted_size(substrate, layers, counterbody, radius, parts["load"], parts["mesh"]["margin"])
+        # of few cells one has to be free on either side, whatever the margin
+        margins = tuple(max(parts["mesh"]["margin"], _WIDER * n / (n - 2)) for n in parts["mesh"]["cells"])
+        width = fitted_size(substrate, layers, counterbody, radius, parts["load"], cast(tuple[float, float], margins))
     else:
         width = size[0].resolve(a), size[1].resolve(a)
     creepage = parts["creepage"]
@@ -150,7 +155,7 @@ def build(parts: Parts) -> Scene:
 
 
 def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
-    """Why the mesh does not suit the contact, judged by the least size it can have: ("", "") if it does.
+    """Why the mesh does not suit the contact, judged by the sizes that it can have: ("", "") if it may.
 
     Returns the key of the mesh at fault ("size" or "cells") and what is allowed for it.
 
@@ -160,12 +165,12 @@ def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
     if parts["mesh"]["size"] is None:
         return "", ""
     try:
-        semi_axes, _ = contact_bounds(scene) if scene.layers else (scene_hertz(scene).a, None)
+        least, most = contact_bounds(scene) if scene.layers else (scene_hertz(scene).a,) * 2
     except ArithmeticError:  # a layer so stiff or so compliant that the contact has no size in double precision
         return "size", "layers on which the contact is larger than nothing"
-    for axis, half, size, step in zip("xy", semi_axes, scene.mesh.size, scene.mesh.spacing, strict=True):
-        if not 2.0 * half < size < math.inf:
-            return "size", f"a window larger than the contact, about {2.0 * half:.4g} mm along {axis}"
-        if 2.0 * half < step:
-            return "cells", f"cells smaller than the contact, about {2.0 * half:.4g} mm along {axis}"
+    for axis, low, high, size, step in zip("xy", least, most, scene.mesh.size, scene.mesh.spacing, strict=True):
+        if not 2.0 * low < size < math.inf:
+            return "size", f"a window larger than the contact, about {2.0 * low:.4g} mm along {axis}"
+        if 2.0 * high < step:
+            return "cells", f"cells smaller than the contact, about {2.0 * high:.4g} mm along {axis}"
     return "", ""

@@ -7,6 +7,7 @@ Exit codes: 0 done (all cases solved; cubes the same), 1 cubes differ, 2 bad inp
 from __future__ import annotations
 
 import functools
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 EXIT_DIFFERENT = 1
 EXIT_BAD_INPUT = 2
 EXIT_FAILED_CASES = 3
+EXIT_UNHEARD = 141  # as of a program that a broken pipe ended
 
 _SHOWN_FAILURES = 10
 
@@ -54,6 +56,12 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
             code = command(*args, **kwargs)
         except UserError as error:
             print(error, file=sys.stderr)
+            code = EXIT_BAD_INPUT
+        except BrokenPipeError:  # who reads the output has seen enough
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            code = EXIT_UNHEARD
+        except OSError as error:
+            print(f"{error.filename or 'output'}: {error.strerror or error}", file=sys.stderr)
             code = EXIT_BAD_INPUT
         except KeyboardInterrupt:
             print("interrupted", file=sys.stderr)
@@ -176,7 +184,7 @@ def _outcome(done: Summary, part: str = "") -> int:
     if part:
         print(f"{text}; when all shards are: rcstudy merge")
     else:
-        print(f"{text}; {done.output}: {done.output.stat().st_size / 1e6:.1f} MB")
+        print(f"{text}; {done.output}: {done.output.resolve().stat().st_size / 1e6:.1f} MB")
         if done.failed:
             _say(f"rcstudy failures {done.output} lists what is not solved, each with a study of its own")
     return EXIT_FAILED_CASES if done.failed else 0
@@ -234,7 +242,8 @@ def failures(
             print(path)
     else:
         print(failing.listing(found), end="")
-    _say(f"{len(found)} cases are not solved" if found else "all cases are solved")
+    count = "one case is" if len(found) == 1 else f"{len(found)} cases are"
+    _say(f"{count} not solved" if found else "all cases are solved")
 
 
 @app.command()
@@ -255,7 +264,8 @@ def show(cube: CubePath) -> None:
     from rcstudy.show import summary
 
     with reading(cube), open_cube(cube) as tree:
-        print(summary(tree))
+        text = summary(tree)
+    print(text)
 
 
 @app.command()

@@ -6,6 +6,7 @@ match is not taken over. Fields are copied as they were compressed.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy as np
 
 from rcstudy.cube_writer import checksum
 from rcstudy.deflate import compress
+from rcstudy.errors import UserError
 from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, cell_centres
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
@@ -24,6 +26,24 @@ from rcstudy.result import VARIABLES, Status
 from rcstudy.screen import foreign_content
 
 _GZIP = 1  # HDF5's number of the deflate filter
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
+
+
+def refuse_foreign(output: Path) -> None:
+    """Raise UserError unless `output` is free or a cube, perhaps a damaged one: nothing else is replaced by a cube."""
+    if not output.exists():
+        return
+    if output.is_dir():
+        raise UserError(f"{output}: is a folder, not a file")
+    if not output.is_file():
+        raise UserError(f"{output}: is a device or the like, not a file")
+    with output.open("rb") as file:
+        head = file.read(len(_SIGNATURE))
+    foreign = bool(head) and head != _SIGNATURE
+    with contextlib.suppress(OSError), h5py.File(output, "r") as cube:  # one that cannot be opened is damaged
+        foreign = SCHEMA_ATTRIBUTE not in cube.attrs
+    if foreign:
+        raise UserError(f"{output}: there is a file that is no cube; it is not replaced: give another --output")
 
 
 class EarlierCube:

@@ -64,6 +64,10 @@ ALIGNED: dict[str, Fit] = {
 }
 
 
+# Where all cells stick a zone narrower than half a cell may slip behind them: so much of the area over cells a radius.
+_UNSEEN = 0.3
+
+
 def error_estimates(scene: Scene, cells: int, levels: Sequence[dict[str, float]]) -> dict[str, float]:
     """`<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
 
@@ -91,6 +95,8 @@ def error_estimates(scene: Scene, cells: int, levels: Sequence[dict[str, float]]
         out[f"{name}_error"] = estimate + tolerance * scale
     if "slip_area" in finest and finest["slip_area"] == finest["contact_area"]:
         out["slip_area_error"] = out["contact_area_error"]  # all slips
+    if finest.get("slip_area") == 0.0 and finest["traction_max"] > 0.0:
+        out["slip_area_error"] = max(out["slip_area_error"], _UNSEEN / per_radius * finest["contact_area"])
     return out
 
 

@@ -75,7 +75,8 @@ def _normal_failure(contact: NormalContact) -> Result | None:
         size = contact.scene.mesh.size
         return Result(
             Status.REFUSED,
-            f"the contact reaches the edge of the {size[0]:g} x {size[1]:g} mm window: enlarge mesh.size",
+            f"the contact reaches the edge of the {size[0]:g} x {size[1]:g} mm window: enlarge mesh.size, or "
+            "mesh.margin where it is auto",
         )
     if not solution.converged and contact.scene.tolerance.normal < solution.attainable:
         return Result(

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy.earlier import EarlierCube
+from rcstudy.earlier import EarlierCube, refuse_foreign
 from rcstudy.errors import UserError
 from rcstudy.index import Index
 from rcstudy.lock import locked
@@ -216,11 +216,10 @@ def opened(
     Raises UserError when the output cannot be written to, or another process is at work on it.
     """
     folder = units_folder(output)
-    if folder.parent.joinpath(folder.name.removesuffix(".units")).is_dir():
-        raise UserError(f"{output}: is a folder, not a file")
     with contextlib.ExitStack() as stack:
         index = Index(cases, keep)
         try:
+            refuse_foreign(output)
             stack.enter_context(locked(folder, shard, take_over=take_over))
             remove_leftovers(folder)
             if fresh:

@@ -177,12 +177,15 @@ def test_plan(folder: Path) -> None:
     assert sorted(entry.name for entry in folder.iterdir()) == ["quick.yaml"]
 
 
+OLD = b"\x89HDF\r\n\x1a\nold"  # a cube, of which a disk has left little
+
+
 def start_long_sweep(folder: Path, workers: str) -> subprocess.Popen[str]:
     """A sweep of 800 cases over an old cube `long.nc`, in a process group of its own, at its first cases."""
     loads = ", ".join(str(load) for load in range(20, 420))
     text = STUDY.replace("    axes:\n", f"    axes:\n      load: [{loads}]\n").replace("0.8, 0.8", "3, 3")
     (folder / "long.yaml").write_text(text)
-    (folder / "long.nc").write_bytes(b"old")
+    (folder / "long.nc").write_bytes(OLD)
     sweep = process("sweep", "long.yaml", "--workers", workers, cwd=folder, start_new_session=True)
     assert sweep.stderr is not None
     first = sweep.stderr.readline()
@@ -210,7 +213,7 @@ def test_ctrl_c(tmp_path: Path, workers: str) -> None:
     )
     assert told, err
     assert "Traceback" not in err
-    assert (tmp_path / "long.nc").read_bytes() == b"old"
+    assert (tmp_path / "long.nc").read_bytes() == OLD
     units = ["long.nc.units"] if int(told[1]) else []
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["long.nc", *units, "long.yaml"]
     assert gone(sweep.pid), "a worker is left"
@@ -256,7 +259,7 @@ def test_killed_in_the_middle(tmp_path: Path) -> None:
     sweep = start_long_sweep(tmp_path, "2")
     sweep.kill()
     sweep.communicate(timeout=60)
-    assert (tmp_path / "long.nc").read_bytes() == b"old"
+    assert (tmp_path / "long.nc").read_bytes() == OLD
     assert gone(sweep.pid), "a worker is left"
     # the new cube was in the making
     names = sorted(entry.name for entry in tmp_path.iterdir() if not entry.name.startswith("long.nc.tmp-"))

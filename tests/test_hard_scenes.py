@@ -251,3 +251,169 @@ def test_few_cells_let_another_in(load):
     """Seven cells across: the last change of the approach lets a cell overlap that the active set had left out."""
     solved(Scene(STEEL, (50.0, 50.0), load, Mesh((3.0, 3.0), (16, 16)), creepage=Creepage(0.002)))
     solved(Scene(STEEL, (50.0, 50.0), load, Mesh((3.0, 3.0), (16, 16)), counterbody=STEEL, creepage=Creepage(0.002)))
+
+
+# --- coatings a hundredth of the contact thick, which bend like plates ---
+
+SKIN = {
+    "substrate": {"E": 2000, "nu": 0.3},
+    "layers": [{"E": "600 Es", "nu": 0.3, "thickness": "0.01 a"}],
+    "radius": 10,
+    "load": 10,
+    "creepage": {"lateral": 3e-5},
+    "mesh": {"size": "auto", "cells": [64, 64]},
+    "tolerance": {"normal": 1e-6, "tangential": 1e-6},
+}
+LONG = {
+    **SKIN,
+    "radius": [5, 100],
+    "creepage": {"longitudinal": 1e-6},
+    "mesh": {"size": "auto", "cells": [50, 50], "margin": 1.6},
+}
+
+
+def of(mapping, **changes):
+    return solve_scene(scene_from_mapping({**mapping, **changes}))
+
+
+@pytest.mark.parametrize(("cells", "most"), [(64, 160), (128, 260)])
+def test_preconditioner_on_a_skin(cells, most):
+    """Wrapped on a torus, coefficients of short waves are negative: 11901 products, and none sufficed on 128 cells."""
+    result = of(SKIN, mesh={"size": "auto", "cells": [cells, cells]})
+    assert result.status == Status.SOLVED
+    assert result.scalars["operator_products"] < most
+
+
+@pytest.mark.parametrize("friction", [1e-4, 1e-3])
+@pytest.mark.parametrize("coupling", ["one-way", "full"])
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_little_friction_on_a_skin(friction, coupling, discretisation):
+    """Pressure moves the surface ten thousand times what friction can hold; all slips, and all ways agree."""
+    result = of(LONG, friction=friction, coupling=coupling, discretisation=discretisation)
+    assert result.status == Status.SOLVED, result.reason
+    assert result.scalars["slip_area"] == pytest.approx(result.scalars["contact_area"])
+    plain = of(LONG, friction=friction).scalars
+    assert result.scalars["approach"] == pytest.approx(plain["approach"], rel=1e-3)
+
+
+def test_full_coupling_that_needs_turns():
+    """A turn whose lift hardly changed was taken for the solution, though its pressure had been solved roughly only."""
+    moduli_and_thicknesses = ((126866670, 0.01102), (1696.4, 0.13835), (2002.2, 0.24256), (36708.4, 0.00057))
+    result = of(
+        {
+            "substrate": {"E": 210000, "nu": 0.3},
+            "layers": [{"E": e, "nu": 0.3, "thickness": t} for e, t in moduli_and_thicknesses],
+            "radius": [7.313, 379.66],
+            "load": 1.26925,
+            "friction": 0.01167,
+            "creepage": {"lateral": 3.25e-8},
+            "mesh": {"size": [0.0049, 2.811], "cells": [101, 101]},
+            "coupling": "full",
+            "tolerance": {"normal": 1e-6, "tangential": 1e-6},
+        }
+    )
+    assert result.status == Status.SOLVED, result.reason
+
+
+def test_contact_with_a_hole():
+    """A skin lifts off within the contact: cells there carry nothing, and are no reason for NaN."""
+    skin = {
+        "substrate": {"E": 2, "nu": 0.45},
+        "layers": [{"E": 20000, "nu": 0.3, "thickness": "0.03 a"}],
+        "radius": 10,
+        "load": 1e-3,
+        "friction": 0.4,
+        "creepage": {"longitudinal": 1e-3},
+        "mesh": {"size": "auto", "cells": [48, 48], "margin": 1.6},
+        "tolerance": {"normal": 1e-6, "tangential": 1e-6},
+    }
+    forces = []
+    for discretisation in ("kalker", "aligned"):
+        result = of(skin, discretisation=discretisation)
+        assert result.status == Status.SOLVED, result.reason
+        touched = result.fields["pressure"] > 0.0
+        assert (np.diff(np.flatnonzero(touched[:, touched.any(axis=0)].any(axis=1))) == 1).all()
+        assert any((np.diff(np.flatnonzero(row)) > 1).any() for row in touched)  # there is a hole
+        forces.append(result.scalars["force_x"])
+    assert forces[0] == pytest.approx(forces[1], rel=1e-3)
+
+
+def test_plates_on_ellipses_are_not_refused_for_their_window():
+    """They are narrower than any half-space of these materials lets an ellipse be."""
+    plate = {
+        "substrate": {"E": 2000, "nu": 0.3},
+        "layers": [{"E": "100 Es", "nu": 0.3, "thickness": "0.2 a"}],
+        "radius": [10, 200],
+        "load": 10,
+    }
+    fitted = scene_from_mapping({**plate, "mesh": {"size": "auto", "cells": [40, 40], "margin": 1.15}}).mesh.size
+    result = of(plate, mesh={"size": list(fitted), "cells": [40, 40]})
+    assert result.status == Status.SOLVED, result.reason
+
+
+# --- aligned cells ---
+
+
+def test_no_traction_beyond_the_largest_bound():
+    """Peaks at the border of the stick zone are between cells, where the pressure is no larger than its summit."""
+    layers = [{"E": e, "nu": 0.3, "thickness": "0.1 a"} for e in ("3 Es", "9 Es", "27 Es", "9 Es", "3 Es", "0.3 Es")]
+    for cells in (24, 33, 48, 51, 64):
+        for spin in (0.01, 0.02, 0.05):
+            scene = {
+                "substrate": {"E": 210000, "nu": 0.3},
+                "layers": layers,
+                "radius": 50,
+                "load": 100,
+                "friction": 0.3,
+                "creepage": {"spin": spin},
+                "discretisation": "aligned",
+                "mesh": {"size": "auto", "cells": [cells, cells]},
+            }
+            scalars = of(scene).scalars
+            assert scalars["traction_max"] <= 0.3 * scalars["pressure_max"] * (1.0 + 1e-12)
+
+
+def test_slip_that_is_not_seen_has_an_error_bar():
+    """Slip in a zone narrower than half a cell shows on finer meshes only."""
+    scene = {
+        "substrate": {"E": 210000, "nu": 0.3},
+        "counterbody": {"E": 210000, "nu": 0.3},
+        "radius": 50,
+        "load": 100,
+        "creepage": {"longitudinal": 1e-4},
+        "discretisation": "aligned",
+    }
+    coarse, fine = (of(scene, mesh={"size": "auto", "cells": [n, n], "margin": 1.6}).scalars for n in (24, 128))
+    assert coarse["slip_area"] == 0.0 < fine["slip_area"]
+    assert fine["slip_area"] < coarse["slip_area_error"] < 5.0 * fine["slip_area"]
+    still = of(scene, creepage={"longitudinal": 0.0}, mesh={"size": "auto", "cells": [24, 24], "margin": 1.6}).scalars
+    assert still["slip_area_error"] < 1e-4
+
+
+@pytest.mark.parametrize("friction", [0.3, 1.0])
+def test_proof_of_full_coupling_is_of_the_stored_tractions(friction):
+    """Pressure and tractions belong together as far as the proof says; where they swing for good it does not hold."""
+    scene = {
+        "substrate": {"E": 210000, "nu": 0.3},
+        "counterbody": {"E": 50, "nu": 0.0},
+        "radius": 50,
+        "load": 10,
+        "friction": friction,
+        "creepage": {"longitudinal": 0.05},
+        "coupling": "full",
+        "discretisation": "aligned",
+        "mesh": {"size": "auto", "cells": [24, 24], "margin": 1.6},
+        "tolerance": {"normal": 1e-6, "tangential": 1e-6},
+    }
+    result = of(scene)
+    assert result.scalars["proof_gap"] > 1e-6  # not that of an earlier turn
+    assert (result.status == Status.SOLVED) == (result.scalars["proof_gap"] <= 1e-3)
+    assert friction > 0.5 or result.status == Status.SOLVED
+
+
+@pytest.mark.parametrize(("margin", "cells"), [(1.05, 32), (1.1, 16), (1.25, 6), (1.25, 4)])
+def test_fitted_window_leaves_a_cell_free(margin, cells):
+    """Whatever the margin: the least that is allowed was refused on up to 32 cells."""
+    bare = {"substrate": {"E": 210000, "nu": 0.3}, "radius": 50, "load": 100}
+    result = of(bare, mesh={"size": "auto", "cells": [cells, cells], "margin": margin})
+    assert result.status == Status.SOLVED, result.reason

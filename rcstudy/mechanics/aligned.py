@@ -77,6 +77,7 @@ _PRESSED = np.concatenate(
     )
 )
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
+_LEAST = 1e-9  # least pressure of a cell, over the largest
 _HALFWAY = 1e-3  # in cells: closer to the middle between two rows both are as close, whatever rounding says
 
 
@@ -113,6 +114,8 @@ class AlignedContact(NormalContact):
         self._pressure, self._middle = np.zeros(number), np.zeros(number)
         of_cells = self._start, self._count, self._index, self._pressure, self._middle
         rows.row_bounds(p, *self._profiles, *of_cells)
+        # plates can lift off within a row: what they carry there is nothing, but a bound must not be
+        np.maximum(self._pressure, _LEAST * self._pressure.max(initial=0.0), out=self._pressure)
 
     @cached_property
     def cells(self) -> np.ndarray:
@@ -328,7 +331,8 @@ class AlignedContact(NormalContact):
             squares = rows.squares_at_borders(*self._profiles, borders[:found])
             peaks += [friction * rows.peak_at_borders(squares, borders[:found]), float(size[~slip].max())]
         stick.move_oblique(borders, last, length)
-        return self._slip_area(length, slip), max(peaks)
+        # no border carries more than where the pressure is largest
+        return self._slip_area(length, slip), min(max(peaks), friction * self.pressure_max)
 
     def _slip_area(self, length: np.ndarray, slip: np.ndarray) -> float:
         """Area of the slip zone (mm^2) from the length [ny] of the stick zone in each row, in cells.

@@ -149,6 +149,7 @@ class CoupledSystem:
         # gaps count as slips do: their pressures times the diagonal of B
         self.unit = _WEIGHT * self.operator.slip.diagonal
         self.products = 0
+        self.attainable = np.inf  # about the least normal residual that rounding allows, from where `solve` began
         self._cells = np.empty((x.size * y.size, 2), dtype=np.int64)
 
     def look(self, stress: np.ndarray) -> None:
@@ -181,11 +182,6 @@ class CoupledSystem:
         """Whether both residuals meet their tolerances, and no cell overlaps without pressure."""
         return self.residual <= 1.0 and self.settled
 
-    @property
-    def attainable(self) -> float:
-        """About the least normal residual that rounding allows."""
-        return self.operator.torus.attainable(self.rigid[2], self.response[2], self.stress[2])
-
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [3 m], into `out`."""
         self.products += 1
@@ -210,8 +206,11 @@ class CoupledSystem:
         self.look(self._after)
 
     def shorten(self, length: float) -> None:
-        """Take no more than the part `length` of the last Newton step."""
-        self.look(self._before + length * (self._after - self._before))
+        """Take no more than the part `length` of the last Newton step, with tractions within their bound."""
+        stress = self._before + length * (self._after - self._before)
+        bound = self.scene.friction * stress[2]
+        stress[:2] *= np.minimum(bound / np.maximum(np.hypot(stress[0], stress[1]), 1e-300), 1.0)
+        self.look(stress)
 
     def _stepped(self, forcing: float) -> np.ndarray:
         """Stresses after the full step."""
@@ -233,6 +232,7 @@ class CoupledSystem:
         self.scale = (self.operator.responses(without_tractions) + self.rigid)[:2]
         self.products += 1
         self.look(stress)
+        self.attainable = self.operator.torus.attainable(self.rigid[2], self.response[2], self.stress[2])
         hopeless = self.scene.tolerance.normal < HOPELESS * self.attainable
         return 0 if hopeless else newton.solve(self, _MAX_NEWTON, _PATIENCE)
 
@@ -244,6 +244,7 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
     """
     influence = influence or influence_of(scene)
     contact, q, coarse = _start(scene, influence)
+    began_at_edge = at_edge(Box.around(contact.solution.p > 0.0), scene.mesh.cells)
     stress = np.stack([contact.spread(q[:, 0]), contact.spread(q[:, 1]), contact.solution.p])
     box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)
     start, taken_in_turn = stress, False
@@ -272,7 +273,8 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
         contact.solution.iterations + iterations,
         contact.solution.products,
         system.settled and system.residual_normal <= tolerance.normal,
-        at_edge(touched, scene.mesh.cells),
+        # where what did not converge reaches says nothing, but of contacts that began there
+        at_edge(touched, scene.mesh.cells) and (system.solved or began_at_edge),
         system.attainable,
     )
     rolling = _tractions(system)
@@ -309,7 +311,9 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray) -> tuple[np
     lift, change = np.zeros(gap.shape), np.zeros(gap.shape)
     error = relaxation = 1.0
     turn = products = 0
-    while turn < _MAX_TURNS and error > max(own.normal, own.tangential):
+    tolerance = Tolerance(1.0, 1.0)
+    # a lift that hardly changes is not enough, if what it came from was only solved roughly
+    while turn < _MAX_TURNS and (error > max(own.normal, own.tangential) or tolerance != own):
         tolerance = Tolerance(max(own.normal, _TURN * error), max(own.tangential, _TURN * error))
         eased = replace(scene, tolerance=tolerance)
         pressure = solve_pressure(eased, influence, gap + lift, stress[2])

@@ -114,6 +114,16 @@ class Influence:
             response = response + half_space_response(self._counterbody)[0] / alpha
         return response
 
+    def traction_responses(self, alpha: np.ndarray) -> np.ndarray:
+        """Frequency responses [2, n] (mm/MPa) of both bodies together to tractions along and across the waves.
+
+        That is, of displacements along the tractions; `alpha` [n]: wave numbers (1/mm).
+        """
+        responses: np.ndarray = frequency_response(self._substrate, self._layers, alpha)[2:]
+        if self._counterbody is not None:
+            responses = responses + half_space_response(self._counterbody)[2:, None] / alpha
+        return responses
+
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """What `make` makes of these coefficients (symbols on some box), made at the first call with `key` and kept."""
         if key not in self._made:

@@ -10,8 +10,7 @@ import numpy as np
 from rcstudy.mechanics.convolution import convolve, padded_shape, symbols
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays
-
-_SOUND = 1e-5  # smallest over largest value of a symbol that needs no second look
+from rcstudy.mechanics.wrapped import positive_normal
 
 
 @dataclass(frozen=True)
@@ -19,7 +18,7 @@ class NormalOperator:
     """u_z (mm) by pressure (MPa) on a box of cells. Belongs to one set of bodies, one mesh and one padded shape.
 
     `real` [py//2+1, px]: the symbol, with 1/(px py) in it, real as the coefficients are even; `inverse`: symbol of
-    pressures by gaps, see `inverse_symbol`; `stiffness` (MPa/mm): how large it makes noise; `coefficients`
+    pressures by gaps, see `wrapped.py`; `stiffness` (MPa/mm): how large it makes noise; `coefficients`
     [> px//2, > py//2] (mm/MPa): u_z at offsets i, j >= 0.
     """
 
@@ -43,7 +42,7 @@ class NormalOperator:
     def _made(influence: Influence, padded: tuple[int, int]) -> NormalOperator:
         coefficients = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)[0]
         real = np.ascontiguousarray(symbols([(coefficients, (1, 1))], padded)[0].real)
-        inverse = inverse_symbol(real, influence, padded)
+        inverse = 1.0 / (positive_normal(real, influence, padded) * (padded[0] * padded[1]) ** 2)
         stiffness = arrays.norm2(inverse) / math.sqrt(inverse.size) * padded[0] * padded[1]
         return NormalOperator(padded, real, inverse, stiffness, coefficients)
 
@@ -62,32 +61,3 @@ class NormalOperator:
         """
         noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
         return noise * self.stiffness * math.sqrt(float(np.count_nonzero(p))) / arrays.norm2(p)
-
-
-def inverse_symbol(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
-    """Symbol [py//2+1, px] of pressures by gaps, the inverse of `operator_hat`, u_z by p on a torus `padded`.
-
-    Coefficients wrapped on the torus have a positive symbol, unless a layer so stiff that it bends like a plate puts
-    the kink of the seam above its own small response: there the response itself takes over.
-    """
-    result: np.ndarray = 1.0 / (_positive(operator_hat, influence, padded) * (padded[0] * padded[1]) ** 2)
-    return result
-
-
-def _positive(operator_hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
-    """`operator_hat` [py//2+1, px] where it is sound, the frequency response averaged over a cell where it is not."""
-    if operator_hat.min() > _SOUND * operator_hat.max():
-        return operator_hat
-    kx = 2.0 * math.pi * np.fft.fftfreq(padded[0], influence.spacing[0])[None, :]
-    ky = 2.0 * math.pi * np.fft.rfftfreq(padded[1], influence.spacing[1])[:, None]
-    alpha = np.hypot(kx, ky)
-    alpha[0, 0] = alpha[0, 1] if padded[0] > 1 else 1.0
-    # a smooth function of log(alpha): a table serves any number of waves
-    nodes = np.geomspace(alpha.min(), alpha.max() * (1.0 + 1e-12), 400)
-    response = np.exp(np.interp(np.log(alpha), np.log(nodes), np.log(influence.normal_response(nodes))))
-    response *= np.sinc(kx * influence.spacing[0] / (2.0 * math.pi)) * np.sinc(
-        ky * influence.spacing[1] / (2.0 * math.pi)
-    )
-    response /= padded[0] * padded[1]
-    result: np.ndarray = np.where(operator_hat < 0.9 * response, response, operator_hat)
-    return result

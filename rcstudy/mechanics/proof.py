@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rcstudy.mechanics.aligned_coupled import KEPT
 from rcstudy.mechanics.centring import slip_at_centres
 from rcstudy.mechanics.contact import NormalContact
 from rcstudy.mechanics.convolution import Box, convolve, padded_around, symbols
@@ -101,6 +102,8 @@ def failures(proof: dict[str, float], scene: Scene) -> list[str]:
     tangential = max(_ROOM * scene.tolerance.tangential, _FLOOR)
     if scene.coupling == "full":
         normal = max(normal, tangential)
+        if scene.discretisation == "aligned":
+            normal = max(normal, 2.0 * KEPT)
     limits = {
         "proof_tension": 0.0,
         "proof_load": _FLOOR,

@@ -50,6 +50,7 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.scene import Creepage
+from rcstudy.mechanics.wrapped import positive_tractions
 
 _MAX_NEWTON = 60
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
@@ -121,7 +122,8 @@ class SlipOperator:
         sharpened = point_factor(torus[0], torus[0]) if sharp else 1.0
         difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
         self.torus_symbol = _packed(difference)
-        self.torus_inverse = _packed(_inverse(symbols(coefficients, torus) * sharpened, 0.0, torus))
+        displacements = positive_tractions(symbols(coefficients, torus), influence, torus) * sharpened
+        self.torus_inverse = _packed(_inverse(displacements, 0.0, torus))
         self.torus_shifted = _packed(_inverse(difference, self.diagonal, torus))
         self.torus_plan = pair_transform(torus)
         self.edge = np.zeros((torus[1], 2))
@@ -187,7 +189,8 @@ class NewtonSystem:
         self.places, self._places = operator.plan.places(cells), operator.torus_plan.places(cells)
         self.rho = 1.0 / operator.diagonal
         self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
-        self._scale = self.rho * arrays.norm2(w)
+        # tractions end within their bound; iterates that are far off it must not look small beside themselves
+        self._scale = min(self.rho * arrays.norm2(w), arrays.norm2(bound[None]))
         self.slip = np.zeros(n, dtype=np.bool_)
         self.normal = np.zeros((n, 2))
         self.curvature = np.zeros(n)
@@ -374,4 +377,4 @@ def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
 
 def _relative(size: float, scale: float) -> float:
     """size/scale, with 0/0 = 0: no creepage, no tractions, no residual."""
-    return size / scale if scale > 0.0 else (np.inf if size > 0.0 else 0.0)
+    return size / scale if scale > 0.0 else (0.0 if size == 0.0 else np.inf)

@@ -1,0 +1,75 @@
+"""Symbols of coefficients that are wrapped on a torus as small as the contact, made fit to be inverted.
+
+They are positive, but for layers so stiff that they bend like plates: there the kink of the seam is above their own
+small response to short waves. These take the response itself, averaged over a cell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from rcstudy.mechanics.influence import Influence
+
+_SOUND = 1e-5  # smallest over largest value of a symbol that needs no second look
+_SHORT = 0.9  # of the response: what falls short of that is the seam's making
+_NODES = 400  # of a table of the response, a smooth function of the logarithm of the wave number
+
+
+def positive_normal(hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
+    """`hat` [py//2+1, px] of u_z by p, with the response where it is too small."""
+    if hat.min() > _SOUND * hat.max():
+        return hat
+    (response,) = _responses(influence, padded, influence.normal_response)
+    result: np.ndarray = np.where(hat < _SHORT * response, response, hat)
+    return result
+
+
+def positive_tractions(pair: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
+    """`pair` xx, xy, yy [3, py//2+1, px] of the displacements by tractions, with the response where it is too small.
+
+    That is, in waves whose smaller principal value is.
+    """
+    smaller, larger = _principal(pair.real)
+    if smaller.min() > _SOUND * larger.max():
+        return pair
+    along, across = _responses(influence, padded, influence.traction_responses)
+    kx, ky = _waves(influence, padded)
+    square = kx**2 + ky**2
+    square[0, 0] = 1.0  # the mean has no direction, and is much the same in all
+    xx, xy = kx**2 / square, kx * ky / square
+    xx[0, 0] = 1.0
+    response = np.stack([xx * along + (1.0 - xx) * across, xy * (along - across), (1.0 - xx) * along + xx * across])
+    result: np.ndarray = np.where(smaller < _SHORT * _principal(response)[0], response, pair)
+    return result
+
+
+def _principal(pair: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Smaller and larger principal value of the symmetric matrices xx, xy, yy [3, ...]."""
+    mean, half = 0.5 * (pair[0] + pair[2]), np.hypot(0.5 * (pair[0] - pair[2]), pair[1])
+    return mean - half, mean + half
+
+
+def _waves(influence: Influence, padded: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Wave numbers kx [1, px], ky [py//2+1, 1] (1/mm)."""
+    kx = 2.0 * math.pi * np.fft.fftfreq(padded[0], influence.spacing[0])[None, :]
+    ky = 2.0 * math.pi * np.fft.rfftfreq(padded[1], influence.spacing[1])[:, None]
+    return kx, ky
+
+
+def _responses(
+    influence: Influence, padded: tuple[int, int], of_waves: Callable[[np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Responses [k, py//2+1, px] (mm/MPa) that `of_waves` gives [k, n], averaged over a cell, as symbols have them."""
+    kx, ky = _waves(influence, padded)
+    alpha = np.hypot(kx, ky)
+    alpha[0, 0] = alpha[0, 1] if padded[0] > 1 else 1.0
+    nodes = np.geomspace(alpha.min(), alpha.max() * (1.0 + 1e-12), _NODES)
+    tables = np.log(np.atleast_2d(of_waves(nodes)))
+    responses = np.stack([np.exp(np.interp(np.log(alpha), np.log(nodes), table)) for table in tables])
+    responses *= np.sinc(kx * influence.spacing[0] / (2.0 * math.pi))
+    responses *= np.sinc(ky * influence.spacing[1] / (2.0 * math.pi))
+    responses /= padded[0] * padded[1]
+    return responses

@@ -1,0 +1,78 @@
+"""What a command may write over, and what becomes of output that nobody takes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import workers
+from studies import SWEPT, load_text
+
+from rcstudy import sweep
+from rcstudy.errors import UserError
+
+
+def run(folder: Path, shell: str) -> subprocess.CompletedProcess[str]:
+    """The command in a shell, `$R` standing for it."""
+    command = f"set -o pipefail; R='{sys.executable} -m rcstudy'; {shell}"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
+    words = ["bash", "-c", command]
+    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.mark.parametrize("name", ["s.yaml", "text.nc", "link.nc"])
+def test_nothing_but_a_cube_is_replaced(name: str, tmp_path: Path) -> None:
+    """A study that was given as its own output was gone, with exit code 0."""
+    study = load_text(tmp_path, SWEPT)
+    (tmp_path / "text.nc").write_text("hello\n", encoding="utf-8")
+    (tmp_path / "link.nc").symlink_to("text.nc")
+    before = (tmp_path / name).read_bytes()
+    with pytest.raises(UserError, match="a file that is no cube; it is not replaced"):
+        sweep.run(study, tmp_path / name, workers=1, solve=workers.made_up)
+    assert (tmp_path / name).read_bytes() == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.nc", "s.yaml", "text.nc"]
+
+
+def test_foreign_files_of_hdf5_are_not_replaced(tmp_path: Path) -> None:
+    import h5py
+
+    study = load_text(tmp_path, SWEPT)
+    with h5py.File(tmp_path / "other.nc", "w") as file:
+        file["numbers"] = [1.0, 2.0]
+    with pytest.raises(UserError, match="no cube"):
+        sweep.run(study, tmp_path / "other.nc", workers=1, solve=workers.made_up)
+
+
+@pytest.mark.parametrize("kind", ["cube", "part of one", "empty"])
+def test_cubes_are_replaced_whole_or_damaged(kind: str, tmp_path: Path) -> None:
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    sweep.run(study, output, workers=1, solve=workers.made_up)
+    if kind != "cube":
+        output.write_bytes(output.read_bytes()[: 3000 if kind == "part of one" else 0])
+    done = sweep.run(study, output, workers=1, solve=workers.made_up)
+    assert done.solved == done.cases
+
+
+def test_a_device_is_no_output(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="not a file"):
+        sweep.run(load_text(tmp_path, SWEPT), Path("/dev/null"), workers=1, solve=workers.made_up)
+
+
+@pytest.mark.heavy
+def test_output_that_nobody_takes(tmp_path: Path) -> None:
+    """A reader that has seen enough, a full disk, a stream that is closed: no traceback, no word of a damaged cube."""
+    study = load_text(tmp_path, SWEPT)
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    for shell, code, said in (
+        ("$R show c.nc | head -1", 0, ""),
+        ("$R plan s.yaml > /dev/full", 2, "output: No space left on device\n"),
+        ("$R show c.nc > /dev/full", 2, "output: No space left on device\n"),
+        ("$R plan s.yaml >&-", 0, ""),
+        ("$R accuracy s.yaml -o s.yaml", 2, "s.yaml: File exists\n"),
+    ):
+        done = run(tmp_path, shell)
+        assert done.returncode in (code, 141) if "head" in shell else done.returncode == code, (shell, done)
+        assert done.stderr == said, shell
