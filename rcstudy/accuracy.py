@@ -16,6 +16,7 @@ counts as their error.
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
@@ -166,11 +167,17 @@ def run(
     from rcstudy.cube import open_cube
 
     check_formats(formats)
-    out.mkdir(parents=True, exist_ok=True)
     if not study.outputs.fields:
         raise UserError(f"{study.path}: outputs.fields: errors of pressure and tractions need the fields: true")
     if study.outputs.crop != "none":
         raise UserError(f"{study.path}: outputs.crop: errors of pressure and tractions need the whole window: none")
+    problems = Counter(problem(case.scene) for case in expand(study).cases if case.scene.creepage is not None)
+    if max(problems.values(), default=0) < 2:
+        raise UserError(
+            f"{study.path}: no problem is solved with more than one mesh, tolerance, method or discretisation: "
+            "there is nothing to measure errors against"
+        )
+    out.mkdir(parents=True, exist_ok=True)
     paths: list[Path] = []
     if cube is None:
         cube = out / "solutions.nc"

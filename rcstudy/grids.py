@@ -36,7 +36,7 @@ _MAX_CASE_PROBLEMS = 5  # reported of one grid, once each of its values is found
 # keys whose value is a mapping or list, so that an axis over them needs labels
 _LABELLED = ("creepage", "counterbody", "substrate", "mesh", "tolerance", "layers")
 # axes that matter neither to the size of the contact nor to how a scene is built
-_HARMLESS = ("creepage", "friction", "method", "coupling", "discretisation", "spin_point", "tolerance")
+_HARMLESS = ("creepage", "friction", "spin_point", "tolerance")
 _HERTZ = ("substrate", "counterbody", "radius", "load")  # axes that the uncoated contact depends on
 
 

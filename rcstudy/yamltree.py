@@ -116,7 +116,17 @@ def show(node: Node) -> str:
         return shorten(f"{{{inside}}}", 60)
     if node.is_list:
         return shorten(f"[{', '.join(show(v) if v.size == 1 else '...' for v in node.value[:6])}]", 60)
-    return shorten(node.text, 60) or "(nothing)"
+    text = shorten(node.text, 60) or "(nothing)"
+    return f'"{text}"' if isinstance(node.value, str) and _reads_as_a_number(node.value) else text
+
+
+def _reads_as_a_number(text: str) -> bool:
+    """Whether `text` looks like a number, so that only its quotes tell that it is none."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def suggest(word: str, allowed: Iterable[str]) -> str:
@@ -358,6 +368,8 @@ class _Builder:
             return Node({}, path, "", line, column)
         if isinstance(event, kinds.SequenceStartEvent):
             return Node([], path, "", line, column)
+        if event.value == "" and event.style is None and (key := self._keys[-1] if self._keys else None) is not None:
+            _, line, column = key  # what is not there has no place of its own
         node = Node(self._scalar(event), path, event.value, line, column)
         if event.anchor:
             self._anchors[event.anchor] = node

@@ -176,7 +176,7 @@ def test_aliases_stand_for_what_they_name(load):
         ("radius: ¶3 a", "scene.radius: 3 a: a number above 0, in mm"),
         ("load: ¶0", "scene.load: 0: a number above 0, in N"),
         ("load: ¶true", "scene.load: true: a number above 0, in N"),
-        ("load: ¶'100'", "scene.load: 100: a number above 0, in N"),
+        ("load: ¶'100'", 'scene.load: "100": a number above 0, in N'),
         ("load: ¶.inf", "scene.load: .inf: a number above 0, in N"),
         ("load: ¶.nan", "scene.load: .nan: a number above 0, in N"),
         ("load: ¶~", "scene.load: ~: a number above 0, in N"),
@@ -383,3 +383,27 @@ def test_scene_from_mapping_of_no_mapping():
     inside["substrate"] = inside
     with pytest.raises(UserError, match="nested more than"):
         scene_from_mapping(inside)
+
+
+@pytest.mark.parametrize(
+    ("grid", "words"),
+    [
+        ("scene: {load: }, axes: {friction: [1]}", "8:15: grids.g.scene.load: (nothing): a number above 0, in N"),
+        (
+            "scene: {substrate: {E: 1e300}, mesh: {size: auto}}, axes: {friction: [1]}",
+            "8:3: grids.g: materials, radius or load too extreme for a window to be fitted to the contact",
+        ),
+        (
+            "scene: {creepage: {spin: 1}}, axes: {method: [newton, paper-cg], coupling: [one-way, full]}",
+            "8:3: grids.g: method paper-cg is for coupling one-way only (case method=paper-cg, coupling=full)",
+        ),
+        (
+            "axes: {method: [newton, paper-cg], discretisation: [kalker, aligned]}",
+            "8:3: grids.g: method paper-cg is for discretisation kalker only (case method=paper-cg, "
+            "discretisation=aligned)",
+        ),
+    ],
+)
+def test_what_was_found_too_late(refused, grid, words):
+    """Places of what is not there, text that reads as a number, traceback of extremes, methods that do not go together."""
+    assert refused(f"{BASE}  g: {{{grid}}}\n") == [f"s.yaml:{words}"]
