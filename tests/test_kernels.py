@@ -387,10 +387,10 @@ def test_normal_residual(shape: tuple[int, int]) -> None:
     p[-1, -1] = 0.0 if p.size > 1 else 1.0
     before = r.copy()
     mask, r_old, out = np.ones(shape, dtype=np.bool_), np.full(shape, np.nan), padded_like(shape)
-    mean, entered, count = pressure.normal_residual(p, g, approach, mask, r, r_old, out)
+    mean, entered = pressure.normal_residual(p, g, approach, mask, r, r_old, out)
     active = (p > 0.0) | (g < approach)
     np.testing.assert_array_equal(mask, active)
-    assert (entered, count) == ((active & (p == 0.0)).sum(), active.sum())
+    assert entered == (active & (p == 0.0)).sum()
     assert mean == pytest.approx(g[active].mean(), rel=1e-13)
     np.testing.assert_array_equal(r_old, before)
     np.testing.assert_allclose(r, np.where(active, g[active].mean() - g, 0.0), atol=1e-14)
@@ -401,16 +401,14 @@ def test_normal_residual_of_no_cell() -> None:
     shape = (2, 3)
     mask, r, out = np.ones(shape, dtype=np.bool_), np.ones(shape), padded_like(shape)
     found = pressure.normal_residual(np.zeros(shape), np.ones(shape), 0.5, mask, r, np.zeros(shape), out)
-    assert found == (0.5, 0, 0)
+    assert found == (0.5, 0)
     assert not mask.any()
     assert not out.any()
 
 
-@pytest.mark.parametrize("in_place", [False, True])
 @pytest.mark.parametrize("zr_old", [0.0, 0.7, 1e-3])
 @pytest.mark.parametrize("shape", BOXES)
-def test_normal_direction(shape: tuple[int, int], zr_old: float, in_place: bool) -> None:
-    """`in_place`: the preconditioned residual's array takes the direction, as in the solver."""
+def test_normal_direction(shape: tuple[int, int], zr_old: float) -> None:
     rng = np.random.default_rng(10)
     z, r, r_old, d = (rng.normal(size=shape) for _ in range(4))
     mask = rng.random(shape) < 0.7
@@ -421,12 +419,11 @@ def test_normal_direction(shape: tuple[int, int], zr_old: float, in_place: bool)
     beta = max(change / zr_old, 0.0) if zr_old > 0.0 else 0.0
     expected = np.where(mask, centred + beta * d, 0.0)
     work = in_corner(z)
-    out = work if in_place else padded_like(shape)
-    zr, size = pressure.normal_direction(work, mask, r, r_old, d, zr_old, out)
+    zr, size = pressure.normal_direction(work, mask, r, r_old, d, zr_old)
     assert zr == pytest.approx(float((centred * r).sum()), abs=1e-13)
     assert size == pytest.approx(np.linalg.norm(centred), abs=1e-13)
     np.testing.assert_allclose(d, expected, rtol=1e-12, atol=1e-12 * max(1.0, beta))
-    check_padded(out, d)
+    check_padded(work, d)
 
 
 def test_normal_direction_never_goes_back() -> None:
@@ -439,7 +436,7 @@ def test_normal_direction_never_goes_back() -> None:
     for sign in (1.0, -1.0):
         r_old = r - sign * centred
         new = d.copy()
-        pressure.normal_direction(in_corner(z), mask, r, r_old, new, 0.5, padded_like(shape))
+        pressure.normal_direction(in_corner(z), mask, r, r_old, new, 0.5)
         beta = float((centred**2).sum()) / 0.5 if sign > 0.0 else 0.0
         np.testing.assert_allclose(new, centred + beta * d, rtol=1e-12, atol=1e-13)
 

@@ -213,12 +213,12 @@ def _conjugate_gradients(
     converged = False
     iteration = since_best = 0
     while iteration < _MAX_ITERATIONS and tolerance >= HOPELESS * attainable:
-        approach, entered, _ = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
+        approach, entered = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
         plan.forward()
         arrays.scale_real(plan.hat[0], operator.inverse)
         plan.backward()
         products += 1
-        zr, z_norm = pressure.normal_direction(plan.real[0], mask, r, r_old, d, zr, plan.real[0])
+        zr, z_norm = pressure.normal_direction(plan.real[0], mask, r, r_old, d, zr)
         residual = z_norm / arrays.norm2(p)
         # on few cells the approach may still have moved enough to let another cell in
         overlap = tolerance * abs(approach)

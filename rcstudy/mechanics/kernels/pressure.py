@@ -18,12 +18,12 @@ def normal_residual(
     r: np.ndarray,
     r_old: np.ndarray,
     out: np.ndarray,
-) -> tuple[float, int, int]:
+) -> tuple[float, int]:
     """Active cells, approach, and residual r = approach - g on them, projected to zero mean.
 
     A cell is active if p > 0 or if, at p = 0, the surfaces overlap there (g < approach). p, g, mask, r, r_old [nx, ny];
-    out: padded copy of r. Returns the new approach (mean of g over the active cells), the number of cells that became
-    active, and the number of active cells.
+    out: padded copy of r. Returns the new approach (mean of g over the active cells) and the number of cells that
+    became active.
     """
     nx, ny = p.shape
     total = 0.0
@@ -47,7 +47,7 @@ def normal_residual(
             out[i, j] = r[i, j]
         for j in range(ny, out.shape[1]):
             out[i, j] = 0.0
-    return mean, entered, count
+    return mean, entered
 
 
 @jit
@@ -58,12 +58,11 @@ def normal_direction(
     r_old: np.ndarray,
     d: np.ndarray,
     zr_old: float,
-    out: np.ndarray,
 ) -> tuple[float, float]:
     """New search direction d = z + beta d (Polak-Ribiere, not negative), z made zero-mean on the active cells.
 
-    z: preconditioned residual in the corner of a padded array; out: padded copy of d. `zr_old` <= 0 restarts.
-    Returns z.r and the norm of z.
+    z: preconditioned residual in the corner of a padded array, which becomes the padded copy of d. `zr_old` <= 0
+    restarts. Returns z.r and the norm of z.
     """
     nx, ny = r.shape
     total = 0.0
@@ -88,9 +87,9 @@ def normal_direction(
         for j in range(ny):
             d[i, j] = z[i, j] - mean + beta * d[i, j] if mask[i, j] else 0.0
         for j in range(ny):
-            out[i, j] = d[i, j]
-        for j in range(ny, out.shape[1]):
-            out[i, j] = 0.0
+            z[i, j] = d[i, j]
+        for j in range(ny, z.shape[1]):
+            z[i, j] = 0.0
     return zr, math.sqrt(zz)
 
 
