@@ -255,15 +255,15 @@ def to_centres(
 ) -> None:
     """Values at the centres of cells from those at cells moved by shift [ny] along x, linearly along each row.
 
-    values [k, nx, ny], held [nx, ny]: which of them count; cells [m, 2] -> out [m, k]; nearest [m]: the closest one's
-    index i along x. Where only one neighbour counts it is taken as it is; where none does, the closest of the row.
+    shift: half a cell at most; values [k, nx, ny], held [nx, ny]: which of them count; cells [m, 2] -> out [m, k];
+    nearest [m]: the closest one's index i along x. Where only one neighbour counts it is taken as it is; where none
+    does, the closest of the row.
     """
     kinds, nx, _ = values.shape
     for m in range(cells.shape[0]):
         i, j = cells[m, 0], cells[m, 1]
         side = -1 if shift[j] > 0.0 else 1
         other = i + side
-        share = abs(shift[j])
         here = held[i, j]
         there = 0 <= other < nx and held[other, j]
         if here and not there:
@@ -278,8 +278,8 @@ def to_centres(
                 if 0 <= farther < nx and held[farther, j]:
                     other = farther
                     break
-        weight = share if here and there else 1.0
-        nearest[m] = i if here and share <= 0.5 else other
+        weight = abs(shift[j]) if here and there else 1.0
+        nearest[m] = i if here else other
         for k in range(kinds):
             out[m, k] = (1.0 - weight) * values[k, i, j] + weight * values[k, other, j]
 
@@ -343,8 +343,6 @@ def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
     that each are a little off would be too large. From row to row the border goes on at the nearest one.
     """
     n, most = squares.size, 7
-    if n == 0:
-        return 0.0
     top = int(np.argmax(squares))
     y, value = np.zeros(most), np.zeros(most)
     value[0] = squares[top]
@@ -409,7 +407,7 @@ def between_tips(length: np.ndarray, tips: np.ndarray) -> None:
         v1, v2 = length[j + inward] ** 2, length[j + 2 * inward] ** 2
         # divided differences about the tip
         slope = v1 / (t + 1.0)
-        bend = (v2 / (t + 2.0) - slope) / 1.0
+        bend = v2 / (t + 2.0) - slope
         length[j] = math.sqrt(max(t * (slope - bend), 0.0)) if t > 0.0 else 0.0
 
 
