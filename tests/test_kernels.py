@@ -927,14 +927,6 @@ def test_multiply_3x3() -> None:
 
 
 @pytest.mark.parametrize("shape", BOXES)
-def test_pad_stress(shape: tuple[int, int]) -> None:
-    stress = np.random.default_rng(32).normal(size=(3, *shape))
-    out = np.full((3, shape[0], shape[1] + 3), np.nan)
-    coupled.pad_stress(stress, out)
-    np.testing.assert_array_equal(out, np.pad(stress, ((0, 0), (0, 0), (0, 3))))
-
-
-@pytest.mark.parametrize("shape", BOXES)
 def test_touching_cells(shape: tuple[int, int]) -> None:
     """Under pressure, or overlapping without it; the approach may be negative."""
     rng = np.random.default_rng(33)

@@ -110,10 +110,11 @@ class CoupledOperator:
 
     def responses(self, stress: np.ndarray) -> np.ndarray:
         """Slips and gap [3, nx, ny] by `stress` [3, nx, ny]; valid until the next product."""
-        coupled.pad_stress(stress, self.plan.real)
+        inside: np.ndarray = self.plan.real[:, :, : self.shape[1]]
+        inside[:] = stress
+        self.plan.real[:, :, self.shape[1] :] = 0.0
         self.multiply()
-        result: np.ndarray = self.plan.real[:, :, : self.shape[1]]
-        return result
+        return inside
 
     def closing(self, gap: np.ndarray, cells: np.ndarray, factor: float, out: np.ndarray) -> None:
         """`factor` times the pressures, of sum zero, that make `gap` [nx, >= ny] but for its mean, into `out` [m]."""

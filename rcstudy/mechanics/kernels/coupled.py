@@ -31,17 +31,6 @@ def multiply_3x3(hat: np.ndarray, slip: np.ndarray, by_pressure: np.ndarray, lif
 
 
 @jit
-def pad_stress(stress: np.ndarray, out: np.ndarray) -> None:
-    """Copy stress [3, nx, ny] into out [3, nx, py], zeros beyond ny."""
-    for k in range(3):
-        for i in range(stress.shape[1]):
-            for j in range(stress.shape[2]):
-                out[k, i, j] = stress[k, i, j]
-            for j in range(stress.shape[2], out.shape[2]):
-                out[k, i, j] = 0.0
-
-
-@jit
 def touching_cells(
     stress: np.ndarray, response: np.ndarray, overlap: float, cells: np.ndarray
 ) -> tuple[int, int, float]:
