@@ -263,7 +263,7 @@ def test_lift_by_moved_rows() -> None:
     q = np.random.default_rng(3).normal(size=(len(contact.cells), 2))
     box = contact.box.grown(2, 1, scene.mesh.cells)
     padded = padded_shape(box.shape)
-    quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    quadrant = contact.influence.around(padded)
     hats = symbols(pressure_quadrants(quadrant), padded)
     for moved in (0, 2):  # the shortest wave is not moved, so not by one
         contact.shift = np.full(contact.box.shape[1], float(moved))

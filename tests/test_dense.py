@@ -790,7 +790,7 @@ def test_papers_method(name: str, tolerance: float) -> None:
     q, iterations = naive.papers_iteration(here, ahead, bound, w, cells, dx, tolerance)
     longer = shape[0] + 1, shape[1]
     padded = padded_shape(longer)
-    quadrant = influence_of(BODIES[bodies]).quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    quadrant = influence_of(BODIES[bodies]).around(padded)
     displacement = PairOperator(real_symbols(traction_quadrants(quadrant), padded), padded, longer)
     found = solve_paper_cg(displacement, cells, bound, w, dx, tolerance)
     assert found.iterations == iterations

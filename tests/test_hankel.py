@@ -84,6 +84,14 @@ def test_coefficients_do_not_depend_on_what_else_was_asked_for(spacing):
         np.testing.assert_array_equal(influence().quadrant(*shape), whole[:, : shape[0], : shape[1]])
 
 
+@pytest.mark.parametrize(("padded", "shape"), [((8, 9), (5, 5)), ((1, 6), (1, 4))])
+def test_coefficients_around_a_torus(padded, shape):
+    """Up to the offset half way round, `ahead` along x only."""
+    influence = Influence(Material(210000.0, 0.3), (), None, (0.03, 0.03), 5.0)
+    assert influence.around(padded).shape[1:] == shape
+    assert influence.around(padded, ahead=1).shape[1:] == (shape[0] + 1, shape[1])
+
+
 @pytest.mark.parametrize("shape", [(40, 40), (3, 30), (30, 3)])
 def test_square_cells_are_like_cells_that_are_nearly_square(shape):
     """Square cells are taken from their mirror images, others are not: 1e-8 of the largest.

@@ -157,8 +157,7 @@ class AlignedContact(NormalContact):
         padded = self._padded
 
         def make() -> np.ndarray:
-            quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-            symbol = symbols(pressure_quadrants(quadrant), padded, x_first=True)
+            symbol = symbols(pressure_quadrants(self.influence.around(padded)), padded, x_first=True)
             symbol *= sharp_difference(padded[0], self.influence.spacing[0])[:, None]
             return symbol
 
@@ -190,8 +189,7 @@ class AlignedContact(NormalContact):
     def displacement(self) -> PairOperator:
         """Displacements by tractions on the moved rows of the box and one more row of cells ahead of it (+x)."""
         shape = self.box.shape[0] + 1, self.box.shape[1]
-        quadrant = self.influence.quadrant(self._padded[0] // 2 + 1, self._padded[1] // 2 + 1)
-        symbol = real_symbols(traction_quadrants(quadrant), self._padded, x_first=True)
+        symbol = real_symbols(traction_quadrants(self.influence.around(self._padded)), self._padded, x_first=True)
         sharpened = point_factor(self._padded[0], symbol.shape[1])
         plan = shifted_transform(self._padded, 2, shape[1]).shifted(self._phase, sharpened)
         return PairOperator(symbol, self._padded, shape, plan)

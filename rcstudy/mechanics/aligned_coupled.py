@@ -96,8 +96,7 @@ def lift_by_moved_rows(contact: AlignedContact, q: np.ndarray, box: Box) -> np.n
     padded = padded_shape(box.shape)
 
     def make() -> np.ndarray:
-        quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-        return symbols(pressure_quadrants(quadrant), padded, x_first=True)
+        return symbols(pressure_quadrants(contact.influence.around(padded)), padded, x_first=True)
 
     # first of all: of a contact one row wide the symbols are made in this very plan
     hat = contact.influence.once(("lift, x first", padded), make)

@@ -108,8 +108,8 @@ class NormalContact:
 
     def _by_pressure(self, padded: tuple[int, int]) -> np.ndarray:
         """Symbols of the slips by pressure."""
-        quadrant = self.influence.quadrant(padded[0] // 2 + 2, padded[1] // 2 + 1)
-        return difference_symbols(pressure_quadrants(quadrant), padded, self.influence.spacing[0])
+        along = pressure_quadrants(self.influence.around(padded, ahead=1))
+        return difference_symbols(along, padded, self.influence.spacing[0])
 
     @property
     def operator(self) -> SlipOperator:
@@ -121,8 +121,8 @@ class NormalContact:
         """Displacements by tractions on the box and one more row of cells ahead of it (+x)."""
         shape = self.box.shape[0] + 1, self.box.shape[1]
         padded = padded_shape(shape)
-        quadrant = self.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-        return PairOperator(real_symbols(traction_quadrants(quadrant), padded), padded, shape)
+        symbol = real_symbols(traction_quadrants(self.influence.around(padded)), padded)
+        return PairOperator(symbol, padded, shape)
 
     @cached_property
     def _places(self) -> np.ndarray:
@@ -232,13 +232,9 @@ def displacement_by_tractions(contact: NormalContact, rolling: RollingSolution, 
 
     `box` must hold the contact; zero for quasi-identical bodies.
     """
-    padded = padded_shape(box.shape)
-
-    def make() -> np.ndarray:
-        quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
-        return symbols(pressure_quadrants(quadrant), padded)
-
+    padded, influence = padded_shape(box.shape), contact.influence
+    hats = influence.once(("lift", padded), lambda: symbols(pressure_quadrants(influence.around(padded)), padded))
     out = np.zeros(box.shape)
-    for component, hat in enumerate(contact.influence.once(("lift", padded), make)):
+    for component, hat in enumerate(hats):
         out -= convolve(hat, padded, contact.spread(rolling.q[:, component])[box.slices])
     return out

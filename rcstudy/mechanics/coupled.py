@@ -93,7 +93,7 @@ class CoupledOperator:
         self.slip = SlipOperator.of(influence, shape)
         padded = padded_shape(shape)
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
-        quadrant = influence.quadrant(padded[0] // 2 + 2, padded[1] // 2 + 1)
+        quadrant = influence.around(padded, ahead=1)
         along = pressure_quadrants(quadrant)
         self.by_pressure = difference_symbols(along, padded, influence.spacing[0])
         self.lift = -symbols(along, padded)  # by reciprocity

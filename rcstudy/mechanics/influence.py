@@ -165,6 +165,13 @@ class Influence:
             self._quadrant = self._with_half_spaces(self._layer_part)
         return self._quadrant
 
+    def around(self, padded: tuple[int, int], ahead: int = 0) -> np.ndarray:
+        """`quadrant` as far as symbols on a torus of `padded` cells take it.
+
+        `ahead`: so many cells farther along x, one for the upwind difference.
+        """
+        return self.quadrant(padded[0] // 2 + 1 + ahead, padded[1] // 2 + 1)
+
     def _grown_layer_part(self, nx: int, ny: int) -> np.ndarray:
         """What the layers add, [6, nx, ny]; only cells not computed before cost anything."""
         out = np.zeros((6, nx, ny))

@@ -40,7 +40,7 @@ class NormalOperator:
 
     @staticmethod
     def _made(influence: Influence, padded: tuple[int, int]) -> NormalOperator:
-        coefficients = influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)[0]
+        coefficients = influence.around(padded)[0]
         real = np.ascontiguousarray(symbols([(coefficients, (1, 1))], padded)[0].real)
         inverse = 1.0 / (positive_normal(real, influence, padded) * (padded[0] * padded[1]) ** 2)
         stiffness = arrays.norm2(inverse) / math.sqrt(inverse.size) * padded[0] * padded[1]

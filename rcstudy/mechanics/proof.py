@@ -37,7 +37,7 @@ def prove_normal(
     box = contact.box.grown(size[0] // 2 + 2, size[1] // 2 + 2, scene.mesh.cells)
     p = contact.solution.p[box.slices]
     padded = padded_around(p)
-    quadrant = contact.influence.quadrant(padded[0] // 2 + 1, padded[1] // 2 + 1)
+    quadrant = contact.influence.around(padded)
     gap = initial_gap(scene)[box.slices] - contact.solution.approach
     gap += convolve(symbols([(quadrant[0], (1, 1))], padded)[0], padded, p)
     if lift is not None:

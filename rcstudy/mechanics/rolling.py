@@ -103,7 +103,7 @@ class SlipOperator:
         # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
         # the torus is the larger one where the box is a single cell wide
-        quadrant = influence.quadrant(max(padded[0], torus[0]) // 2 + 2, max(padded[1], torus[1]) // 2 + 1)
+        quadrant = influence.around((max(padded[0], torus[0]), max(padded[1], torus[1])), ahead=1)
         coefficients = traction_quadrants(quadrant)
         # diagonal of B: (A(0) - A(1))/dx
         self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
