@@ -754,6 +754,9 @@ def test_cascade_solves_the_stated_equations(creep: str) -> None:
     rolling = solve_rolling(contact, scene)
     assert rolling.coarser is not None
     w = contact.rigid_slip(CREEPAGES[creep], 0.0) + contact.slip_by_pressure
+    np.testing.assert_array_equal(contact.known_slip(scene), w)
+    with pytest.raises(ValueError, match="no slip"):
+        contact.known_slip(replace(scene, creepage=None))
     bound = FRICTION * contact.pressure
     q, s = naive.tractions_by_newton(bodies.slip_by_tractions(contact.cells), bound, w)
     check_tractions(rolling.q, rolling.s, rolling.slip, bound, w, q, s)

@@ -173,6 +173,12 @@ class NormalContact:
         """Rigid slip [m, 2] at the cells in contact."""
         return rigid_slip(*self.centres, creepage, spin_point * self.scene.mesh.spacing[0])
 
+    def known_slip(self, scene: Scene) -> np.ndarray:
+        """Slip [m, 2] of `scene` that is there without tractions: rigid slip, and that by pressure."""
+        if scene.creepage is None:
+            raise ValueError("a scene without creepage has no slip")
+        return self.rigid_slip(scene.creepage, scene.spin_point) + self.slip_by_pressure
+
 
 def solve_normal(scene: Scene, influence: Influence | None = None) -> NormalContact:
     """Pressure of `scene` without any influence of tractions, by way of coarser meshes."""
@@ -189,9 +195,7 @@ def solve_rolling(contact: NormalContact, scene: Scene, guess: np.ndarray | None
 
     `guess`: tractions [m, 2] (MPa) to start from; without one, coarser meshes provide it.
     """
-    if scene.creepage is None:
-        raise ValueError("a scene without creepage has no tractions")
-    w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
+    w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure
     tolerance = scene.tolerance.tangential
     if scene.method == "paper-cg":

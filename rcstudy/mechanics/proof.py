@@ -57,12 +57,10 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
 
     With `discretisation: aligned` that of slip cells at their centres.
     """
-    if scene.creepage is None:
-        raise ValueError("a scene without creepage has no slip")
     dx = scene.mesh.spacing[0]
     i, j = contact.cells[:, 0], contact.cells[:, 1]
+    w = contact.known_slip(scene)
     u = contact.displacement.on_box(rolling.q, contact.cells)
-    w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
     result: np.ndarray = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
     return (
         result
@@ -76,9 +74,7 @@ def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution
 
     `s` [m, 2]: the slip by `slips`.
     """
-    if scene.creepage is None:
-        raise ValueError("a scene without creepage has no tractions to prove")
-    w = contact.rigid_slip(scene.creepage, scene.spin_point) + contact.slip_by_pressure
+    w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure
     size = np.hypot(rolling.q[:, 0], rolling.q[:, 1])
     speed = np.hypot(s[:, 0], s[:, 1])
