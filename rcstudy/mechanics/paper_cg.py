@@ -11,7 +11,7 @@ import numpy as np
 
 from rcstudy.mechanics.convolution import PairOperator
 from rcstudy.mechanics.kernels import arrays
-from rcstudy.mechanics.rolling import RollingSolution
+from rcstudy.mechanics.rolling import RollingSolution, within
 
 _MAX_ITERATIONS = 2000
 
@@ -71,9 +71,7 @@ def solve_paper_cg(
         if square < square_old:  # Eq. 20; else the old direction is kept
             t = r + (square / square_old if np.isfinite(square_old) else 0.0) * t
         curvature = float(np.sum(t * displaced(t)[0]))  # Eq. 21
-        new = q - (square / curvature if curvature > 0.0 else 0.0) * t  # Eq. 22
-        size = np.hypot(new[:, 0], new[:, 1])
-        new *= np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]  # Eq. 23
+        new = within(q - (square / curvature if curvature > 0.0 else 0.0) * t, bound)  # Eqs 22, 23
         norm = arrays.norm2(new)
         change = arrays.norm2(new - q) / norm if norm > 0.0 else 0.0
         q, square_old = new, square
