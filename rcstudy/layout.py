@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rcstudy.build import scene_hertz
 from rcstudy.errors import UserError
-from rcstudy.mechanics.exact import Hertz, hertz
+from rcstudy.mechanics.exact import Hertz
 from rcstudy.mechanics.scene import Layer, Mesh, Scene
 from rcstudy.result import VARIABLES, Variable
 
@@ -149,20 +150,9 @@ def _coordinate_items(grid: Grid) -> Iterator[Item]:
             yield Item(name, (axis.name,), dtype, attrs, values, coordinate=True)
 
 
-def _pair(scene: Scene) -> tuple[Any, ...]:
-    """What Hertz's solution for the uncoated pair depends on."""
-    return scene.substrate, scene.counterbody, scene.radius, scene.load
-
-
 def _setting_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Sequence[Case]) -> Iterator[Item]:
     tangential = any(case.scene.creepage is not None for case in cases)
-    uncoated: dict[Any, Hertz] = {}  # solved once for each uncoated pair: an ellipse costs a root search
-    known = []
-    for case in cases:
-        pair = _pair(case.scene)
-        if pair not in uncoated:
-            uncoated[pair] = hertz(case.scene)
-        known.append(uncoated[pair])
+    known = [scene_hertz(case.scene) for case in cases]
     for name, setting in SETTINGS.items():
         if setting.tangential and not tangential:
             continue

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Coord, Expansion, Grid
-from rcstudy.mechanics.exact import hertz
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.result import CellState, Result, Status
 
@@ -29,7 +29,7 @@ MESH = Mesh((2.0, 2.0), (32, 24))
 """Not square: swapped axes show."""
 
 SCENE = Scene(substrate=SUBSTRATE, radius=(50.0, 50.0), load=100.0, mesh=MESH, creepage=Creepage(0.002, 0.001, 0.01))
-RADIUS = hertz(SCENE).radius
+RADIUS = scene_hertz(SCENE).radius
 CREEPAGES = {
     "a": Creepage(0.002),
     "b": Creepage(0.0, 0.001),
@@ -127,7 +127,7 @@ def made_up_result(scene: Scene, status: Status = Status.SOLVED) -> Result:
     """A result that looks like a rolling contact; exact sums and extrema of its own fields."""
     if status in (Status.REFUSED, Status.ERROR):
         return Result(status, "made up to fail")
-    h = hertz(scene)
+    h = scene_hertz(scene)
     stiffness = 1.0
     for k, layer in enumerate(scene.layers):
         stiffness *= (layer.E / scene.substrate.E) ** (layer.thickness / (layer.thickness + h.radius) / (k + 1))

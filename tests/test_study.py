@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from studies import BASE, CONFIGS, load_text, refusal
 
+from rcstudy.build import scene_hertz
 from rcstudy.errors import UserError
-from rcstudy.mechanics.exact import hertz
 from rcstudy.mechanics.scene import Creepage, Layer, Material
 from rcstudy.study import MAX_CASES, load_study, scene_from_mapping
 
@@ -53,7 +53,7 @@ def test_paper_study_states_every_case_of_figures_3_to_10():
     }
     assert study.size == 125
     by_name = {grid.name: grid for grid in study.grids}
-    a = hertz(by_name["figure_3_bare"].scene((0,))).radius
+    a = scene_hertz(by_name["figure_3_bare"].scene((0,))).radius
     assert a == pytest.approx(0.2533, abs=5e-5)
     # Table 1, two stiff layers: E1 = 2 E2 = 4 Es, the first at the surface
     stiff = by_name["figure_9"].scene((1, 5))
@@ -92,12 +92,12 @@ def test_relative_quantities_follow_the_case(load):
 def test_ways_to_write_a_relative_length(text):
     layer = {"E": "1 Es", "nu": 0.3, "thickness": text}
     scene = scene_from_mapping({**SCENE, "layers": [layer]})
-    assert scene.layers == (Layer(210000.0, 0.3, 0.5 * hertz(scene).radius),)
+    assert scene.layers == (Layer(210000.0, 0.3, 0.5 * scene_hertz(scene).radius),)
 
 
 def test_a_of_an_elliptic_contact_is_the_geometric_mean():
     scene = scene_from_mapping({**SCENE, "radius": [50, 200], "mesh": {"size": ["8 a", "8 a"], "cells": [8, 8]}})
-    ax, ay = hertz(scene).a
+    ax, ay = scene_hertz(scene).a
     assert scene.mesh.size[0] == pytest.approx(8 * math.sqrt(ax * ay), rel=1e-14)
 
 

@@ -72,11 +72,6 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
     return Hertz(semi_axes, p0, p0 * minor * k / modulus)
 
 
-def hertz(scene: Scene) -> Hertz:
-    """Hertz's solution for the *uncoated* pair of `scene`: substrate and counterbody, layers left out."""
-    return hertz_contact(scene.radius, scene.load, contact_modulus(scene.substrate, scene.counterbody))
-
-
 def contact_bounds(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
     """Semi-axes (mm) no larger, and no smaller, than those of the contact without friction.
 
