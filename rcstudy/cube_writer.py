@@ -151,7 +151,7 @@ class CubeWriter:
                 {
                     "title": study.name,
                     "study": study.name,
-                    "description": study.description or "",
+                    "description": study.description,
                     "study_text": study.text,
                     "study_sha256": study.sha256,
                     SCHEMA_ATTRIBUTE: SCHEMA,

@@ -17,11 +17,11 @@ from rcstudy.build import scene_hertz
 from rcstudy.errors import UserError
 from rcstudy.mechanics.exact import Hertz
 from rcstudy.mechanics.scene import Layer, Mesh, Scene
+from rcstudy.record import Region, field_type
 from rcstudy.result import VARIABLES, Variable
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion, Grid
-    from rcstudy.record import Region
 
 SCHEMA_ATTRIBUTE = "rcstudy_schema"
 """Root attribute that marks a file as an rcstudy cube and holds the version of this layout."""
@@ -229,8 +229,7 @@ def result_items(
         if variable.kind != "field":
             yield Item(name, case_dims, variable.dtype, variable_attrs(variable))
         elif fields:
-            dtype = "f4" if variable.dtype == "f8" and precision == "float32" else variable.dtype
-            yield Item(name, (*case_dims, "x", "y"), dtype, variable_attrs(variable), field=True)
+            yield Item(name, (*case_dims, "x", "y"), field_type(name, precision), variable_attrs(variable), field=True)
 
 
 def grid_layout(
@@ -270,7 +269,7 @@ def grid_layout(
         dims[LAYER] = max(len(case.scene.layers) for case in cases)
     if fields:
         dims |= {"x": _most(stored, 0), "y": _most(stored, 1)}
-    attrs = {"grid": grid.name, "grid_description": grid.description or "", "axes": " ".join(case_dims)}
+    attrs = {"grid": grid.name, "grid_description": grid.description, "axes": " ".join(case_dims)}
     return Layout(grid.name, case_dims, dims, tuple(items), attrs)
 
 
