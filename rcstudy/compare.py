@@ -325,19 +325,13 @@ class _Grid:
 
     def _pairs(self, name: str) -> Iterator[tuple[tuple[int, ...], np.ndarray, np.ndarray]]:
         """A field of both cubes, case by case, read in blocks."""
-        *outer, last = self.shape or (1,)
+        *outer, last = self.shape
+        order = self.dims[-1], "x", "y"
         for lead in np.ndindex(*outer):
             for start in range(0, last, _BLOCK):
-                stop = min(start + _BLOCK, last)
-                at: dict[str, int | slice] = dict(zip(self.dims[:-1], lead, strict=True)) if self.dims else {}
-                if self.dims:
-                    at[self.dims[-1]] = slice(start, stop)
-                order = (*self.dims[-1:], "x", "y")
+                at = dict(zip(self.dims, (*lead, slice(start, start + _BLOCK)), strict=True))
                 a, b = (grid[name].isel(at).transpose(*order).values for grid in (self.ours, self.theirs))
-                if not self.dims:
-                    yield (), a, b
-                    continue
-                for k in range(stop - start):
+                for k in range(len(b)):
                     yield (*lead, start + k), a[k], b[k]
 
     def _cell_area(self, index: tuple[int, ...]) -> float:
@@ -396,10 +390,8 @@ def _natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.nda
     def setting(name: str) -> np.ndarray:
         if name not in grid or not set(grid[name].dims) <= set(dims):
             return np.zeros(shape)
-        variable = grid[name].variable
-        values = np.asarray(variable.values, dtype=float)
-        along = [grid.sizes[d] if d in variable.dims else 1 for d in dims]
-        return np.nan_to_num(np.broadcast_to(values.reshape(along), shape))
+        values = grid[name].variable.set_dims(dict(zip(dims, shape, strict=True))).values
+        return np.nan_to_num(values.astype(float))
 
     mu, load, a, p0 = (setting(n) for n in ("friction", "load", "hertz_radius", "hertz_pressure"))
     slide = np.sqrt(setting("longitudinal") ** 2 + setting("lateral") ** 2 + (setting("spin") * a) ** 2)

@@ -136,7 +136,7 @@ def case_label(grid: Grid, index: Sequence[int]) -> str:
     parts = []
     for axis, i in zip(grid.axes, index, strict=True):
         parts.append(axis.labels[i] if axis.name == "case" else f"{axis.name}={axis.labels[i]}")
-    return ", ".join(parts) or grid.name
+    return ", ".join(parts)
 
 
 def _coordinate_items(grid: Grid) -> Iterator[Item]:
