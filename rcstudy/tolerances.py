@@ -14,7 +14,6 @@ A file of tolerances::
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,76 +24,6 @@ from rcstudy.errors import UserError
 from rcstudy.quantities import Real, Whole, Words, refusal
 from rcstudy.spec import Spec, validate
 from rcstudy.yamltree import Problems, parse, read_text
-
-DEFAULT_RTOL = 1e-6
-DEFAULT_FLIPS = 2
-DEFAULT_BOUND = 1e-6
-
-
-@dataclass(frozen=True)
-class Rule:
-    """Tolerances of the cases whose ``grid/label`` matches `pattern`; None: as elsewhere."""
-
-    pattern: str
-    default: float | None = None
-    variables: Mapping[str, float] = field(default_factory=dict)
-    state_flips: int | None = None
-    state_bound: float | None = None
-
-    def matches(self, grid: str, label: str) -> bool:
-        """Whether the rule is for this case."""
-        return fnmatchcase(f"{grid}/{label}", self.pattern)
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """Relative tolerances: `default`, `variables` by name, both overridden by the `rules` that match a case."""
-
-    default: float = DEFAULT_RTOL
-    variables: Mapping[str, float] = field(default_factory=dict)
-    state_flips: int = DEFAULT_FLIPS
-    state_bound: float = DEFAULT_BOUND
-    rules: tuple[Rule, ...] = ()
-
-    def of_case(self, grid: str, label: str) -> Tolerances:
-        """Tolerances of one case, without rules."""
-        found = Tolerances(self.default, dict(self.variables), self.state_flips, self.state_bound)
-        for rule in self.rules:
-            if not rule.matches(grid, label):
-                continue
-            found = Tolerances(
-                found.default if rule.default is None else rule.default,
-                {**found.variables, **rule.variables},
-                found.state_flips if rule.state_flips is None else rule.state_flips,
-                found.state_bound if rule.state_bound is None else rule.state_bound,
-            )
-        return found
-
-    def rtol(self, variable: str) -> float:
-        """Relative tolerance of a variable."""
-        return self.variables.get(variable, self.default)
-
-    def with_options(self, variables: Mapping[str, float], state_flips: int | None = None) -> Tolerances:
-        """These tolerances, with those of some variables (and the cells let pass) replaced, in the rules too."""
-        rules = tuple(
-            replace(
-                rule,
-                variables={**rule.variables, **variables},
-                state_flips=rule.state_flips if state_flips is None else None,
-            )
-            for rule in self.rules
-        )
-        return replace(
-            self,
-            variables={**self.variables, **variables},
-            state_flips=self.state_flips if state_flips is None else state_flips,
-            rules=rules,
-        )
-
-    def named(self) -> set[str]:
-        """All variables that a tolerance is given for."""
-        return set(self.variables).union(*(rule.variables for rule in self.rules))
-
 
 _Rtol = Annotated[float, PlainValidator(Real("a number from 0 to 1", lambda v: 0.0 <= v <= 1.0))]
 _Flips = Annotated[int, PlainValidator(Whole("a whole number from 0 to 1000", 0, 1000))]
@@ -118,8 +47,8 @@ class _Variables:
 _Named = Annotated[dict[str, float], PlainValidator(_Variables())]
 
 
-class RuleSpec(Spec):
-    """An entry of `cases:`."""
+class Rule(Spec):
+    """An entry of `cases:`: tolerances of the cases whose ``grid/label`` matches; None: as elsewhere."""
 
     match: _Pattern
     default: _Rtol | None = None
@@ -128,25 +57,51 @@ class RuleSpec(Spec):
     state_bound: _Rtol | None = None
 
 
-class TolerancesSpec(Spec):
-    """The whole file."""
+class Tolerances(Spec):
+    """The whole file: `default`, and `variables` by name, both overridden by the `cases` that match."""
 
-    default: _Rtol = DEFAULT_RTOL
+    default: _Rtol = 1e-6
     variables: _Named = Field(default_factory=dict)
-    state_flips: _Flips = DEFAULT_FLIPS
-    state_bound: _Rtol = DEFAULT_BOUND
-    cases: list[RuleSpec] = Field(default_factory=list)
+    state_flips: _Flips = 2
+    state_bound: _Rtol = 1e-6
+    cases: list[Rule] = Field(default_factory=list)
+
+    def of_case(self, grid: str, label: str) -> Tolerances:
+        """Tolerances of one case, without rules."""
+        found = self.model_copy(update={"cases": []})
+        for rule in self.cases:
+            if fnmatchcase(f"{grid}/{label}", rule.match):
+                given = rule.model_dump(exclude={"match"}, exclude_none=True)
+                found = found.model_copy(update=given | {"variables": found.variables | rule.variables})
+        return found
+
+    def rtol(self, variable: str) -> float:
+        """Relative tolerance of a variable."""
+        return self.variables.get(variable, self.default)
+
+    def with_options(self, variables: Mapping[str, float], state_flips: int | None = None) -> Tolerances:
+        """These tolerances, with those of some variables (and the cells let pass) replaced, in the rules too."""
+        flips = {} if state_flips is None else {"state_flips": state_flips}
+        as_elsewhere = dict.fromkeys(flips)
+        cases = [
+            rule.model_copy(update={"variables": {**rule.variables, **variables}, **as_elsewhere})
+            for rule in self.cases
+        ]
+        return self.model_copy(update={"variables": {**self.variables, **variables}, "cases": cases, **flips})
+
+    def named(self) -> set[str]:
+        """All variables that a tolerance is given for."""
+        return set(self.variables).union(*(rule.variables for rule in self.cases))
 
 
 def load_tolerances(path: Path | str) -> Tolerances:
     """Read a file of tolerances; UserError says where and what is wrong."""
     problems = Problems(str(path))
-    spec = validate(TolerancesSpec, parse(read_text(path), problems), problems)
+    found = validate(Tolerances, parse(read_text(path), problems), problems)
     problems.check()
-    if spec is None:
+    if found is None:
         raise AssertionError("unreachable: a file without model has problems")
-    rules = tuple(Rule(r.match, r.default, r.variables, r.state_flips, r.state_bound) for r in spec.cases)
-    return Tolerances(spec.default, spec.variables, spec.state_flips, spec.state_bound, rules)
+    return found
 
 
 def parse_option(text: str) -> tuple[str, float]:

@@ -428,8 +428,8 @@ def test_tolerances_by_variable_and_case(tmp_path: Path, reference: Path) -> Non
     assert not outcome(other, reference, Tolerances(variables={"traction_y": 0.02})).same
     assert outcome(other, reference, Tolerances(default=0.02)).same
     for pattern, same in (("tiny/*creepage=f", True), ("*", True), ("tiny/*creepage=c", False), ("other/*", False)):
-        rule = Rule(pattern, variables={"traction_x": 0.02})
-        assert outcome(other, reference, Tolerances(rules=(rule,))).same == same, pattern
+        rule = Rule(match=pattern, variables={"traction_x": 0.02})
+        assert outcome(other, reference, Tolerances(cases=[rule])).same == same, pattern
 
 
 def test_a_tolerance_for_what_is_not_there(reference: Path) -> None:
