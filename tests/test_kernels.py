@@ -486,9 +486,9 @@ def test_displacements_of_single_cells(shape: tuple[int, int]) -> None:
     offsets = np.abs(cells[:, None] - cells[None, :])
     matrix = np.full((len(cells), len(cells)), np.nan)
     pressure.displacement_matrix(coefficients, cells, matrix)
-    lower = np.tril(np.ones(matrix.shape, dtype=bool))
-    np.testing.assert_array_equal(matrix[lower], coefficients[offsets[..., 0], offsets[..., 1]][lower])
-    assert np.isnan(matrix[~lower]).all()
+    upper = np.triu(np.ones(matrix.shape, dtype=bool))
+    np.testing.assert_array_equal(matrix[upper], coefficients[offsets[..., 0], offsets[..., 1]][upper])
+    assert np.isnan(matrix[~upper]).all()
     before = rng.normal(size=len(cells))
     out = before.copy()
     loaded = np.argwhere(p)
@@ -498,13 +498,36 @@ def test_displacements_of_single_cells(shape: tuple[int, int]) -> None:
     np.testing.assert_allclose(out, expected, rtol=1e-12, atol=1e-13)
 
 
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 9, 40])
+def test_factorise(n: int) -> None:
+    """As NumPy does, from the upper triangle alone; what is below stays as it is."""
+    rng = np.random.default_rng(16)
+    root = rng.normal(size=(n, n)) + n * np.eye(n)
+    matrix = root @ root.T
+    lower = np.tril(np.ones((n, n), dtype=bool), -1)
+    found = np.where(lower, np.nan, matrix)
+    assert pressure.factorise(found)
+    np.testing.assert_allclose(found[~lower], np.linalg.cholesky(matrix).T[~lower], rtol=1e-12, atol=1e-12 * n)
+    assert np.isnan(found[lower]).all()
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan])
+@pytest.mark.parametrize("place", [0, 2, 6])
+def test_factorise_what_is_not_positive(wrong: float, place: int) -> None:
+    matrix = np.eye(7)
+    matrix[place, place] = wrong
+    assert not pressure.factorise(matrix)
+    indefinite = np.full((7, 7), 2.0) - np.eye(7)
+    assert not pressure.factorise(indefinite)
+
+
 @pytest.mark.parametrize("n", [1, 2, 9])
 def test_solve_factorised(n: int) -> None:
     rng = np.random.default_rng(15)
     root = rng.normal(size=(n, n)) + n * np.eye(n)
     matrix, x = root @ root.T, rng.normal(size=n)
     solution = x.copy()
-    pressure.solve_factorised(np.linalg.cholesky(matrix), solution)
+    pressure.solve_factorised(np.ascontiguousarray(np.linalg.cholesky(matrix).T), solution)
     np.testing.assert_allclose(matrix @ solution, x, rtol=1e-11, atol=1e-12)
 
 

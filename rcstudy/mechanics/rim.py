@@ -173,9 +173,10 @@ class _Rim:
         if count > _LONGEST * sum(inside.shape):
             raise np.linalg.LinAlgError(f"a rim of {count} cells")
         self._coefficients = operator.coefficients
-        matrix = np.zeros((count, count))
-        pressure.displacement_matrix(self._coefficients, self._cells, matrix)
-        self._factor = np.linalg.cholesky(matrix)
+        self._factor = np.zeros((count, count))
+        pressure.displacement_matrix(self._coefficients, self._cells, self._factor)
+        if not pressure.factorise(self._factor):
+            raise np.linalg.LinAlgError("a matrix that is not positive")
         self._uniform = np.ones(count)
         pressure.solve_factorised(self._factor, self._uniform)
 

@@ -130,12 +130,12 @@ def normal_step(
 
 @jit
 def displacement_matrix(coefficients: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
-    """u_z on each of `cells` [n, 2] by unit pressure on each: the lower triangle of the symmetric out [n, n].
+    """u_z on each of `cells` [n, 2] by unit pressure on each: the upper triangle of the symmetric out [n, n].
 
     coefficients: at offsets i, j >= 0, even in both.
     """
     for a in range(cells.shape[0]):
-        for b in range(a + 1):
+        for b in range(a, cells.shape[0]):
             out[a, b] = coefficients[abs(cells[a, 0] - cells[b, 0]), abs(cells[a, 1] - cells[b, 1])]
 
 
@@ -156,16 +156,41 @@ def add_displacement(
 
 
 @jit
+def factorise(matrix: np.ndarray) -> bool:
+    """Cholesky factor U, matrix = U^T U, in place of the upper triangle of matrix [n, n]; whether there is one.
+
+    As fast as LAPACK's, whose last bits depend on how many threads it takes.
+    """
+    for a in range(matrix.shape[0]):
+        row = matrix[a, a:]
+        # four rows at a time: what takes the time is to read and write this one
+        for b in range(0, a - 3, 4):
+            r0, r1, r2, r3 = matrix[b, a:], matrix[b + 1, a:], matrix[b + 2, a:], matrix[b + 3, a:]
+            f0, f1, f2, f3 = r0[0], r1[0], r2[0], r3[0]
+            for k in range(row.size):
+                row[k] -= f0 * r0[k] + f1 * r1[k] + f2 * r2[k] + f3 * r3[k]
+        for b in range(a - a % 4, a):
+            above = matrix[b, a:]
+            factor = above[0]
+            for k in range(row.size):
+                row[k] -= factor * above[k]
+        if not row[0] > 0.0:
+            return False
+        row /= math.sqrt(row[0])
+    return True
+
+
+@jit
 def solve_factorised(factor: np.ndarray, x: np.ndarray) -> None:
-    """Solve L L^T y = x, L [n, n] lower triangular; y takes the place of x [n]."""
+    """Solve U^T U y = x, U [n, n] upper triangular; y takes the place of x [n]."""
     n = x.size
     for a in range(n):
-        total = x[a]
-        for b in range(a):
-            total -= factor[a, b] * x[b]
-        x[a] = total / factor[a, a]
-    for a in range(n - 1, -1, -1):
         value = x[a] / factor[a, a]
         x[a] = value
-        for b in range(a):
+        for b in range(a + 1, n):
             x[b] -= factor[a, b] * value
+    for a in range(n - 1, -1, -1):
+        total = x[a]
+        for b in range(a + 1, n):
+            total -= factor[a, b] * x[b]
+        x[a] = total / factor[a, a]
