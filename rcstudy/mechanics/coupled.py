@@ -327,8 +327,7 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray) -> tuple[np
             box = contact.box.grown(contact.box.shape[0] // 4 + 2, contact.box.shape[1] // 4 + 2, scene.mesh.cells)
         last, change = change, -lift
         change[box.slices] += displacement_by_tractions(contact, rolling, box)
-        indentation = pressure.approach - gap
-        error = float(np.linalg.norm(change) / np.linalg.norm(indentation[indentation > 0.0]))
+        error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap, 0.0))
         turn += 1
         if turn > 2:  # the first change is from none to all
             difference = change - last
