@@ -19,6 +19,7 @@ from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, SCHEMA_ATTRIBUTE, SE
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
 from rcstudy.study import load_study
+from rcstudy.tolerances import TolerancesSpec, load_tolerances
 
 ROOT = Path(__file__).parent.parent
 STUDY, CUBE = ROOT / "docs" / "study.md", ROOT / "docs" / "cube.md"
@@ -97,11 +98,16 @@ def plain(value: Any) -> str:
     return f"`{value}`" if value and isinstance(value, str) else ""
 
 
+def key_rows(path: Path) -> list[tuple[str, str, str]]:
+    """Rows of all tables of keys in a document: the key, what is allowed, its default."""
+    return re.findall(
+        r"^\| `([^`]+)` \| [^|]+ \| ([^|]*) \| ([^|]*) \|$", path.read_text(encoding="utf-8"), re.MULTILINE
+    )
+
+
 @pytest.mark.parametrize("model", [StudySpec, SceneSpec, CoatingSpec, GridSpec])
 def test_study_document_has_every_key_with_what_is_allowed_and_its_default(model: type[Spec]) -> None:
-    rows = re.findall(
-        r"^\| `([^`]+)` \| [^|]+ \| ([^|]*) \| ([^|]*) \|$", STUDY.read_text(encoding="utf-8"), re.MULTILINE
-    )
+    rows = key_rows(STUDY)
     for expected in keys(model):
         assert expected in rows
 
@@ -133,6 +139,22 @@ scene:
   load: 100
   mesh: {size: [2, 2], cells: [64, 64]}
 """
+
+
+def test_tolerances_of_the_cube_document_load(tmp_path: Path) -> None:
+    """Its example is read, means what the text says, and its table has every key."""
+    (text,) = blocks(CUBE, "yaml")
+    path = tmp_path / "tolerances.yaml"
+    path.write_text(text, encoding="utf-8")
+    found = load_tolerances(path)
+    assert found.of_case("coated", "thickness=1 a, creepage=straight").rtol("traction_x") == 1e-5
+    both = found.of_case("coated", "thickness=0.25 a, creepage=curve")
+    assert (both.rtol("traction_x"), both.rtol("pressure"), both.state_flips) == (1e-4, 1e-5, 4)
+    rows = key_rows(CUBE)
+    for key, allowed, default in keys(TolerancesSpec):
+        if key != "cases" and (not key.startswith("cases.") or key == "cases.match"):  # the others are the same again
+            assert (key.replace("cases.", "cases[]."), allowed, default) in rows
+    assert "cases" in [key for key, _, _ in rows]
 
 
 def test_messages_are_those_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
