@@ -7,19 +7,22 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
-from rcstudy.mechanics.scene import Scene
+from rcstudy.mechanics.scene import Material, Scene
 from rcstudy.result import VARIABLES
 from rcstudy.study import Outputs, Study
 
-# Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025, on
-# the paper's cases (64 x 64 cells, contact 16 to 20 cells wide, kernels compiled).
-REFERENCE_CELLS = 64 * 64
-PRESSURE_SECONDS = 0.005  # one normal problem, influence coefficients included
-TRACTION_SECONDS = 0.005  # one case with creepage: newton, one-way
+# Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025 with
+# kernels compiled, on 64, 128 and 256 cells a side: bare, one soft, one stiff and two layers, both discretisations, six
+# creepages, the contact filling 2 to 52 % of the window (the last with size: auto). What a window has outside of its
+# contact costs next to nothing, so times and sizes go with the cells in contact.
+PRESSURE_SECONDS, PRESSURE_CELL_SECONDS = 0.003, 3e-6  # one normal problem, coefficients included; each cell in contact
+TRACTION_SECONDS, TRACTION_CELL_SECONDS = 0.003, 7e-6  # one case with creepage (newton, one-way); each cell in contact
 FULL_COUPLING_FACTOR = 3.0  # of a traction solution, besides a pressure for each case
 PAPER_CG_FACTOR = 110.0  # it runs to its limit of iterations
-COMPRESSED = 0.10  # of the raw size of a field after gzip level 1
+EMPTY = 0.008  # of the raw size of fields: zeros compressed; numbers in the contact do not compress
+LAYER_DEPTH = 0.5  # of the contact's radius: what lies deeper by this counts 1/e times as much for its size
 CASE_BYTES = 1000  # stored for a case besides fields: scalars, label, key, and the index of its chunks
 GROUP_BYTES = 80e3  # stored for a group of the cube: names, attributes, coordinates
 PROCESS_BYTES = 250e6  # an interpreter with NumPy, Numba and the compiled kernels
@@ -42,28 +45,56 @@ class Estimate:
     file_bytes: float
 
 
-def _work(scene: Scene) -> float:
-    """Cost of `scene` relative to the reference mesh: that of FFTs, cells log(cells)."""
-    cells = scene.mesh.cells[0] * scene.mesh.cells[1]
-    return cells * math.log(cells) / (REFERENCE_CELLS * math.log(REFERENCE_CELLS))
+def contact_cells(scene: Scene) -> float:
+    """About how many cells are in contact: those of Hertz's contact of the pair, with the layers near the surface.
+
+    Within a twentieth without layers. With layers 0.05 to 20 times as stiff at most 2 times too many, mostly within a
+    sixth.
+    """
+
+    def compliance(body: Material) -> float:
+        return (1.0 - body.nu**2) / body.E
+
+    contact = scene_hertz(scene)
+    bare = compliance(scene.substrate) + (0.0 if scene.counterbody is None else compliance(scene.counterbody))
+    wider = 1.0  # the contact, with its layers, over the uncoated one
+    for _ in range(6):  # how deep it reaches depends on how wide it is
+        whole, above = bare, 1.0
+        depth = 0.0
+        for layer in scene.layers:
+            depth += layer.thickness
+            below = math.exp(-depth / (LAYER_DEPTH * wider * contact.radius))
+            whole += (above - below) * (compliance(layer) - compliance(scene.substrate))
+            above = below
+        wider = (whole / bare) ** (1.0 / 3.0)
+    area = math.pi * math.prod(contact.a) * wider**2
+    return math.prod(scene.mesh.cells) * min(area / math.prod(scene.mesh.size), 0.25 * math.pi)
 
 
-def _traction_seconds(scene: Scene) -> float:
+def _pressure_seconds(cells: float) -> float:
+    return PRESSURE_SECONDS + PRESSURE_CELL_SECONDS * cells
+
+
+def _traction_seconds(scene: Scene, cells: float) -> float:
     if scene.creepage is None:
         return 0.0
-    seconds = TRACTION_SECONDS * (PAPER_CG_FACTOR if scene.method == "paper-cg" else 1.0)
+    seconds = TRACTION_SECONDS + TRACTION_CELL_SECONDS * cells
+    seconds *= PAPER_CG_FACTOR if scene.method == "paper-cg" else 1.0
     return seconds * (FULL_COUPLING_FACTOR if scene.coupling == "full" else 1.0)
 
 
-def _field_bytes(cases: Sequence[Case], outputs: Outputs) -> float:
-    """Raw size of the fields of one grid: every case takes the largest mesh, and tractions if any case has them."""
+def _cell_bytes(cases: Sequence[Case], outputs: Outputs) -> int:
+    """Raw size of all fields of one cell in a grid: with tractions if any of its `cases` has them."""
     if not outputs.fields:
-        return 0.0
+        return 0
     tangential = any(case.scene.creepage is not None for case in cases)
     width = {"f8": 8 if outputs.precision == "float64" else 4, "i1": 1}
-    fields = [v for v in VARIABLES.values() if v.kind == "field" and (tangential or not v.tangential)]
-    cells = math.prod(max(case.scene.mesh.cells[k] for case in cases) for k in (0, 1))
-    return float(len(cases) * cells * sum(width[v.dtype] for v in fields))
+    return sum(width[v.dtype] for v in VARIABLES.values() if v.kind == "field" and (tangential or not v.tangential))
+
+
+def _most_cells(cases: Sequence[Case]) -> int:
+    """Cells that each of a grid's `cases` takes in the cube: those of its largest mesh, which others are padded to."""
+    return math.prod(max(case.scene.mesh.cells[k] for case in cases) for k in (0, 1))
 
 
 def _of_grids(expansion: Expansion) -> dict[str, list[Case]]:
@@ -76,10 +107,15 @@ def _of_grids(expansion: Expansion) -> dict[str, list[Case]]:
 def estimate(study: Study, expansion: Expansion) -> Estimate:
     """Counts and costs of `study`; `expansion` is its expansion."""
     groups = list(expansion.groups())
-    seconds = sum(_work(group[0].scene) * PRESSURE_SECONDS for group in groups)
-    seconds += sum(_work(case.scene) * _traction_seconds(case.scene) for case in expansion.cases)
+    of_grid = _of_grids(expansion)
+    cell_bytes = {grid: _cell_bytes(cases, study.outputs) for grid, cases in of_grid.items()}
+    seconds = filled = 0.0
+    for group in groups:
+        cells = contact_cells(group[0].scene)
+        seconds += _pressure_seconds(cells) + sum(_traction_seconds(case.scene, cells) for case in group)
+        filled += cells * sum(cell_bytes[case.grid] for case in group)
     largest = max(math.prod(case.scene.mesh.cells) for case in expansion.cases)
-    fields = sum(_field_bytes(cases, study.outputs) for cases in _of_grids(expansion).values())
+    fields = float(sum(len(cases) * _most_cells(cases) * cell_bytes[grid] for grid, cases in of_grid.items()))
     count = len(expansion.cases)
     groups_of_cube = 1 if len(study.grids) == 1 else 1 + len(study.grids)
     return Estimate(
@@ -91,7 +127,7 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
         worker_bytes=PROCESS_BYTES + CELL_BYTES * largest,
         parent_bytes=PROCESS_BYTES + HELD_CASE_BYTES * count,
         field_bytes=fields,
-        file_bytes=COMPRESSED * fields + CASE_BYTES * count + GROUP_BYTES * groups_of_cube,
+        file_bytes=filled + EMPTY * fields + CASE_BYTES * count + GROUP_BYTES * groups_of_cube,
     )
 
 
@@ -117,11 +153,12 @@ def plan_report(study: Study) -> str:
         f"  cube, about      {_bytes(total.file_bytes)} ({stored}, {_bytes(total.field_bytes)} before compression)",
         f"  time, about      {_seconds(total.seconds)} of one core, divided among the workers",
         "",
-        f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction solution"
-        f" at {REFERENCE_CELLS} cells, growing as cells log(cells);",
+        f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction solution,"
+        f" and {PRESSURE_CELL_SECONDS * 1e6:g} and {TRACTION_CELL_SECONDS * 1e6:g} us more for each cell in contact;",
         f"full coupling counts {FULL_COUPLING_FACTOR:g} times, paper-cg {PAPER_CG_FACTOR:g} times. Starting up and"
-        " compiling are extra. Files assume fields",
-        f"compressed to {COMPRESSED:.0%}.",
+        " compiling are extra. Files assume",
+        "that fields take next to no room outside of the contact. How large that is is estimated: all within some"
+        " factor of 2.",
     ]
     return "\n".join(lines)
 

@@ -15,14 +15,18 @@ from rcstudy.cases import case_key, expand, layer_set, normal_key, scene_record
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.plan import (
     CASE_BYTES,
-    COMPRESSED,
+    EMPTY,
     FULL_COUPLING_FACTOR,
     GROUP_BYTES,
     PAPER_CG_FACTOR,
+    PRESSURE_SECONDS,
+    contact_cells,
     estimate,
     plan_report,
 )
+from rcstudy.solve import solve_scene
 from rcstudy.study import load_study, scene_from_mapping
+from rcstudy.sweep import run
 
 
 @pytest.fixture
@@ -291,8 +295,11 @@ def test_plan_of_the_paper_lists_every_grid_and_value():
 def test_estimated_size_is_that_of_the_fields(study):
     def bytes_of(outputs):
         plan = study("  g: {axes: {friction: [1, 2], creepage.spin: [0.01]}}\n  h: {axes: {friction: [1]}}\n" + outputs)
-        total = estimate(plan, expand(plan))
-        assert total.file_bytes == pytest.approx(COMPRESSED * total.field_bytes + 3 * CASE_BYTES + 3 * GROUP_BYTES)
+        expansion = expand(plan)
+        total = estimate(plan, expansion)
+        filled = contact_cells(expansion.cases[0].scene) / 32**2 * total.field_bytes
+        rest = EMPTY * total.field_bytes + 3 * CASE_BYTES + 3 * GROUP_BYTES
+        assert total.file_bytes == pytest.approx(filled + rest)
         return total.field_bytes
 
     cells = 32 * 32
@@ -301,7 +308,33 @@ def test_estimated_size_is_that_of_the_fields(study):
     assert bytes_of("outputs: {fields: false}\n") == 0
 
 
-def test_estimated_time_grows_with_cells_and_method(study):
+@pytest.mark.parametrize("outputs", ["{}", "{precision: float32}", "{crop: contact}"])
+@pytest.mark.parametrize("size", ["[2, 2]", "[1, 0.8]", "auto"])
+def test_estimated_size_is_that_of_the_cube(study, tmp_path, size, outputs):
+    """Whether the contact fills 3 % of the window or half of it, with and without layers."""
+    plan = study(
+        f"  g: {{scene: {{mesh: {{size: {size}, cells: [64, 64]}}, creepage: {{longitudinal: 0.001}}}},\n"
+        "      axes: {layers: [[], [{E: 4 Es, nu: 0.3, thickness: 0.5 a}], [{E: 0.25 Es, nu: 0.3, thickness: 1 a}]],\n"
+        f"      creepage.spin: [0, 0.01, 0.02, 0.04]}}}}\noutputs: {outputs}\n"
+    )
+    cube = tmp_path / "cube.nc"
+    assert run(plan, cube, workers=1).failed == 0
+    found = estimate(plan, expand(plan)).file_bytes / cube.stat().st_size
+    assert 0.6 < found < 1.7
+
+
+def test_estimated_contact_is_that_of_the_pressure(study):
+    plan = study(
+        "  g: {scene: {mesh: {size: [3, 3], cells: [96, 96]}}, coating: {layer_nu: 0.3}, axes: {layer_count: [1, 3],\n"
+        "    thickness: [0.1 a, 0.5 a, 1 a], modulus: [0.5 Es, 1 Es, 2 Es],\n"
+        "    counterbody: [rigid, {E: 210000, nu: 0.3}], radius: [50, [30, 80]]}}\n"
+    )
+    for case in expand(plan).cases:
+        cells = np.count_nonzero(solve_scene(case.scene).fields["pressure"])
+        assert 0.7 < contact_cells(case.scene) / cells < 1.6, case
+
+
+def test_estimated_time_grows_with_cells_in_contact_and_method(study):
     def seconds(scene):
         plan = study(f"  g: {{scene: {{{scene}}}, axes: {{friction: [1]}}}}\n")
         return estimate(plan, expand(plan)).seconds
@@ -315,9 +348,8 @@ def test_estimated_time_grows_with_cells_and_method(study):
     assert seconds("creepage: {spin: 0.1}, coupling: full") - pressure == pytest.approx(
         FULL_COUPLING_FACTOR * (newton - pressure)
     )
-    cells = 32 * 32
-    growth = 4 * math.log(4 * cells) / math.log(cells)
-    assert seconds("mesh: {cells: [64, 64]}") == pytest.approx(growth * pressure)
+    assert seconds("mesh: {size: [4, 4], cells: [64, 64]}") == pytest.approx(pressure)
+    assert seconds("mesh: {cells: [64, 64]}") - PRESSURE_SECONDS == pytest.approx(4 * (pressure - PRESSURE_SECONDS))
 
 
 def test_long_axes_are_shortened(study):
