@@ -198,6 +198,8 @@ def _value(axis: Axis, i: int) -> str:
         value = coord.values[i]
         if isinstance(value, str) or name.endswith("_ratio") or (axis.name == "creepage" and value == 0.0):
             continue
+        if math.isnan(value):  # what this value has not: the modulus of a rigid counterbody
+            continue
         unit = {"1": "", "rad mm-1": " rad/mm"}.get(coord.units, f" {coord.units}")
         if name != axis.name:
             inside.append(f"{name} {value:.6g}{unit}")

@@ -283,6 +283,18 @@ def test_plan_counts_and_names(study):
     assert (total.cases, total.distinct, total.normal_problems, total.layer_sets) == (7, 7, 2, 1)
 
 
+def test_plan_leaves_out_what_a_value_has_not(study):
+    """The modulus of a rigid counterbody, the size of a fitted window."""
+    report = plan_report(
+        study(
+            "  g: {axes: {counterbody: [rigid, {label: steel, E: 210000, nu: 0.3}], mesh.size: [auto, [2, 2]]}}\n",
+        )
+    )
+    assert "2  rigid, steel (counterbody_E 210000 MPa, counterbody_nu 0.3)" in report
+    assert "2  auto, 2 x 2 (size_x 2 mm, size_y 2 mm)" in report
+    assert "nan" not in report
+
+
 def test_plan_of_the_paper_lists_every_grid_and_value():
     study = load_study(CONFIGS / "paper.yaml")
     report = plan_report(study)
