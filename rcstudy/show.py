@@ -11,9 +11,12 @@ import xarray as xr
 from rcstudy.cube import case_dims, case_table, grids
 from rcstudy.layout import LABEL
 from rcstudy.progress import duration
+from rcstudy.quantities import LENGTH, MODULUS
 from rcstudy.result import VARIABLES, Status
 
 _SHOWN_FAILURES = 10
+_SHOWN_MESHES = 4
+_NIL = 1e-9  # of a number's scale: less is shown as 0
 _RANGES = ("pressure_max", "contact_radius", "force_x", "force_y", "moment_z", "traction_max")
 _PROVENANCE = {
     "created": "created",
@@ -62,25 +65,54 @@ def _times(table: pd.DataFrame, wall: float) -> str:
 def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame) -> Iterator[str]:
     dims = case_dims(grid)
     sizes = " x ".join(f"{dim} {grid.sizes[dim]}" for dim in dims) or "one case"
-    cells = f"; {grid.sizes['x']} x {grid.sizes['y']} cells" if "x" in grid.sizes else "; scalars only"
-    yield f"{name}: {sizes}{cells}"
+    cells = f"{_cells(grid)} cells" if "x" in grid.sizes else "scalars only"
+    yield f"{name}: {sizes}; {cells}"
     if grid.attrs.get("grid_description"):
         yield f"  {grid.attrs['grid_description']}"
     for dim in dims:
         shown = ", ".join(_text(value) for value in grid[dim].values[:12])
-        units = grid[dim].attrs.get("units", "1")
         more = ", ..." if grid.sizes[dim] > 12 else ""
-        yield f"  {dim:<16} {shown}{more}{'' if units == '1' else ' ' + units}"
+        yield f"  {dim:<16} {shown}{more}{_unit(grid[dim])}"
     solved = table[table["status"] == Status.SOLVED]
     for variable in _RANGES:
         if variable in grid and len(values := solved[variable].dropna()):
-            low, high = float(values.min()), float(values.max())
+            nil = _NIL * _scale(variable, solved)
+            low, high = (0.0 if abs(value) <= nil else float(value) for value in (values.min(), values.max()))
             units = VARIABLES[variable].units
             yield (
                 f"  {variable:<16} {low:.5g} to {high:.5g} {units}"
                 if low != high
                 else (f"  {variable:<16} {low:.5g} {units}")
             )
+
+
+def _cells(grid: xr.Dataset) -> str:
+    """How many cells the cases have: where the mesh varies fields are padded, and centres are NaN there."""
+    if "x_centre" not in grid:
+        return f"{grid.sizes['x']} x {grid.sizes['y']}"
+    along = [np.isfinite(grid[f"{dim}_centre"].values).sum(axis=-1).reshape(-1).tolist() for dim in ("x", "y")]
+    meshes = sorted(set(zip(*along, strict=True)))
+    if len(meshes) <= _SHOWN_MESHES:
+        return " and ".join(f"{nx} x {ny}" for nx, ny in meshes)
+    return " to ".join(f"{end(along[0])} x {end(along[1])}" for end in (min, max))
+
+
+def _unit(coordinate: xr.DataArray) -> str:
+    """What follows its values: the unit, or of a ratio what it is over ("a", "Es"); nothing where there is neither."""
+    units = str(coordinate.attrs.get("units", "1"))
+    if units != "1":
+        return f" {units}"
+    whole = str(coordinate.attrs.get("long_name", "")).rpartition(" over the ")[2].split()
+    return next((f" {scale}" for scale in (LENGTH, MODULUS) if whole[-1:] == [scale]), "")
+
+
+def _scale(variable: str, solved: pd.DataFrame) -> float:
+    """The largest of a variable's numbers, or what its natural size is: rounding beside that is nothing."""
+    most = float(solved[variable].abs().max())
+    if variable in ("force_x", "force_y", "moment_z"):
+        bound = solved["friction"] * solved["load"] * (solved["hertz_radius"] if variable == "moment_z" else 1.0)
+        most = max(most, float(bound.max()))
+    return most
 
 
 def _text(value: object) -> str:
@@ -104,7 +136,7 @@ def _failure_lines(table: pd.DataFrame) -> Iterator[str]:
     if not len(failed):
         return
     yield ""
-    yield f"{len(failed)} cases are not solved:"
+    yield "1 case is not solved:" if len(failed) == 1 else f"{len(failed)} cases are not solved:"
     for _, row in failed.head(_SHOWN_FAILURES).iterrows():
         word = Status(int(row["status"])).name.lower().replace("_", " ")
         yield f"  {row['grid']}: {row[LABEL]}: {word}: {row['status_reason']}"

@@ -1,0 +1,88 @@
+"""A cube in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+from studies import BASE, load_text
+
+from rcstudy.cube import open_cube
+from rcstudy.mechanics.scene import Scene
+from rcstudy.result import Result, Status
+from rcstudy.show import summary
+from rcstudy.solve import solve_group
+from rcstudy.sweep import run
+
+
+def shown(folder: Path, grids: str, **options: object) -> list[str]:
+    """Lines of the summary of a study's cube; `grids` under the shared scene."""
+    run(load_text(folder, BASE + grids), folder / "s.nc", workers=1, **options)  # type: ignore[arg-type]
+    with open_cube(folder / "s.nc") as tree:
+        return summary(tree).splitlines()
+
+
+def line(lines: list[str], word: str) -> str:
+    """The one line that begins with a word, its spaces made single."""
+    (found,) = [text for text in lines if text.split()[:1] == [word]]
+    return " ".join(found.split())
+
+
+def test_cells_where_the_mesh_varies(tmp_path: Path) -> None:
+    lines = shown(tmp_path, "  g: {axes: {mesh.cells: [[24, 16], [32, 32]]}}\n")
+    assert line(lines, "g:") == "g: cells 2; 24 x 16 and 32 x 32 cells"
+
+
+def test_cells_of_many_meshes_are_a_range(tmp_path: Path) -> None:
+    lines = shown(tmp_path, "  g: {axes: {mesh.cells: [[24, 16], [20, 20], [16, 16], [26, 16], [28, 24]]}}\n")
+    assert line(lines, "g:") == "g: cells 5; 16 x 16 to 28 x 24 cells"
+
+
+def test_cells_of_fitted_windows(tmp_path: Path) -> None:
+    lines = shown(tmp_path, "  g: {scene: {mesh: {size: auto}}, axes: {load: [100, 200]}}\n")
+    assert line(lines, "g:") == "g: load 2; 32 x 32 cells"
+
+
+def test_relative_axes_say_over_what(tmp_path: Path) -> None:
+    lines = shown(
+        tmp_path,
+        "  g: {axes: {load: [50, 100], thickness: [0.25 a, 0.5 a], modulus: [1 Es, 2 Es], mesh.margin: [1.3, 1.5]}}\n"
+        "  h: {coating: {modulus: 2 Es, thickness: 0.1 a}, axes: {substrate.E: [2e5, 1e5], layer_count: [1, 2]}}\n",
+    )
+    assert line(lines, "thickness") == "thickness 0.25, 0.5 a"
+    assert line(lines, "modulus") == "modulus 210000, 420000 MPa"
+    assert line(lines, "load") == "load 50, 100 N"
+    assert line(lines, "margin") == "margin 1.3, 1.5"
+    assert line(lines, "layer_count") == "layer_count 1, 2"
+
+
+def test_rounding_is_shown_as_nothing(tmp_path: Path) -> None:
+    """A force that symmetry makes nil, in one case and in all."""
+    lines = shown(
+        tmp_path,
+        "  g: {axes: {creepage: [{label: a, longitudinal: 0.001}, {label: b, lateral: 0.001}]}}\n"
+        "  h: {axes: {creepage: [{label: a, longitudinal: 0.001}]}}\n",
+        solve=rounded,
+    )
+    forces = [" ".join(text.split()) for text in lines if text.split()[:1] == ["force_y"]]
+    assert forces == ["force_y -77 to 0 N", "force_y 0 N"]
+
+
+def rounded(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Results whose lateral force is rounding wherever there is no lateral creepage."""
+    for scene, result in zip(scenes, solve_group(scenes), strict=True):
+        result.scalars["force_y"] = -77.0 if scene.creepage and scene.creepage.lateral else -1.3e-15
+        yield result
+
+
+@pytest.mark.parametrize(("count", "words"), [(1, "1 case is not solved:"), (2, "2 cases are not solved:")])
+def test_failures_are_counted(tmp_path: Path, count: int, words: str) -> None:
+    lines = shown(tmp_path, f"  g: {{axes: {{load: {[50, 60][:count]}}}}}\n", solve=failing)
+    assert words in lines
+
+
+def failing(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Nothing is solved."""
+    for _ in scenes:
+        yield Result(Status.NOT_CONVERGED, "out of patience")
