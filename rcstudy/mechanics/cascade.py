@@ -1,7 +1,8 @@
 """A cascade of meshes: each scene is first solved with cells of twice the size.
 
 The coarser solution is the first guess for pressure and tractions, and the difference between the two tells how large
-the discretisation error is (`errors.py`). It never enters the finer solution, which solves its own discrete equations.
+the discretisation error is (`rcstudy/estimate.py`). It never enters the finer solution, which solves its own discrete
+equations.
 """
 
 from __future__ import annotations

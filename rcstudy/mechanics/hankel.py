@@ -22,6 +22,7 @@ _STIRLING = (1 / 12, -1 / 360, 1 / 1260, -1 / 1680, 1 / 1188, -691 / 360360, 1 /
 _SHIFT = 10  # Re z from which on these seven terms are right to the last bit
 
 
+# not scipy.special.loggamma: to import that takes 0.16 to 0.29 s at each start, and circles need nothing else of it
 def log_gamma(z: np.ndarray) -> np.ndarray:
     """A logarithm of the gamma function of complex `z`, Re z > 0: right to some 1e-14, up to multiples of 2 pi i."""
     far = z + _SHIFT
