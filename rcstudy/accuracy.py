@@ -133,8 +133,9 @@ def problem(scene: Scene) -> Scene:
 def timed(scenes: Sequence[Scene]) -> Iterator[Result]:
     """Solve each scene by itself, short ones several times: `solve_seconds` is the processor time of the fastest.
 
-    Nothing is shared between scenes, so every time is that of a whole solve, coefficients and pressure included; and
-    processor time hardly depends on what else the machine does.
+    Nothing is shared between scenes but what belongs to lengths alone: FFT plans, and kernels of the Hankel transforms,
+    3 to 5 ms in the first layered solve of a process. So every time is that of a whole solve, coefficients and pressure
+    included; and processor time hardly depends on what else the machine does.
     """
     from rcstudy.solve import solve_scene
 
