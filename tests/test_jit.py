@@ -6,11 +6,10 @@ import subprocess
 import sys
 import time
 
+import numba
 import pytest
 
-numba = pytest.importorskip("numba")
-
-from rcstudy.mechanics import jit  # noqa: E402
+from rcstudy.mechanics import jit
 
 compiled = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 
