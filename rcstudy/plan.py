@@ -56,17 +56,17 @@ def contact_cells(scene: Scene) -> float:
         return (1.0 - body.nu**2) / body.E
 
     contact = scene_hertz(scene)
-    bare = compliance(scene.substrate) + (0.0 if scene.counterbody is None else compliance(scene.counterbody))
+    other = 0.0 if scene.counterbody is None else compliance(scene.counterbody)
+    bare = other + compliance(scene.substrate)
     wider = 1.0  # the contact, with its layers, over the uncoated one
     for _ in range(6):  # how deep it reaches depends on how wide it is
-        whole, above = bare, 1.0
-        depth = 0.0
+        whole, above, depth = other, 1.0, 0.0
         for layer in scene.layers:
             depth += layer.thickness
             below = math.exp(-depth / (LAYER_DEPTH * wider * contact.radius))
-            whole += (above - below) * (compliance(layer) - compliance(scene.substrate))
+            whole += (above - below) * compliance(layer)
             above = below
-        wider = (whole / bare) ** (1.0 / 3.0)
+        wider = ((whole + above * compliance(scene.substrate)) / bare) ** (1.0 / 3.0)
     area = math.pi * math.prod(contact.a) * wider**2
     return math.prod(scene.mesh.cells) * min(area / math.prod(scene.mesh.size), 0.25 * math.pi)
 
@@ -157,7 +157,7 @@ def plan_report(study: Study) -> str:
         f" and {PRESSURE_CELL_SECONDS * 1e6:g} and {TRACTION_CELL_SECONDS * 1e6:g} us more for each cell in contact;",
         f"full coupling counts {FULL_COUPLING_FACTOR:g} times, paper-cg {PAPER_CG_FACTOR:g} times. Starting up and"
         " compiling are extra. Files assume",
-        "that fields take next to no room outside of the contact. How large that is is estimated: all within some"
+        "that fields take next to no room outside of the contact, whose size is estimated: all within some"
         " factor of 2.",
     ]
     return "\n".join(lines)

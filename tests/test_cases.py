@@ -346,6 +346,14 @@ def test_estimated_contact_is_that_of_the_pressure(study):
         assert 0.7 < contact_cells(case.scene) / cells < 1.6, case
 
 
+@pytest.mark.parametrize("thickness", [1e-9, 0.1, 1e9])
+@pytest.mark.parametrize("modulus", [1e-150, 1e-9, 3.7e21, 1e150])
+@pytest.mark.parametrize("count", [1, 5])
+def test_estimated_contact_of_extreme_layers_is_a_number_of_cells(thickness, modulus, count):
+    scene = dataclasses.replace(SCENE, layers=(Layer(modulus, 0.3, thickness),) * count)
+    assert 0 <= contact_cells(scene) <= math.prod(scene.mesh.cells)
+
+
 def test_estimated_time_grows_with_cells_in_contact_and_method(study):
     def seconds(scene):
         plan = study(f"  g: {{scene: {{{scene}}}, axes: {{friction: [1]}}}}\n")
