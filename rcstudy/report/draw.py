@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rcstudy.report.labels import wrapped
 from rcstudy.report.measures import on_x_axis, traction
 from rcstudy.report.style import VERMILLION
 from rcstudy.report.views import CaseView
@@ -25,11 +26,14 @@ CIRCLES = 44
 
 
 def remark(ax: Axes, lines: Sequence[str], *, top: bool = False) -> None:
-    """Say in a panel which of its cases have no result and why: in its middle, or at its `top` above the lines."""
+    """Say in a panel which of its cases have no result and why: in its middle, or at its `top` above the lines.
+
+    Each of `lines` may hold mathematics; words that are not ours come through `labels.literal`.
+    """
     ax.text(
         0.5,
         0.97 if top else 0.5,
-        "\n".join(textwrap.fill(textwrap.shorten(line, 120), 48 if top else 30) for line in lines),
+        "\n".join(part for line in lines for part in wrapped(textwrap.shorten(line, 120), 48 if top else 30)),
         transform=ax.transAxes,
         ha="center",
         va="top" if top else "center",

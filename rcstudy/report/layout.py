@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rcstudy.report.labels import wrapped
 from rcstudy.report.style import DPI, WIDTH
 from rcstudy.report.views import GridView, number_text
 
@@ -69,7 +69,7 @@ def legend(figure: Figure, looks: Mapping[str, Mapping[str, Any]]) -> None:
 def caption(figure: Figure, text: str) -> None:
     """Write `text` under the panels, in a strip added to the figure's height."""
     width, height = (float(v) for v in figure.get_size_inches())
-    lines = _wrap(text, int(width * _LETTERS_PER_INCH))
+    lines = wrapped(text, int(width * _LETTERS_PER_INCH))
     strip = _LINE * len(lines) + 0.08
     total = height + strip
     figure.set_size_inches(width, total)
@@ -77,12 +77,6 @@ def caption(figure: Figure, text: str) -> None:
     figure.text(
         0.012, 0.06 / total, "\n".join(lines), va="bottom", ha="left", fontsize=7, linespacing=1.35, gid="caption"
     )
-
-
-def _wrap(text: str, width: int) -> list[str]:
-    """Wrap without breaking inside mathematics, which is taken to be as wide as its source without commands."""
-    glued = "$".join(p.replace(" ", "\0") if i % 2 else p for i, p in enumerate(text.split("$")))
-    return [line.replace("\0", " ") for line in textwrap.wrap(glued, width, break_long_words=False)]
 
 
 def conditions(grid: GridView) -> str:

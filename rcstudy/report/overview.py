@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rcstudy.report import measures
+from rcstudy.report.labels import literal
 from rcstudy.report.layout import caption, conditions, legend, panels
 from rcstudy.report.paper_figures import MAPS, maps_figure
 from rcstudy.report.style import LINES
@@ -50,8 +51,8 @@ def overview_figure(grid: GridView) -> Figure:
         ax.set_ylabel(QUANTITIES[name])
         _label_axis(ax, grid)
     if len(grid.axes) > 1:
-        values_in_words = grid.axis_values(grid.axes[1])
-        legend(figure, {f"{grid.axes[1]} = {values_in_words[at]}": _look(grid, k) for k, at in enumerate(lines)})
+        words = [literal(value) for value in grid.axis_values(grid.axes[1])]
+        legend(figure, {f"{grid.axes[1]} = {words[at]}": _look(grid, k) for k, at in enumerate(lines)})
     caption(figure, f"{grid.name}: {_remarks(grid, len(lines))}{conditions(grid)}")
     return figure
 
@@ -74,7 +75,7 @@ def _title(case: CaseView) -> str:
         if lines[-1] and len(lines[-1]) + len(word) > 36:
             lines.append("")
         lines[-1] += (", " if lines[-1] else "") + word
-    return "\n".join(lines)
+    return literal("\n".join(lines))
 
 
 def _index(grid: GridView, first: int, second: int) -> tuple[int, ...]:
@@ -109,7 +110,7 @@ def _label_axis(ax: Axes, grid: GridView) -> None:
     units = str(grid.small(axis).attrs.get("units", "1")) if axis in grid else "1"
     ax.set_xlabel(axis.replace("_", " ") + (f" ({units})" if _numeric(grid) and units not in ("1", "") else ""))
     if not _numeric(grid):
-        labels = grid.axis_values(axis)
+        labels = [literal(value) for value in grid.axis_values(axis)]
         every = -(-len(labels) // 12)
         ax.set_xticks(range(0, len(labels), every), labels[::every], rotation=30, ha="right")
 
@@ -121,7 +122,7 @@ def _remarks(grid: GridView, lines: int) -> str:
         remarks.append(f"{failed} of {grid.small('status').size} cases not solved (gaps).")
     if len(grid.axes) > 1 and lines < grid.shape[1]:
         remarks.append(f"{lines} of {grid.shape[1]} values of {grid.axes[1]}.")
-    held = [f"{axis} = {grid.axis_values(axis)[0]}" for axis in grid.axes[2:]]
+    held = [f"{axis} = {literal(grid.axis_values(axis)[0])}" for axis in grid.axes[2:]]
     if held:
         remarks.append(f"Shown for {', '.join(held)}.")
     return " ".join([*remarks, ""])

@@ -9,6 +9,7 @@ import numpy as np
 
 from rcstudy.errors import UserError
 from rcstudy.report import draw
+from rcstudy.report.labels import literal
 from rcstudy.report.layout import caption, conditions, legend, outer_labels, panels, share_limits
 from rcstudy.report.measures import slip_ratio
 from rcstudy.report.paper import BARE, panel_letter
@@ -60,7 +61,7 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
             if case.solved:
                 draw.pressure_line(ax, case, label, _by_modulus_and_thickness(case))
             else:
-                failures.append(f"{label}: {case.failure}")
+                failures.append(f"{label}: {literal(case.failure)}")
         if failures:
             draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
         count = len(cases[0].layers) if cases else 0
@@ -100,7 +101,7 @@ def lines_figure(number: int, grid: GridView) -> Figure:
             draw.bound_line(ax, solved[-1], r"bound $\mu p$")
         for case in solved:
             draw.traction_line(ax, case, creepage_text(case, math=True), _by_creepage(case))
-        failures = [f"{creepage_text(c, math=True)}: {c.failure}" for c in cases if not c.solved]
+        failures = [f"{creepage_text(c, math=True)}: {literal(c.failure)}" for c in cases if not c.solved]
         if failures:
             draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
         title = f"({letter}) {layers_text(cases[0], math=True)}, {thickness_text(cases[0], math=True)}"
@@ -140,7 +141,7 @@ MAPS = (
 def paper_title(case: CaseView) -> str:
     """Two lines: panel letter with the layers, and the creepages."""
     layers = layers_text(case, math=True) + (f", {thickness_text(case, math=True)}" if case.layers else "")
-    return f"({panel_letter(case)}) {layers}\n{creepage_text(case, math=True)}"
+    return f"({literal(panel_letter(case))}) {layers}\n{creepage_text(case, math=True)}"
 
 
 def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
@@ -164,7 +165,7 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
         ax.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
         ax.set_title(title(case), loc="left", linespacing=1.35)
         if not case.rolling:
-            draw.remark(ax, [f"not solved: {case.failure}" if case.failure else "pressure only"])
+            draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
             continue
         draw.traction_map(ax, case, norm, colours, extent)
         ratio = f"slip {100 * slip_ratio(case):.3g} %"
