@@ -24,7 +24,7 @@ from synthetic import (
 
 from rcstudy.cases import Axis, Grid
 from rcstudy.report.labels import KEEP, literal, wrapped
-from rcstudy.report.overview import case_maps, overview_figure
+from rcstudy.report.overview import QUANTITIES, case_maps, overview_figure
 from rcstudy.report.style import style
 from rcstudy.report.views import GridView, grids
 
@@ -74,3 +74,19 @@ def test_lines_break_neither_inside_mathematics_nor_at_kept_spaces() -> None:
     text = rf"{literal('cost $5')} and $a = b + c$ with 100{KEEP}N or more"
     assert wrapped(text, 14) == [r"cost \$5 and", "$a = b + c$", "with 100 N or", "more"]
     assert wrapped("abcdefgh", 5) == ["abcde", "fgh"]
+
+
+def test_forces_that_symmetry_makes_nil_have_no_panel(tmp_path: Path) -> None:
+    grid = make_grid("g", number_axis("load", [50.0, 100.0], "N"), creepage_axis({"a": CREEPAGES["a"]}))
+    made = assemble(make_study(), (grid, grid_cases(grid, SCENE)))
+    for name in ("force_x", "force_y", "moment_z"):
+        for least, shown in ((1e-5, False), (1e-3, True)):
+            for case, result in made.results:
+                result.scalars |= {"force_x": 40.0, "force_y": 40.0, "moment_z": 5.0, name: least * case.index[0]}
+            folder = tmp_path / f"{name}{shown}"
+            folder.mkdir()
+            with synthetic_tree(folder, made) as tree, style():
+                figure = overview_figure(grids(tree)["g"])
+            symbol = QUANTITIES[name].split(" (")[0]
+            assert (QUANTITIES[name] in [ax.get_ylabel() for ax in figure.axes if ax.get_visible()]) is shown
+            assert (f"Nil in all cases: {symbol}." in texts(figure)) is not shown

@@ -12,6 +12,7 @@ from rcstudy.report.layout import caption, conditions, legend, panels
 from rcstudy.report.paper_figures import MAPS, maps_figure
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView
+from rcstudy.result import Status
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +30,13 @@ QUANTITIES = {
 
 MAPS_AT_MOST = 12
 
+NIL = 1e-6
+"""Share of its natural scale below which a force or moment is nil in all cases of a grid and has no panel.
+
+Where symmetry makes a number nil, rounding and the solver's tolerance (1e-7 unless the study says otherwise) leave
+less than this; creepages whose forces are as small do not occur.
+"""
+
 
 def overview_figure(grid: GridView) -> Figure:
     """Resultants against the first axis, a line per value of the second; further axes at their first value.
@@ -36,7 +44,7 @@ def overview_figure(grid: GridView) -> Figure:
     An axis of labels (or of several numbers) is drawn evenly spaced with its labels. Cases that were not
     solved leave gaps, which the caption counts.
     """
-    names = [name for name in QUANTITIES if name in grid]
+    names = [name for name in QUANTITIES if name in grid and not _nil(grid, name)]
     columns = min(3, len(names))
     rows = -(-len(names) // columns)
     figure, axes = panels(rows, columns, 2.2 * rows + 0.3)
@@ -55,6 +63,17 @@ def overview_figure(grid: GridView) -> Figure:
         legend(figure, {f"{grid.axes[1]} = {words[at]}": _look(grid, k) for k, at in enumerate(lines)})
     caption(figure, f"{grid.name}: {_remarks(grid, len(lines))}{conditions(grid)}")
     return figure
+
+
+def _nil(grid: GridView, name: str) -> bool:
+    """Whether a force or moment is nothing but rounding in every case: symmetry makes it nil."""
+    if name not in ("force_x", "force_y", "moment_z"):
+        return False
+    natural = grid.small("friction") * grid.small("load")
+    if name == "moment_z":
+        natural = natural * grid.small("contact_radius")
+    largest = abs(grid.small(name) / natural).where(grid.small("status") == Status.SOLVED).max()
+    return bool(largest < NIL)  # not where no case is solved: NaN
 
 
 def case_maps(grid: GridView) -> Figure | None:
@@ -122,6 +141,9 @@ def _remarks(grid: GridView, lines: int) -> str:
         remarks.append(f"{failed} of {grid.small('status').size} cases not solved (gaps).")
     if len(grid.axes) > 1 and lines < grid.shape[1]:
         remarks.append(f"{lines} of {grid.shape[1]} values of {grid.axes[1]}.")
+    nil = [QUANTITIES[name].split(" (")[0] for name in QUANTITIES if name in grid and _nil(grid, name)]
+    if nil:
+        remarks.append(f"Nil in all cases: {', '.join(nil)}.")
     held = [f"{axis} = {literal(grid.axis_values(axis)[0])}" for axis in grid.axes[2:]]
     if held:
         remarks.append(f"Shown for {', '.join(held)}.")
