@@ -155,6 +155,7 @@ def test_arrows_point_along_the_traction(tree: xr.DataTree) -> None:
     ax = panels(draw(tree, "figure_7"))[11]
     arrows = markers(ax, "direction")
     assert 4 <= len(arrows.U) <= 80
+    assert all(arrows.get_zorder() > markers(ax, state).get_zorder() for state in ("slip", "stick"))  # discs hide them
     for (x, y), u, v in zip(arrows.get_offsets(), arrows.U, arrows.V, strict=True):
         qx, qy = (float(data[name].sel(x=x, y=y)) for name in ("traction_x", "traction_y"))
         assert u * qy - v * qx == pytest.approx(0.0, abs=1e-9 * np.hypot(qx, qy))

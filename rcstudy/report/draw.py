@@ -113,8 +113,11 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, e
         extent=(x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2),
     )
     ax.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
-    _arrows(ax, case, qx, qy, contact)
+    every = _arrow_step(contact)
+    _arrows(ax, case, qx, qy, contact, every)
     step = circle_step(case, extent)
+    # beneath an arrow in each cell a circle has to be wider than the arrow's head
+    diameter = (0.75 if every == 1 else 0.5) * step * min(dx, dy)
     shown = np.zeros_like(contact)
     shown[np.ix_(_spread(case.x.size, step), _spread(case.y.size, step))] = True
     for which, face in ((CellState.SLIP, "black"), (CellState.STICK, "none")):
@@ -122,8 +125,8 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, e
         # circles in the axes' own units, so that they keep to their cells at any size of the panel
         ax.add_collection(
             EllipseCollection(
-                widths=[0.5 * step * min(dx, dy)],
-                heights=[0.5 * step * min(dx, dy)],
+                widths=[diameter],
+                heights=[diameter],
                 angles=[0.0],
                 units="xy",
                 offsets=np.column_stack([case.x[i], case.y[j]]),
@@ -143,11 +146,14 @@ def circle_step(case: CaseView, extent: float) -> int:
     return 2 * int(2 * extent / min(case.spacing) / CIRCLES / 2 + 0.5) + 1
 
 
-def _arrows(ax: Axes, case: CaseView, qx: np.ndarray, qy: np.ndarray, contact: np.ndarray) -> None:
-    dx, dy = case.spacing
-    # an odd step can be centred on any grid, so that a symmetric traction gives a symmetric picture
+def _arrow_step(contact: np.ndarray) -> int:
+    """Cells from one arrow to the next; odd, so that a symmetric traction gives a symmetric picture on any grid."""
     across = max(np.ptp(np.nonzero(contact)[k]) + 1 for k in (0, 1))
-    step = 2 * round(across / ARROWS / 2) + 1
+    return 2 * round(across / ARROWS / 2) + 1
+
+
+def _arrows(ax: Axes, case: CaseView, qx: np.ndarray, qy: np.ndarray, contact: np.ndarray, step: int) -> None:
+    dx, dy = case.spacing
     size = np.hypot(qx, qy)
     chosen = np.zeros_like(contact)
     chosen[np.ix_(_spread(case.x.size, step), _spread(case.y.size, step))] = True
@@ -170,7 +176,7 @@ def _arrows(ax: Axes, case: CaseView, qx: np.ndarray, qy: np.ndarray, contact: n
         color=VERMILLION,
         edgecolor="white",
         linewidth=0.5,
-        zorder=2,
+        zorder=4,  # over the circles: black discs would hide them where all slips
         gid="direction",
     )
 
