@@ -66,6 +66,12 @@ class Assembly:
         except (OSError, DamagedRecord):
             self._drop()
 
+    def give_way(self) -> bool:
+        """Drop the file, whose place the results may need; whether there was one."""
+        there = self._cube is not None
+        self._drop()
+        return there
+
     def finish(
         self,
         provenance: Mapping[str, str | int | float],

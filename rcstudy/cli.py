@@ -186,7 +186,7 @@ def _outcome(done: Summary, part: str = "") -> int:
     else:
         print(f"{text}; {done.output}: {done.output.resolve().stat().st_size / 1e6:.1f} MB")
         if done.failed:
-            _say(f"rcstudy failures {done.output} lists what is not solved, each with a study of its own")
+            _say(f"rcstudy failures {done.output} lists what is not solved, with -o FOLDER each as a study of its own")
     return EXIT_FAILED_CASES if done.failed else 0
 
 

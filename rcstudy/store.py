@@ -106,6 +106,11 @@ class Store:
         """Write all results there are. Raises UserError when that fails, now or earlier."""
         self._write(0.0)
 
+    def try_again(self) -> None:
+        """Write all results there are, after an error that may have passed. Raises UserError if it has not."""
+        self._error = None
+        self.flush()
+
     def _write(self, least: float) -> None:
         """Write all results there are, if they fill `least` units once whoever is writing has done."""
         with self._writing:

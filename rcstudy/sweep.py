@@ -11,6 +11,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -239,6 +240,15 @@ def _keep_all(
 
     `meanwhile`: what else is to be done, once those who solve are at work.
     """
+
+    def kept(write: Callable[[], None]) -> None:
+        try:
+            write()
+        except UserError:  # results go before the cube, which can be made again
+            if cube is None or not cube.give_way():
+                raise
+            store.try_again()
+
     packer = Packer(store.index.keep)
     like = Counter(case.key for case in pending)
     reporter.begin(len(pending))
@@ -250,14 +260,14 @@ def _keep_all(
                 meanwhile()
                 begun = True
             packed = packer.pack(result, case.scene.mesh.cells) if isinstance(result, Result) else result
-            store.add(case.key, packed)
+            kept(partial(store.add, case.key, packed))
             for _ in range(like[case.key]):
                 reporter.advance(failed=packed.status != Status.SOLVED)
             if cube is not None:
                 cube.go_on()
         if not begun:
             meanwhile()
-        store.flush()
+        kept(store.flush)
     finally:
         reporter.end()
 

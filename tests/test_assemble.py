@@ -6,6 +6,7 @@ import errno
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import cubes
 import pytest
@@ -209,3 +210,24 @@ def test_crops_to_contacts_of_a_single_cell_keep_its_size(tmp_path: Path) -> Non
         assert (loads.sizes["x"], loads.sizes["y"]) == (2, 2)
         (view, *_) = grids(tree)["loads"].cases()
         assert view.spacing == pytest.approx((1 / 7, 1 / 7))
+
+
+def test_results_go_before_the_cube_on_a_disk_that_is_full(
+    study: Study, at_the_end: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Units that find no room while the cube is being made take its place; it is made once all is solved."""
+    refused, write = [], store.write_unit
+
+    def no_room(*arguments: Any) -> Unit:
+        if list(tmp_path.glob("c.nc.tmp-*")):
+            refused.append(1)
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(*arguments)
+
+    monkeypatch.setattr(store, "write_unit", no_room)
+    monkeypatch.setattr(store, "UNIT_CASES", 4)
+    done = sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    assert refused
+    assert done.solved == CASES
+    cubes.assert_same(tmp_path / "c.nc", at_the_end)
+    assert files(tmp_path) == ["c.nc"]

@@ -405,5 +405,5 @@ def test_scene_from_mapping_of_no_mapping():
     ],
 )
 def test_what_was_found_too_late(refused, grid, words):
-    """Places of what is not there, text that reads as a number, traceback of extremes, methods that do not go together."""
+    """Places of what is not there, tracebacks of extremes, and methods that do not go together."""
     assert refused(f"{BASE}  g: {{{grid}}}\n") == [f"s.yaml:{words}"]
