@@ -26,6 +26,7 @@ from rcstudy.mechanics.convolution import (
     real_symbols,
     symbols,
     traction_quadrants,
+    transform,
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import tractions
@@ -794,7 +795,9 @@ def test_papers_method(name: str, tolerance: float) -> None:
     longer = shape[0] + 1, shape[1]
     padded = padded_shape(longer)
     quadrant = influence_of(BODIES[bodies]).around(padded)
-    displacement = PairOperator(real_symbols(traction_quadrants(quadrant), padded), padded, longer)
+    displacement = PairOperator(
+        real_symbols(traction_quadrants(quadrant), padded), longer, transform(padded, 2, longer[0])
+    )
     found = solve_paper_cg(displacement, cells, bound, w, dx, tolerance)
     assert found.iterations == iterations
     assert found.products == 2 * iterations + 1

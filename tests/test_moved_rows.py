@@ -108,12 +108,12 @@ def test_rows_that_are_not_moved(box: tuple[int, int]) -> None:
         cells = np.argwhere(rng.random(box) < 0.8)
         q = rng.normal(size=(len(cells), 2))
         plan = transform(padded, 2, box[0])
-        usual = PairOperator(real_symbols(quadrants, padded), padded, box, plan).on_box(q, cells).copy()
+        usual = PairOperator(real_symbols(quadrants, padded), box, plan).on_box(q, cells).copy()
         for other in (
             shifted_transform(padded, 2, box[1]),
             shifted_transform(padded, 2, box[1]).shifted(row_phases(padded[0], np.zeros(box[1]))),
         ):
-            found = PairOperator(real_symbols(quadrants, padded, x_first=True), padded, box, other).on_box(q, cells)
+            found = PairOperator(real_symbols(quadrants, padded, x_first=True), box, other).on_box(q, cells)
             assert found.shape == usual.shape
             np.testing.assert_allclose(found, usual, atol=1e-14 * np.abs(usual).max(initial=1.0))
 
@@ -132,7 +132,7 @@ def test_convolution_of_moved_rows(padded: tuple[int, int]) -> None:
     field = rng.normal(size=(2, *box))
     for shift in (np.array([0.3, -0.45, 0.1]), np.array([1.0, 0.0, -1.0])):
         plan = shifted_transform(padded, 2, box[1]).shifted(row_phases(padded[0], shift))
-        operator = PairOperator(real_symbols(quadrants, padded, x_first=True), padded, box, plan)
+        operator = PairOperator(real_symbols(quadrants, padded, x_first=True), box, plan)
         found = operator.on_box(field.reshape(2, -1).T, cells)
         expected = [
             sum(naive_rows.moved_convolution(kernel, part, shift) for kernel, part in zip(pair, field, strict=True))

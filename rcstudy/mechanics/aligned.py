@@ -192,7 +192,7 @@ class AlignedContact(NormalContact):
         symbol = real_symbols(traction_quadrants(self.influence.around(self._padded)), self._padded, x_first=True)
         sharpened = point_factor(self._padded[0], symbol.shape[1])
         plan = shifted_transform(self._padded, 2, shape[1]).shifted(self._phase, sharpened)
-        return PairOperator(symbol, self._padded, shape, plan)
+        return PairOperator(symbol, shape, plan)
 
     @property
     def _padded(self) -> tuple[int, int]:

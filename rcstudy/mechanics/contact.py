@@ -22,6 +22,7 @@ from rcstudy.mechanics.convolution import (
     real_symbols,
     symbols,
     traction_quadrants,
+    transform,
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import tractions
@@ -122,7 +123,7 @@ class NormalContact:
         shape = self.box.shape[0] + 1, self.box.shape[1]
         padded = padded_shape(shape)
         symbol = real_symbols(traction_quadrants(self.influence.around(padded)), padded)
-        return PairOperator(symbol, padded, shape)
+        return PairOperator(symbol, shape, transform(padded, 2, shape[0]))
 
     @cached_property
     def _places(self) -> np.ndarray:

@@ -380,13 +380,10 @@ class PairOperator:
     `symbols`: `real_symbols` of xx, xy = yx, yy, those with x first for a `plan` for moved rows.
     """
 
-    def __init__(
-        self, symbols: np.ndarray, padded: tuple[int, int], box: tuple[int, int], plan: Transform | None = None
-    ) -> None:
+    def __init__(self, symbols: np.ndarray, box: tuple[int, int], plan: Transform) -> None:
         self.symbols = symbols
-        self.padded = padded
         self.box = box
-        self.plan = plan or transform(padded, 2, box[0])
+        self.plan = plan
 
     def on_box(self, q: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Result [2, nx, ny] on the box of `q` [m, 2] given at `cells` [m, 2]; valid until the plan's next use."""
