@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -22,8 +24,8 @@ from synthetic import (
     synthetic_tree,
 )
 
-from rcstudy.cases import Axis, Grid
-from rcstudy.report.labels import KEEP, literal, wrapped
+from rcstudy.cases import Axis, Coord, Grid
+from rcstudy.report.labels import KEEP, literal, shortened, wrapped
 from rcstudy.report.overview import QUANTITIES, case_maps, overview_figure
 from rcstudy.report.style import style
 from rcstudy.report.views import GridView, grids
@@ -62,7 +64,8 @@ def test_dollars_of_labels_are_letters_everywhere(
 
 
 def test_dollars_of_a_label_in_a_caption_leave_its_mathematics(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    axes = (number_axis("load", [50.0, 100.0], "N"), number_axis("spin_point", [0.0, 0.5]))
+    words = Axis("method", 2, {"method": Coord(["newton", "paper-cg"], "1", "")}, ("newton", "paper-cg"))
+    axes = (number_axis("load", [50.0, 100.0], "N"), words)
     with opened(tmp_path, make_grid("g", *axes, labelled(monkeypatch, DOLLARS[1:]))) as grid, style():
         figure = overview_figure(grid)
         texts(figure)
@@ -90,3 +93,63 @@ def test_forces_that_symmetry_makes_nil_have_no_panel(tmp_path: Path) -> None:
             symbol = QUANTITIES[name].split(" (")[0]
             assert (QUANTITIES[name] in [ax.get_ylabel() for ax in figure.axes if ax.get_visible()]) is shown
             assert (f"Nil in all cases: {symbol}." in texts(figure)) is not shown
+
+
+def sizes(figure: Figure) -> list[tuple[float, float]]:
+    """Width and height of each panel once it is placed, inches; what leaves the page or warns fails."""
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for _ in range(2):
+            engine.execute(figure)
+        figure.draw_without_rendering()
+    for legend in figure.legends:
+        box = legend.get_window_extent()
+        assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height
+    boxes = [ax.get_window_extent() for ax in figure.axes if ax.get_visible()]
+    return [(box.width / figure.dpi, box.height / figure.dpi) for box in boxes]
+
+
+LONG = tuple(f"{k} {'of a hundred letters ' * 5}"[:99] + str(k) for k in range(7))
+
+
+@pytest.mark.parametrize("labels", [LONG, tuple(f"{'W' * 30}{k}" for k in range(7))])
+def test_long_labels_and_many_stay_on_the_page_and_leave_panels_their_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, labels: tuple[str, ...]
+) -> None:
+    placed = []
+    for used in (tuple("abcdefg"), labels):
+        axis = labelled(monkeypatch, used)
+        along, lines = make_grid("along", axis), make_grid("lines", number_axis("load", [50.0, 100.0], "N"), axis)
+        folder = tmp_path / str(len(placed))
+        folder.mkdir()
+        made = assemble(make_study(), *((grid, grid_cases(grid, SCENE)) for grid in (along, lines)))
+        with synthetic_tree(folder, made) as tree, style():
+            views = grids(tree)
+            figures = (overview_figure(views["along"]), overview_figure(views["lines"]), case_maps(views["along"]))
+            placed.append([sizes(figure) for figure in figures if figure is not None])
+    for short, long in zip(*placed, strict=True):
+        np.testing.assert_allclose(long, short, rtol=0.12)
+
+
+def test_shortened_texts_stay_apart() -> None:
+    assert shortened(["short", "abcdefghijklmno"], 9) == ["short", "abcd…lmno"]
+    assert shortened(["abcde 1 vwxyz", "abcde 2 vwxyz"], 11) == ["1: abc…yz", "2: abc…yz"]
+
+
+def test_the_overview_is_along_the_numbers_with_most_values_and_its_lines_are_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = labelled(monkeypatch, ("one", "other"))
+    axes = (words, number_axis("friction", [0.5, 1.0]), number_axis("load", [100.0, 50.0, 75.0], "N"))
+    with opened(tmp_path, make_grid("g", *axes)) as grid, style():
+        figure = overview_figure(grid)
+        ax = next(ax for ax in figure.axes if ax.get_ylabel() == QUANTITIES["pressure_max"])
+        assert ax.get_xlabel() == "load (N)"
+        pressures = grid.small("pressure_max").values
+    for k, line in enumerate(ax.lines):
+        np.testing.assert_array_equal(line.get_xdata(), [50.0, 75.0, 100.0])
+        np.testing.assert_array_equal(line.get_ydata(), pressures[k, 0, [1, 2, 0]])
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["creepage = one", "creepage = other"]
+    assert "Shown for friction = 0.5." in texts(figure)

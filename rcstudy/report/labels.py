@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Sequence
 
 KEEP = "\N{NO-BREAK SPACE}"
 """A space at which `wrapped` breaks no line."""
@@ -23,3 +24,28 @@ def wrapped(text: str, width: int) -> list[str]:
     parts = re.split(r"(?<!\\)\$", text)  # an escaped one is a letter
     glued = "$".join(part.replace(" ", KEEP) if i % 2 else part for i, part in enumerate(parts))
     return [line.replace(KEEP, " ") for line in textwrap.wrap(glued, width, break_long_words=len(parts) == 1)]
+
+
+def shortened(texts: Sequence[str], most: int) -> list[str]:
+    """`texts` of at most `most` letters each, an ellipsis in the middle of longer ones; alike ones get numbers."""
+    short = [_shortened(text, most) for text in texts]
+    if len(set(short)) == len(set(texts)):
+        return short
+    return [f"{i}: {_shortened(text, most - 5)}" for i, text in enumerate(texts, 1)]
+
+
+def _shortened(text: str, most: int) -> str:
+    if len(text) <= most:
+        return text
+    tail = (most - 1) // 2
+    return f"{text[: most - 1 - tail].rstrip()}…{text[-tail:].lstrip()}"
+
+
+def width_of(lines: Sequence[str]) -> float:
+    """Width of the widest of these lines without mathematics in a panel's title, inches."""
+    from matplotlib import rcParams
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font = FontProperties(family=rcParams["font.family"], size=rcParams["axes.titlesize"])
+    return max(float(text_to_path.get_text_width_height_descent(line, font, False)[0]) for line in lines) / 72

@@ -15,7 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LINE = 0.155  # height of a line of the caption, inches
+_LEGEND = 0.28  # height of a legend of one line, inches: figures have room for it
 _LETTERS_PER_INCH = 20.5
+
+LINE_SPACING: dict[str, Any] = {"handlelength": 3.0, "columnspacing": 1.2}
+"""Spacing of a legend of lines: long enough to show their dashes."""
 
 
 def panels(rows: int, columns: int, height: float, *, width: float = WIDTH) -> tuple[Figure, np.ndarray]:
@@ -52,18 +56,29 @@ def outer_labels(axes: np.ndarray, x: str, y: str) -> None:
             ax.tick_params(labelleft=False)
 
 
-def legend(figure: Figure, looks: Mapping[str, Mapping[str, Any]]) -> None:
-    """One legend for all panels, above them: a line of each look with its label, in this order."""
+def legend(figure: Figure, looks: Mapping[str, Mapping[str, Any]], **spacing: Any) -> None:
+    """One legend for all panels, above them: a line of each look with its label, in this order.
+
+    It has as many columns as the figure's width holds, six at most. More than one line of it makes the figure
+    higher, so that panels keep their size. `spacing` is matplotlib's.
+    """
     from matplotlib.lines import Line2D
 
-    if looks:
-        figure.legend(
-            handles=[Line2D([], [], label=label, **look) for label, look in looks.items()],
-            loc="outside upper center",
-            ncols=min(6, len(looks)),
-            handlelength=3.0,
-            columnspacing=1.2,
-        )
+    handles = [Line2D([], [], label=label, **look) for label, look in looks.items()]
+    for rows in range(-(-len(handles) // 6), len(handles) + 1) if handles else ():
+        columns = -(-len(handles) // rows)
+        drawn = figure.legend(handles=handles, loc="outside upper center", ncols=columns, **spacing)
+        box = drawn.get_window_extent()
+        if box.width <= figure.bbox.width or columns == 1:
+            heighten(figure, max(0.0, box.height / figure.dpi - _LEGEND))
+            break
+        drawn.remove()
+
+
+def heighten(figure: Figure, height: float) -> None:
+    """Add `height` (inches) to the figure's."""
+    width, before = (float(v) for v in figure.get_size_inches())
+    figure.set_size_inches(width, before + height)
 
 
 def caption(figure: Figure, text: str) -> None:

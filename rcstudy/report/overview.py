@@ -1,14 +1,15 @@
-"""Overview of any grid: its resultants along its first axis, and the maps of its first cases."""
+"""Overview of any grid: its resultants along one of its axes, and the maps of its first cases."""
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rcstudy.report import measures
-from rcstudy.report.labels import literal
-from rcstudy.report.layout import caption, conditions, legend, panels
+from rcstudy.report.labels import literal, shortened, width_of
+from rcstudy.report.layout import LINE_SPACING, caption, conditions, heighten, legend, panels
 from rcstudy.report.paper_figures import MAPS, maps_figure
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView
@@ -30,6 +31,9 @@ QUANTITIES = {
 
 MAPS_AT_MOST = 12
 
+_TICKS = 0.2  # height of labels along x for which panels have room, inches
+_TITLE = 2.15  # width of a map's title, inches
+
 NIL = 1e-6
 """Share of its natural scale below which a force or moment is nil in all cases of a grid and has no panel.
 
@@ -39,29 +43,33 @@ less than this; creepages whose forces are as small do not occur.
 
 
 def overview_figure(grid: GridView) -> Figure:
-    """Resultants against the first axis, a line per value of the second; further axes at their first value.
+    """Resultants along one axis, a line per value of another; further axes at their first value.
 
-    An axis of labels (or of several numbers) is drawn evenly spaced with its labels. Cases that were not
-    solved leave gaps, which the caption counts.
+    Along the numbers of most values, with lines for words if there are any. An axis of labels (or of several
+    numbers) is drawn evenly spaced with its labels. Cases that were not solved leave gaps, which the caption counts.
     """
     names = [name for name in QUANTITIES if name in grid and not _nil(grid, name)]
-    columns = min(3, len(names))
+    columns = 2 if len(names) == 4 else min(3, len(names))
     rows = -(-len(names) // columns)
     figure, axes = panels(rows, columns, 2.2 * rows + 0.3)
     for ax in axes.flat[len(names) :]:
         ax.set_visible(False)
-    lines = _chosen(grid.shape[1]) if len(grid.axes) > 1 else [0]
+    along, across = _axes(grid)
+    lines = _chosen(grid.dataset.sizes[across]) if across else [0]
+    x = _positions(grid, along)
+    order = np.argsort(x, kind="stable")
     for ax, name in zip(axes.flat, names, strict=False):
         for line, at in enumerate(lines):
-            cases = [grid.case(*_index(grid, i, at)) for i in range(grid.shape[0] if grid.axes else 1)]
+            cases = [_case(grid, {along: i, across: at}) for i in order]
             values = [measures.slip_ratio(c) if name == "slip_area" else c.number(name) for c in cases]
-            ax.plot(_positions(grid), values, **_look(grid, line))
+            ax.plot(x[order], values, **_look(grid, along, line))
         ax.set_ylabel(QUANTITIES[name])
-        _label_axis(ax, grid)
-    if len(grid.axes) > 1:
-        words = [literal(value) for value in grid.axis_values(grid.axes[1])]
-        legend(figure, {f"{grid.axes[1]} = {words[at]}": _look(grid, k) for k, at in enumerate(lines)})
-    caption(figure, f"{grid.name}: {_remarks(grid, len(lines))}{conditions(grid)}")
+        _label_axis(ax, grid, along)
+    heighten(figure, rows * max(0.0, _ticks_height(axes.flat[0]) - _TICKS))
+    if across:
+        words = [_lines_label(f"{across} = {value}") for value in grid.axis_values(across)]
+        legend(figure, {words[at]: _look(grid, along, k) for k, at in enumerate(lines)}, **LINE_SPACING)
+    caption(figure, f"{grid.name}: {_remarks(grid, along, across, len(lines))}{conditions(grid)}")
     return figure
 
 
@@ -89,16 +97,33 @@ def case_maps(grid: GridView) -> Figure | None:
 
 
 def _title(case: CaseView) -> str:
-    words, lines = case.label.split(", "), [""]
-    for word in words:
-        if lines[-1] and len(lines[-1]) + len(word) > 36:
-            lines.append("")
-        lines[-1] += (", " if lines[-1] else "") + word
+    letters = 36
+    while (lines := _title_lines(case.label, letters)) and letters > 12 and width_of(lines) > _TITLE:
+        letters -= 2
     return literal("\n".join(lines))
 
 
-def _index(grid: GridView, first: int, second: int) -> tuple[int, ...]:
-    return (first, second, *(0 for _ in grid.axes[2:]))[: len(grid.axes)]
+def _title_lines(label: str, letters: int) -> list[str]:
+    lines = [""]
+    for part in label.split(", "):
+        if lines[-1] and len(lines[-1]) + len(part) > letters:
+            lines.append("")
+        lines[-1] += (", " if lines[-1] else "") + part
+    return [piece for line in lines for piece in textwrap.wrap(line, letters + 2)]
+
+
+def _axes(grid: GridView) -> tuple[str, str]:
+    """The axis to draw along and that of the lines; empty where the grid has no more axes."""
+    sizes = dict(zip(grid.axes, grid.shape, strict=True))
+    numeric = {axis: _numeric(grid, axis) for axis in sizes}
+    along = max(sizes, key=lambda a: (sizes[a] > 1, numeric[a], sizes[a] * numeric[a]), default="")
+    rest = [axis for axis in sizes if axis != along]
+    return along, max(rest, key=lambda a: (sizes[a] > 1, not numeric[a]), default="")
+
+
+def _case(grid: GridView, at: dict[str, int]) -> CaseView:
+    """The case at these positions, and the first one along all other axes."""
+    return grid.case(*(at.get(axis, 0) for axis in grid.axes))
 
 
 def _chosen(size: int) -> list[int]:
@@ -106,45 +131,57 @@ def _chosen(size: int) -> list[int]:
     return sorted(set(np.linspace(0, size - 1, min(size, len(LINES))).round().astype(int).tolist()))
 
 
-def _look(grid: GridView, line: int) -> dict[str, Any]:
+def _look(grid: GridView, along: str, line: int) -> dict[str, Any]:
     """The look of a line; labels are not joined, for nothing lies between them."""
-    return LINES[line] if _numeric(grid) else LINES[line] | {"linestyle": "", "markersize": 4}
+    return LINES[line] if _numeric(grid, along) else LINES[line] | {"linestyle": "", "markersize": 4}
 
 
-def _numeric(grid: GridView) -> bool:
-    return bool(grid.axes) and grid.axes[0] in grid and grid.small(grid.axes[0]).dtype.kind in "if"
+def _numeric(grid: GridView, axis: str) -> bool:
+    return axis in grid and grid.small(axis).dtype.kind in "if"
 
 
-def _positions(grid: GridView) -> np.ndarray:
-    if _numeric(grid):
-        return np.asarray(grid.small(grid.axes[0]).values, dtype=float)
-    return np.arange(grid.shape[0] if grid.axes else 1, dtype=float)
+def _positions(grid: GridView, along: str) -> np.ndarray:
+    if _numeric(grid, along):
+        return np.asarray(grid.small(along).values, dtype=float)
+    return np.arange(grid.dataset.sizes[along] if along else 1, dtype=float)
 
 
-def _label_axis(ax: Axes, grid: GridView) -> None:
-    if not grid.axes:
+def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
+    if not axis:
         ax.set_xticks([])
         return
-    axis = grid.axes[0]
     units = str(grid.small(axis).attrs.get("units", "1")) if axis in grid else "1"
-    ax.set_xlabel(axis.replace("_", " ") + (f" ({units})" if _numeric(grid) and units not in ("1", "") else ""))
-    if not _numeric(grid):
-        labels = [literal(value) for value in grid.axis_values(axis)]
+    ax.set_xlabel(axis.replace("_", " ") + (f" ({units})" if _numeric(grid, axis) and units not in ("1", "") else ""))
+    if not _numeric(grid, axis):
+        labels = [literal(text) for text in shortened(grid.axis_values(axis), 18)]
         every = -(-len(labels) // 12)
-        ax.set_xticks(range(0, len(labels), every), labels[::every], rotation=30, ha="right")
+        # long ones upright: aslant they would take their panel's width
+        turned = {"rotation": 90} if max(map(len, labels)) > 8 else {"rotation": 30, "ha": "right"}
+        ax.set_xticks(range(0, len(labels), every), labels[::every], **turned)
 
 
-def _remarks(grid: GridView, lines: int) -> str:
+def _ticks_height(ax: Axes) -> float:
+    """Height of the labels along x, inches."""
+    heights = [label.get_window_extent().height for label in ax.get_xticklabels()]
+    return max(heights, default=0.0) / ax.figure.dpi
+
+
+def _lines_label(text: str) -> str:
+    return literal("\n".join(textwrap.wrap(text, 60)))
+
+
+def _remarks(grid: GridView, along: str, across: str, lines: int) -> str:
     remarks = []
     failed = int((grid.small("status").values != 0).sum())
     if failed:
         remarks.append(f"{failed} of {grid.small('status').size} cases not solved (gaps).")
-    if len(grid.axes) > 1 and lines < grid.shape[1]:
-        remarks.append(f"{lines} of {grid.shape[1]} values of {grid.axes[1]}.")
+    if across and lines < grid.dataset.sizes[across]:
+        remarks.append(f"{lines} of {grid.dataset.sizes[across]} values of {across}.")
     nil = [QUANTITIES[name].split(" (")[0] for name in QUANTITIES if name in grid and _nil(grid, name)]
     if nil:
         remarks.append(f"Nil in all cases: {', '.join(nil)}.")
-    held = [f"{axis} = {literal(grid.axis_values(axis)[0])}" for axis in grid.axes[2:]]
+    rest = [axis for axis in grid.axes if axis not in (along, across)]
+    held = [f"{axis} = {literal(shortened(grid.axis_values(axis)[:1], 60)[0])}" for axis in rest]
     if held:
         remarks.append(f"Shown for {', '.join(held)}.")
     return " ".join([*remarks, ""])

@@ -10,7 +10,16 @@ import numpy as np
 from rcstudy.errors import UserError
 from rcstudy.report import draw
 from rcstudy.report.labels import literal
-from rcstudy.report.layout import caption, conditions, legend, outer_labels, panels, share_limits
+from rcstudy.report.layout import (
+    LINE_SPACING,
+    caption,
+    conditions,
+    heighten,
+    legend,
+    outer_labels,
+    panels,
+    share_limits,
+)
 from rcstudy.report.measures import slip_ratio
 from rcstudy.report.paper import BARE, panel_letter
 from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH, traction_colours
@@ -111,7 +120,8 @@ def lines_figure(number: int, grid: GridView) -> Figure:
         _make_room(row)
     outer_labels(axes, "$x/a$", "$-q_x$ (MPa)")
     first = next(iter(groups.values()))
-    legend(figure, {r"bound $\mu p$": draw.BOUND} | {creepage_text(c, math=True): _by_creepage(c) for c in first})
+    looks = {r"bound $\mu p$": draw.BOUND} | {creepage_text(c, math=True): _by_creepage(c) for c in first}
+    legend(figure, looks, **LINE_SPACING)
     text = (
         "Longitudinal traction on the x-axis under longitudinal creepage alone, shown as $-q_x$ (the traction on the "
         rf"counterbody); dashed: the bound $\mu p$. Rolling towards $+x$. {ROWS_NEXT_TO_AXIS}"
@@ -131,6 +141,8 @@ def _make_room(row: np.ndarray) -> None:
 def _by_creepage(case: CaseView) -> dict[str, Any]:
     return LINES[case.index[case.grid.axes.index("creepage")] % len(LINES)]
 
+
+_TITLE_LINE = 0.145  # height of a line of a title, inches
 
 MAPS = (
     "Magnitude $|q|$ (colour) and direction (arrows) of the traction on the coated body. Rolling towards $+x$: the "
@@ -155,6 +167,10 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
     rows = -(-len(cases) // columns)
     width = 5.2 if columns == 2 else WIDTH
     figure, axes = panels(rows, columns, (width / columns + 0.12) * rows + 0.7, width=width)
+    titles = {case: title(case) for case in cases}
+    for row in range(rows):  # there is room for titles of two lines
+        lines = max(titles[case].count("\n") + 1 for case in cases[row * columns : (row + 1) * columns])
+        heighten(figure, _TITLE_LINE * max(0, lines - 2))
     solved = [c for c in cases if c.rolling]
     extent = 1.15 * max((draw.contact_extent(c) for c in solved), default=1.0)
     norm = Normalize(0.0, max((c.number("traction_max") for c in solved), default=1.0))
@@ -162,8 +178,9 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
     for ax in axes.flat[len(cases) :]:
         ax.set_visible(False)
     for ax, case in zip(axes.flat, cases, strict=False):
-        ax.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
-        ax.set_title(title(case), loc="left", linespacing=1.35)
+        # at the top of its place: the layout leaves room for titles above that, not above the square
+        ax.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal", anchor="N")
+        ax.set_title(titles[case], loc="left", linespacing=1.35)
         if not case.rolling:
             draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
             continue
@@ -187,16 +204,16 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
 
 def _map_legend(figure: Figure, axes: np.ndarray, norm: Any, colours: Any, step: int) -> None:
     from matplotlib.cm import ScalarMappable
-    from matplotlib.lines import Line2D
 
     shown = [ax for ax in axes.flat if ax.get_visible()]
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=shown, location="bottom", shrink=0.62, aspect=45, pad=0.015)
     bar.set_label("$|q|$ (MPa)")
     every = f" (one of {step} × {step} where fine)" if step > 1 else ""
     circle: dict[str, Any] = {"marker": "o", "linestyle": "", "color": "black", "markersize": 4, "markeredgewidth": 0.6}
-    handles = [
-        Line2D([], [], label=f"slip cell{every}", **circle),
-        Line2D([], [], label=f"stick cell{every}", markerfacecolor="none", **circle),
-        Line2D([], [], label="direction of $q$", color=VERMILLION, marker=r"$\rightarrow$", linestyle="", markersize=9),
-    ]
-    figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    arrow: dict[str, Any] = {"marker": r"$\rightarrow$", "linestyle": "", "color": VERMILLION, "markersize": 9}
+    looks = {
+        f"slip cell{every}": circle,
+        f"stick cell{every}": circle | {"markerfacecolor": "none"},
+        "direction of $q$": arrow,
+    }
+    legend(figure, looks)

@@ -97,7 +97,10 @@ def check_formats(formats: Sequence[str]) -> None:
 
 def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[Path]:
     """Write `figure` as out/stem.<format> without dates or versions, so that equal data give equal files."""
-    figure.draw_without_rendering()
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    for _ in range(2):  # the first time square panels are not yet where their titles' room is reckoned from
+        engine.execute(figure)
     figure.set_layout_engine("none")  # placed once: the same in every format
     paths = []
     for kind in formats:
