@@ -25,11 +25,12 @@ def make_figures(tree: xr.DataTree, out: Path, formats: Sequence[str] = ("png", 
     """Draw what the cube has: the paper's figures from its grids, an overview of each other grid.
 
     `tree` is an opened cube (`rcstudy.open`), `out` the folder to write into (made if need be), `formats`
-    of png, pdf, svg. Returns the files written. A figure of the paper whose grid is missing from a cube
-    that has others, or whose fields are not stored, is left out with a logged warning. UserError if nothing
-    can be drawn.
+    of png, pdf, svg (each is written once). Returns the files written. A figure of the paper whose grid is
+    missing from a cube that has others, or whose fields are not stored, is left out with a logged warning.
+    UserError if nothing can be drawn.
     """
     check_formats(formats)
+    formats = tuple(dict.fromkeys(formats))
     found = grids(tree)
     paper = {name: grid for name, grid in found.items() if is_paper_grid(grid)}
     out = Path(out)

@@ -18,7 +18,23 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from PIL import Image
-from synthetic import Synthetic, assemble, made_up_result, make_study, paper, several, small, synthetic_tree
+from synthetic import (
+    CREEPAGES,
+    SCENE,
+    Synthetic,
+    assemble,
+    creepage_axis,
+    grid_cases,
+    made_up_result,
+    make_grid,
+    make_study,
+    modulus_axis,
+    paper,
+    several,
+    small,
+    synthetic_tree,
+    thickness_axis,
+)
 
 from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
@@ -176,14 +192,22 @@ def test_maps_name_panels_layers_creepages_axes_and_slip(tree: xr.DataTree) -> N
     assert all(ax.get_ylabel() == "$y$ (mm)" for ax in shown[::3])
     data = tree["figure_9"].to_dataset()
     ratio = (data.state.values[0, 3] == 2).sum() / (data.state.values[0, 3] != 0).sum()
-    assert [t.get_text() for t in shown[3].texts if t.get_gid() == "slip-ratio"] == [f"slip {100 * ratio:.3g} %"]
+    assert [t.get_text() for t in shown[3].texts if t.get_gid() == "slip-ratio"] == [f"slip {100 * ratio:.1f} %"]
 
 
 def test_figure_4_has_four_panels_with_the_papers_letters(tree: xr.DataTree) -> None:
     figure = draw(tree, "figure_4")
     assert [ax.get_title(loc="left")[:12] for ax in panels(figure)] == [f"({c}) no layer" for c in "aceg"]
     (caption,) = [t.get_text() for t in figure.texts if t.get_gid() == "caption"]
-    for words in ("Fig. 4.", "$P$ = 100 N", r"$\mu$ = 1", "$a$ = 0.2533 mm", "$p_0$ = 744.2 MPa", "0.0625 mm"):
+    for words in (
+        "Fig. 4.",
+        "b, d, f and h",
+        "$P$ = 100 N",
+        r"$\mu$ = 1",
+        "$a$ = 0.2533 mm",
+        "$p_0$ = 744.2 MPa",
+        "0.0625 mm",
+    ):
         assert words in caption.replace("\n", " ")
 
 
@@ -239,6 +263,22 @@ def test_figure_3_shows_pressure_over_hertz_with_the_uncoated_case_in_both_panel
             assert max(line.get_xdata()) == pytest.approx(reach / a)
         assert (ax.get_xlabel(), ax.get_ylim()[0]) == ("$x/a$", 0.0)
     assert "the mean of the two rows" in " ".join(t.get_text() for t in figure.texts).replace("\n", " ")
+
+
+def test_captions_keep_numbers_with_their_units_and_name_what_is_shown(tree: xr.DataTree) -> None:
+    for number in range(3, 11):
+        figure = draw(tree, f"figure_{number}")
+        (caption,) = [t.get_text() for t in figure.texts if t.get_gid() == "caption"]
+        assert "$P$ = 100 N" in caption and "0.0625 mm × 0.07143 mm" in caption
+        assert (r"$\mu$" in caption) is (number != 3)  # pressure does not depend on it
+
+
+def test_panels_beyond_z_come_after_it(tmp_path: Path) -> None:
+    ratios = tuple(0.25 * (k + 1) for k in range(14))
+    grid = make_grid("figure_5", thickness_axis(ratios), modulus_axis(), creepage_axis({"a": CREEPAGES["a"]}))
+    with synthetic_tree(tmp_path, assemble(make_study(), (grid, grid_cases(grid, SCENE)))) as opened:
+        titles = [ax.get_title(loc="left") for ax in panels(draw(opened, "figure_5"))]
+    assert [t.split()[0] for t in titles] == [f"({letter(k)})" for k in range(28)]
 
 
 def test_on_the_x_axis_is_the_middle_row_or_the_mean_of_two() -> None:
@@ -345,6 +385,11 @@ def test_cube_without_fields_cannot_be_drawn(tmp_path: Path) -> None:
 def test_unknown_format_is_refused(tree: xr.DataTree, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="jpeg: allowed are png, pdf, svg"):
         make_figures(tree, tmp_path, formats=("jpeg",))
+
+
+def test_a_format_named_twice_is_written_once(tmp_path: Path) -> None:
+    with synthetic_tree(tmp_path, small()) as tree:
+        assert [p.name for p in make_figures(tree, tmp_path, formats=("png", "png"))] == ["tiny.png", "tiny_maps.png"]
 
 
 def test_matplotlib_is_not_imported_before_it_is_needed() -> None:

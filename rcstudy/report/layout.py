@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rcstudy.report.labels import wrapped
+from rcstudy.report.labels import KEEP, wrapped
 from rcstudy.report.style import DPI, WIDTH
 from rcstudy.report.views import GridView, number_text
 
@@ -94,8 +94,11 @@ def caption(figure: Figure, text: str) -> None:
     )
 
 
-def conditions(grid: GridView) -> str:
-    """What all cases of a grid share: load, friction, Hertz's radius and pressure of the uncoated pair, cells."""
+def conditions(grid: GridView, *, friction: bool = True) -> str:
+    """What all cases of a grid share: load, friction, Hertz's radius and pressure of the uncoated pair, cells.
+
+    Without `friction` where it has no part in what is shown.
+    """
     case = next(grid.cases())
     texts = []
     for name, form in (
@@ -104,9 +107,9 @@ def conditions(grid: GridView) -> str:
         ("hertz_radius", "$a$ = {} mm"),
         ("hertz_pressure", "$p_0$ = {} MPa"),
     ):
-        if name in grid and np.ptp(grid.small(name).values) == 0:
-            texts.append(form.format(number_text(case.setting(name))))
+        if name in grid and (friction or name != "friction") and np.ptp(grid.small(name).values) == 0:
+            texts.append(form.format(number_text(case.setting(name))).replace(" ", KEEP))
     if "x" in grid and "y" in grid:
         dx, dy = case.spacing
-        texts.append(f"cells of {number_text(dx)} mm × {number_text(dy)} mm")
+        texts.append("cells of " + f"{number_text(dx)} mm × {number_text(dy)} mm".replace(" ", KEEP))
     return ", ".join(texts) + "."

@@ -43,7 +43,7 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     if number in (5, 6):
         return lines_figure(number, grids[name])
     figure = maps_figure(list(grids[name].cases()), paper_title)
-    caption(figure, f"Fig. {number}. {MAPS} {conditions(grids[name])}")
+    caption(figure, f"Fig. {number}. {MAPS}{OTHER_PANELS if number == 4 else ''} {conditions(grids[name])}")
     return figure
 
 
@@ -84,7 +84,7 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     _make_room(axes[0])
     axes.flat[0].set_ylabel("$p/p_0$")
     text = "Pressure on the x-axis over Hertz's peak pressure $p_0$ of the uncoated pair"
-    caption(figure, f"Fig. 3. {text}. {ROWS_NEXT_TO_AXIS} {conditions(grid)}")
+    caption(figure, f"Fig. 3. {text}. {ROWS_NEXT_TO_AXIS} {conditions(grid, friction=False)}")
     return figure
 
 
@@ -103,7 +103,8 @@ def lines_figure(number: int, grid: GridView) -> Figure:
     groups: dict[str, list[CaseView]] = {}
     for case in grid.cases():
         groups.setdefault(panel_letter(case), []).append(case)
-    for ax, (letter, cases) in zip(axes.flat, sorted(groups.items()), strict=True):
+    in_order = sorted(groups.items(), key=lambda group: (len(group[0]), group[0]))  # z before aa
+    for ax, (letter, cases) in zip(axes.flat, in_order, strict=True):
         solved = [c for c in cases if c.solved]
         if solved:
             # with one-way coupling all creepages have one pressure; with full coupling this is the last one's
@@ -150,6 +151,10 @@ MAPS = (
 )
 
 
+OTHER_PANELS = " Letters are the paper's; slip, which b, d, f and h show there, is in the same panels here."
+"""Where the panels are that the paper's Figure 4 has and ours has not."""
+
+
 def paper_title(case: CaseView) -> str:
     """Two lines: panel letter with the layers, and the creepages."""
     layers = layers_text(case, math=True) + (f", {thickness_text(case, math=True)}" if case.layers else "")
@@ -185,7 +190,7 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
             draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
             continue
         draw.traction_map(ax, case, norm, colours, extent)
-        ratio = f"slip {100 * slip_ratio(case):.3g} %"
+        ratio = f"slip {100 * slip_ratio(case):.1f} %"
         ax.text(
             0.98,
             0.02,
