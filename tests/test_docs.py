@@ -19,7 +19,7 @@ from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, SCHEMA_ATTRIBUTE, SE
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
 from rcstudy.study import load_study
-from rcstudy.tolerances import TolerancesSpec, load_tolerances
+from rcstudy.tolerances import Tolerances, load_tolerances
 
 ROOT = Path(__file__).parent.parent
 STUDY, CUBE = ROOT / "docs" / "study.md", ROOT / "docs" / "cube.md"
@@ -151,7 +151,7 @@ def test_tolerances_of_the_cube_document_load(tmp_path: Path) -> None:
     both = found.of_case("coated", "thickness=0.25 a, creepage=curve")
     assert (both.rtol("traction_x"), both.rtol("pressure"), both.state_flips) == (1e-4, 1e-5, 4)
     rows = key_rows(CUBE)
-    for key, allowed, default in keys(TolerancesSpec):
+    for key, allowed, default in keys(Tolerances):
         if key != "cases" and (not key.startswith("cases.") or key == "cases.match"):  # the others are the same again
             assert (key.replace("cases.", "cases[]."), allowed, default) in rows
     assert "cases" in [key for key, _, _ in rows]
