@@ -431,7 +431,7 @@ def test_studies_of_several_grids_get_overviews_and_results(tmp_path: Path) -> N
         np.testing.assert_allclose([float(r["force_x_N"]) for r in rows[:4]], forces, rtol=1e-8)
         assert {r["creepage"] for r in rows[4:7]} == {"none (pressure only)"}
         assert not any(r["force_x_N"] for r in rows[4:7])
-        assert rows[8]["layers"] == "E1 = 1.05e+05 MPa, 0.3948 a"
+        assert rows[8]["layers"] == "E1 = 105000 MPa, 0.1 mm"
 
 
 def test_overview_leaves_gaps_for_unsolved_cases(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,21 +15,24 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from synthetic import (
     CREEPAGES,
+    RADIUS,
     SCENE,
     assemble,
     creepage_axis,
     grid_cases,
     make_grid,
     make_study,
+    modulus_axis,
     number_axis,
     synthetic_tree,
+    thickness_axis,
 )
 
 from rcstudy.cases import Axis, Coord, Grid
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
 from rcstudy.report.overview import QUANTITIES, case_maps, overview_figure
 from rcstudy.report.style import style
-from rcstudy.report.views import GridView, grids
+from rcstudy.report.views import GridView, grids, layers_text, thickness_text
 
 DOLLARS = (r"cost $5\frac$", "two $1 and $2 coats", "a|b_$x$")
 
@@ -153,3 +157,22 @@ def test_the_overview_is_along_the_numbers_with_most_values_and_its_lines_are_wo
         np.testing.assert_array_equal(line.get_ydata(), pressures[k, 0, [1, 2, 0]])
     assert [t.get_text() for t in figure.legends[0].get_texts()] == ["creepage = one", "creepage = other"]
     assert "Shown for friction = 0.5." in texts(figure)
+
+
+def test_values_stand_as_the_study_wrote_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    thickness = replace(thickness_axis((0.1, 0.05 / RADIUS, 0.002 / RADIUS)), labels=("0.1 a", "0.05", "0.002"))
+    modulus = replace(modulus_axis((0.5, 2.0)), labels=("105000", "2 Es"))
+    words = labelled(monkeypatch, ("one, thickness=3, modulus=4", "other"))
+    with opened(tmp_path, make_grid("g", words, thickness, modulus)) as grid:
+        assert grid.axis_values("thickness") == ["0.1 a", "0.05 mm", "0.002 mm"]
+        assert grid.axis_values("modulus") == ["105000 MPa", "2 Es"]
+        assert grid.axis_values("creepage") == ["one, thickness=3, modulus=4", "other"]
+        shown = [(layers_text(case), thickness_text(case)) for case in grid.cases()][:6]
+    assert shown == [
+        ("E1 = 105000 MPa", "0.1 a"),
+        ("E1 = 2 Es", "0.1 a"),
+        ("E1 = 105000 MPa", "0.05 mm"),
+        ("E1 = 2 Es", "0.05 mm"),
+        ("E1 = 105000 MPa", "0.002 mm"),
+        ("E1 = 2 Es", "0.002 mm"),
+    ]

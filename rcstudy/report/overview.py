@@ -115,7 +115,7 @@ def _title_lines(label: str, letters: int) -> list[str]:
 def _axes(grid: GridView) -> tuple[str, str]:
     """The axis to draw along and that of the lines; empty where the grid has no more axes."""
     sizes = dict(zip(grid.axes, grid.shape, strict=True))
-    numeric = {axis: _numeric(grid, axis) for axis in sizes}
+    numeric = {axis: grid.numeric(axis) for axis in sizes}
     along = max(sizes, key=lambda a: (sizes[a] > 1, numeric[a], sizes[a] * numeric[a]), default="")
     rest = [axis for axis in sizes if axis != along]
     return along, max(rest, key=lambda a: (sizes[a] > 1, not numeric[a]), default="")
@@ -133,15 +133,11 @@ def _chosen(size: int) -> list[int]:
 
 def _look(grid: GridView, along: str, line: int) -> dict[str, Any]:
     """The look of a line; labels are not joined, for nothing lies between them."""
-    return LINES[line] if _numeric(grid, along) else LINES[line] | {"linestyle": "", "markersize": 4}
-
-
-def _numeric(grid: GridView, axis: str) -> bool:
-    return axis in grid and grid.small(axis).dtype.kind in "if"
+    return LINES[line] if grid.numeric(along) else LINES[line] | {"linestyle": "", "markersize": 4}
 
 
 def _positions(grid: GridView, along: str) -> np.ndarray:
-    if _numeric(grid, along):
+    if grid.numeric(along):
         return np.asarray(grid.small(along).values, dtype=float)
     return np.arange(grid.dataset.sizes[along] if along else 1, dtype=float)
 
@@ -151,8 +147,8 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
         ax.set_xticks([])
         return
     units = str(grid.small(axis).attrs.get("units", "1")) if axis in grid else "1"
-    ax.set_xlabel(axis.replace("_", " ") + (f" ({units})" if _numeric(grid, axis) and units not in ("1", "") else ""))
-    if not _numeric(grid, axis):
+    ax.set_xlabel(axis.replace("_", " ") + (f" ({units})" if grid.numeric(axis) and units not in ("1", "") else ""))
+    if not grid.numeric(axis):
         labels = [literal(text) for text in shortened(grid.axis_values(axis), 18)]
         every = -(-len(labels) // 12)
         # long ones upright: aslant they would take their panel's width

@@ -7,6 +7,7 @@ cases. Numbers and fields of a case that was not solved are never handed out: `n
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,8 +21,10 @@ from rcstudy.errors import UserError
 from rcstudy.layout import LABEL, MISSING
 from rcstudy.result import Status
 
-SUFFIXES = {"thickness": " a", "modulus": " Es"}
-"""What the relative coordinate of a coating axis (`thickness_ratio`, `modulus_ratio`) is a multiple of."""
+_SCALES = (" a", " Es")
+
+ROUND = 1e-9
+"""Relative difference from a number of six digits below which a ratio is taken to have been written with those."""
 
 
 class GridView:
@@ -52,8 +55,34 @@ class GridView:
         return (CaseView(self, index) for index in np.ndindex(*self.shape))
 
     def axis_values(self, axis: str) -> list[str]:
-        """The values of `axis` in words, such as `0.25 a`, `420000 MPa` or a label."""
-        return [_axis_value(self, axis, i) for i in range(self.dataset.sizes[axis])]
+        """The values of `axis` as the study wrote them, with units: `0.25 a`, `420000 MPa` or a label."""
+        units = str(self.small(axis).attrs.get("units", "1")) if axis in self else "1"
+        values = [self.written(axis, i) for i in range(self.dataset.sizes[axis])]
+        if units in ("1", "") or not self.numeric(axis):
+            return values
+        return [value if value.endswith(_SCALES) else f"{value} {units}" for value in values]
+
+    def numeric(self, axis: str) -> bool:
+        """Whether the values of `axis` are single numbers, not words or labels."""
+        return axis in self and self.small(axis).dtype.kind in "if"
+
+    def written(self, axis: str, i: int) -> str:
+        """Value `i` of `axis` as the study wrote it, without units: `0.25 a`, `0.05`, or a label.
+
+        A coordinate holds numbers in mm or MPa alone; how they were written is found in the labels of cases.
+        """
+        if axis in self and not self.numeric(axis):
+            return str(self.small(axis).values[i])
+        index = tuple(i if name == axis else 0 for name in self.axes)
+        parts = []
+        for name, k in zip(self.axes, index, strict=True):
+            words = "" if self.numeric(name) or name not in self else f"{re.escape(str(self.small(name).values[k]))}|"
+            value = f"{words}[^,]*"
+            parts.append(f"{name}=({value})" if name == axis else f"{name}=(?:{value})")
+        found = re.fullmatch(", ".join(parts), str(self.small(LABEL).values[index]))
+        if found:
+            return found[1]
+        return _plain(self.small(axis).values[i]) if axis in self else str(i)
 
 
 @dataclass(frozen=True)
@@ -186,17 +215,6 @@ def grids(tree: xr.DataTree) -> dict[str, GridView]:
     return found
 
 
-def _axis_value(grid: GridView, axis: str, i: int) -> str:
-    ratio = f"{axis}_ratio"
-    if ratio in grid:
-        return f"{_plain(grid.small(ratio).values[i])}{SUFFIXES.get(axis, '')}"
-    if axis not in grid:
-        return str(i)
-    array = grid.small(axis)
-    units = str(array.attrs.get("units", "1"))
-    return _plain(array.values[i]) + (f" {units}" if units not in ("1", "") and array.dtype.kind == "f" else "")
-
-
 def _plain(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float | np.floating) else str(value)
 
@@ -209,31 +227,45 @@ def number_text(value: float) -> str:
 def layers_text(case: CaseView, *, math: bool = False) -> str:
     """The moduli of a case's layers as the paper writes them: `E1 = 0.5 E2 = 0.25 Es`; `no layer`.
 
-    Moduli are in MPa where the cube does not tell Es. `math` gives matplotlib/LaTeX mathematics.
+    Moduli are in MPa where the study wrote them so or the cube does not tell Es. `math` gives matplotlib/LaTeX
+    mathematics.
     """
     if not case.layers:
         return "no layer"
     moduli = [E for E, _ in case.layers]
     base, symbol = case.substrate_modulus, ("E_s" if math else "Es")
-    if not np.isfinite(base):
-        base, symbol = 1.0, (r"\mathrm{MPa}" if math else "MPa")
+    last = number_text(moduli[0] / base)
+    if not np.isfinite(base) or not _relative_modulus(case):
+        last, symbol = f"{moduli[0]:.7g}", (r"\mathrm{MPa}" if math else "MPa")
     name = "E_{}".format if math else "E{}".format
     space = r"\," if math else " "
     steps = [name(1)]
     steps += [f"{number_text(moduli[0] / moduli[k])}{space}{name(k + 1)}" for k in range(1, len(moduli))]
-    steps += [f"{number_text(moduli[0] / base)}{space}{symbol}"]
+    steps += [f"{last}{space}{symbol}"]
     text = " = ".join(steps)
     return f"${text}$" if math else text
 
 
 def thickness_text(case: CaseView, *, math: bool = False) -> str:
-    """Thickness of each layer over Hertz's radius: `0.5 a`, or `0.25 a, 0.5 a` where they differ; empty if none."""
+    """Thickness of each layer: `0.5 a` or `0.05 mm`, or `0.25 a, 0.05 mm` where they differ; empty if none.
+
+    A round multiple of Hertz's radius a was written as one, for a itself is no round number; others are in mm.
+    """
     a = case.setting("hertz_radius")
-    unit, scale = ("a", a) if np.isfinite(a) else ("mm", 1.0)
-    texts = list(dict.fromkeys(number_text(h / scale) for _, h in case.layers))
-    if math:
-        return ", ".join(rf"${t}\,{unit}$" if unit == "a" else f"{t} mm" for t in texts)
-    return ", ".join(f"{t} {unit}" for t in texts)
+    texts = []
+    for _, h in case.layers:
+        ratio = f"{h / a:.6g}"
+        if abs(float(ratio) * a - h) <= ROUND * h:
+            texts.append(rf"${ratio}\,a$" if math else f"{ratio} a")
+        else:
+            texts.append(f"{h:.6g} mm")
+    return ", ".join(dict.fromkeys(texts))
+
+
+def _relative_modulus(case: CaseView) -> bool:
+    """Whether the study wrote the modulus of the case's coating as a multiple of Es, not in MPa."""
+    axes = case.grid.axes
+    return "modulus" not in axes or case.grid.written("modulus", case.index[axes.index("modulus")]).endswith(_SCALES)
 
 
 def creepage_text(case: CaseView, *, math: bool = False) -> str:
