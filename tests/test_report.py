@@ -518,7 +518,7 @@ def test_writer_escapes_and_rounds(tmp_path: Path) -> None:
 
 
 def test_letters_go_on_after_z() -> None:
-    assert [letter(i) for i in (0, 11, 25, 26, 53)] == ["a", "l", "z", "aa", "bb"]
+    assert [letter(i) for i in (0, 11, 25, 26, 53, 702)] == ["a", "l", "z", "aa", "bb", "aaa"]
 
 
 # statements
@@ -551,6 +551,26 @@ def test_statements_count_what_the_cube_says(tree: xr.DataTree, tables: Path) ->
         {0: f"not borne out (0 of {n})", n: f"borne out ({n} of {n})"}.get(held, f"borne out in {held} of {n} cases")
     )
     assert row["verdict"].endswith(f"; {10 - n} undecided")
+
+
+@pytest.mark.parametrize(("error", "verdict_of_all"), [(1e-9, "decided"), (1.0, "undecided"), (np.nan, "undecided")])
+def test_aligned_cells_decide_by_their_estimated_errors(tmp_path: Path, error: float, verdict_of_all: str) -> None:
+    made = paper(CELLS)
+    for k, (_, result) in enumerate(made.results):  # areas that are not whole numbers of cells
+        for name in ("contact_area", "slip_area"):
+            if name in result.scalars:
+                result.scalars |= {name: result.scalars[name] * (0.99 + 1e-6 * k), f"{name}_error": error}
+    with synthetic_tree(tmp_path, made) as tree:
+        make_tables(tree, tmp_path)
+    words = "the ratio of slip zones is decreasing with increasing layer thickness for the stiff"
+    row = statement(read(tmp_path / "statements.csv"), words)
+    compared = [r["holds"] for r in read(tmp_path / "statements_comparisons.csv") if r["number"] == row["number"]]
+    assert len(compared) == 10
+    compared = [holds for holds in compared if holds != "undecided: both slip everywhere"]
+    reasons = {"decided": {"yes", "no"}, "undecided": {"undecided"}}[verdict_of_all]
+    assert {holds.split(":")[0] for holds in compared} <= reasons
+    reason = "no estimate of their errors" if np.isnan(error) else "differ by less than the estimated error in each"
+    assert (reason in " ".join(compared)) is (verdict_of_all == "undecided")
 
 
 def test_contradicting_sentences_get_opposite_verdicts(tables: Path) -> None:

@@ -101,9 +101,24 @@ def _why_undecided(first: PaperCase, second: PaperCase, measure: Measure) -> str
         return "both slip everywhere"
     if not (first.view.mapped and second.view.mapped):
         return ""
-    # areas are counted in cells: one cell more or less in each case must not decide
-    cell = sum(np.prod(case.view.spacing) / case.view.number("contact_area") for case in (first, second))
-    return "differ by less than a cell in each" if abs(right - left) <= cell * (1 + 1e-9) else ""
+    margins, kinds = zip(*(_margin(case.view) for case in (first, second)), strict=True)
+    if not np.isfinite(sum(margins)):
+        return "no estimate of their errors"
+    within = abs(right - left) <= sum(margins) * (1 + 1e-9)
+    return f"differ by less than {' and '.join(dict.fromkeys(kinds))} in each" if within else ""
+
+
+def _margin(case: CaseView) -> tuple[float, str]:
+    """How far off the mesh may make a case's ratio of slip, and what that is in words.
+
+    Where areas are counted in cells it is one cell; aligned cells end with the contact and the stick zone, and there
+    it is what the estimated errors of both areas make of the ratio (NaN if there are none).
+    """
+    area, ratio = case.number("contact_area"), measures.slip_ratio(case)
+    cells = area / float(np.prod(case.spacing))
+    if abs(cells - round(cells)) < 1e-6:
+        return 1.0 / cells, "a cell"
+    return (case.number("slip_area_error") + ratio * case.number("contact_area_error")) / area, "the estimated error"
 
 
 def words(case: PaperCase) -> str:

@@ -66,7 +66,7 @@ def figure_number(grid: GridView) -> int:
 def letter(position: int) -> str:
     """Letter of the panel at `position`: a to z, then aa, ab, ..."""
     head, tail = divmod(position, 26)
-    return (ascii_lowercase[head - 1] if head else "") + ascii_lowercase[tail]
+    return (letter(head - 1) if head else "") + ascii_lowercase[tail]
 
 
 def panel_letter(case: CaseView) -> str:

@@ -129,7 +129,7 @@ def statements_table(
         "The paper's statements about its results (quoted), and whether the results in this cube bear them out. "
         "Pairs are neighbouring values of the parameter named; the numbers are those of the criterion. "
         "Undecided are pairs with a case that was not solved, with slip everywhere in both cases, or with slip ratios "
-        "that differ by less than one cell in each."
+        "that differ by less than one cell in each (with aligned cells: less than their estimated errors)."
     )
     return caption, columns, rows
 
