@@ -148,10 +148,6 @@ def scene_record(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _digest(record: dict[str, Any]) -> str:
-    return hashlib.sha256(_CANONICAL.encode(record).encode()).hexdigest()
-
-
 def case_key(scene: Scene) -> str:
     """Content hash (sha256, hex) of `scene`, the solver's version and the schema's."""
     text = f'{{"scene":{_scene_text(scene)},"schema":{CASE_SCHEMA},"solver":"{SOLVER_VERSION}"}}'
@@ -207,16 +203,6 @@ def normal_problem(scene: Scene) -> Hashable:
     mesh, tolerance = scene.mesh, scene.tolerance.normal
     bodies = (scene.substrate, scene.layers, scene.counterbody)
     return (*bodies, scene.radius, scene.load, mesh, tolerance, scene.coupling, scene.discretisation)
-
-
-def normal_key(scene: Scene) -> str:
-    """Hash (sha256, hex) of what the pressure of `scene` depends on; scenes of one key share one normal problem."""
-    record = scene_record(scene)
-    if scene.coupling != "full":
-        for name in ("creepage", "friction", "method", "spin_point"):
-            del record[name]
-        del record["tolerance"]["tangential"]
-    return _digest(record)
 
 
 def layer_set(scene: Scene) -> Hashable:

@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from rcstudy.cube_writer import write_cube
 from rcstudy.errors import UserError
 from rcstudy.layout import GRID, LABEL, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, cell_centres, result_items
 from rcstudy.result import VARIABLES, Result, Status
@@ -23,7 +22,7 @@ from rcstudy.yamltree import shorten
 if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
 
-__all__ = ["case_dims", "case_table", "grids", "open_cube", "reading", "to_dataset", "write_cube"]
+__all__ = ["case_dims", "case_table", "grids", "open_cube", "reading", "to_dataset"]
 
 
 def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:

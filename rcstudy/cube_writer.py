@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import itertools
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,7 @@ import numpy as np
 from rcstudy.deflate import compress
 from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Item, Layout, lay_out, regions
 from rcstudy.publish import replacing
-from rcstudy.record import SCALARS, Keep, Packer, Record, Region, parse
-from rcstudy.result import Result
+from rcstudy.record import SCALARS, Record, Region
 from rcstudy.steady import SteadyFile, interrupts_held
 
 if TYPE_CHECKING:
@@ -25,42 +24,7 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Mesh
     from rcstudy.study import Study
 
-AT_ONCE = 16  # cases handed to HDF5 before it is asked how it goes
 _COMPRESSION = 1  # of deflate, as the file says; streams come from rcstudy.deflate
-
-
-def write_cube(
-    path: Path | str,
-    study: Study,
-    expansion: Expansion,
-    results: Iterable[tuple[Case, Result | Record]],
-    provenance: Mapping[str, str | int | float],
-    *,
-    started: float | None = None,
-) -> None:
-    """Write all results of a study to a netCDF-4 file at `path`, replacing what is there only when all is written.
-
-    `results` may be lazy and come in any order; each case of `expansion` exactly once. The file is created before
-    the first result is asked for, so an unwritable place is found out early.
-
-    Raises UserError when the file cannot be written, ValueError when a case has no result, two, or one whose
-    names or shapes are not those of its grid.
-    """
-    started = time.monotonic() if started is None else started
-    packer = Packer(Keep(study.outputs.fields, study.outputs.precision))
-    with writing(path, study, expansion) as cube:
-        records = ((case, _record(packer, case, r) if isinstance(r, Result) else r) for case, r in results)
-        while some := list(itertools.islice(records, AT_ONCE)):
-            cube.add(some)
-            del some
-        cube.finish(provenance, started)
-
-
-def _record(packer: Packer, case: Case, result: Result) -> Record:
-    try:
-        return parse(packer.pack(result, case.scene.mesh.cells).body)
-    except ValueError as error:
-        raise ValueError(f"{case.grid}, case {case.index}: {error}") from error
 
 
 @contextlib.contextmanager

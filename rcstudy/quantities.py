@@ -111,17 +111,16 @@ class Relative:
 
 
 class Choice:
-    """One of a few words. `known` are words of the design that this version does not take, with the reason."""
+    """One of a few words."""
 
-    def __init__(self, *words: str, known: dict[str, str] | None = None) -> None:
-        self.words, self._known = words, known or {}
+    def __init__(self, *words: str) -> None:
+        self.words = words
         self.allowed = words[0] if len(words) == 1 else f"one of {', '.join(words)}"
 
     def __call__(self, value: Any) -> str:
         if isinstance(value, str) and value in self.words:
             return value
-        reason = self._known.get(value, "") if isinstance(value, str) else ""
-        raise refusal(f"{reason}; allowed: {self.allowed}" if reason else self.allowed)
+        raise refusal(self.allowed)
 
 
 class Flag:

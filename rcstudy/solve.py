@@ -133,7 +133,7 @@ class _Shared:
 
 def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, proof: dict[str, float]) -> Result:
     """What is found, with its proof and status; `proof`: that of the pressure."""
-    fields, scalars = _normal_numbers(contact, scene)
+    fields, scalars = {"pressure": contact.solution.p}, _normal_numbers(contact)
     status, reasons = Status.SOLVED, []
     if rolling is not None:
         rolling, more_proof = _polished(contact, scene, rolling)
@@ -187,7 +187,7 @@ def _coarser_numbers(
     coarser = contact.coarser
     while coarser is not None and not coarser.solution.edge:
         like = replace(scene, mesh=coarser.scene.mesh)
-        scalars = _normal_numbers(coarser, like)[1]
+        scalars = _normal_numbers(coarser)
         if rolling is not None:
             if rolling.coarser is None:
                 return
@@ -197,10 +197,10 @@ def _coarser_numbers(
         coarser = coarser.coarser
 
 
-def _normal_numbers(contact: NormalContact, scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-    """Fields and scalars that follow from the pressure."""
+def _normal_numbers(contact: NormalContact) -> dict[str, float]:
+    """Scalars that follow from the pressure."""
     solution = contact.solution
-    scalars = {
+    return {
         "pressure_max": contact.pressure_max,
         "contact_area": contact.area,
         "contact_radius": math.sqrt(contact.area / math.pi),
@@ -209,7 +209,6 @@ def _normal_numbers(contact: NormalContact, scene: Scene) -> tuple[dict[str, np.
         "iterations_normal": solution.iterations,
         "products_normal": solution.products,
     }
-    return {"pressure": solution.p}, scalars
 
 
 def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> dict[str, np.ndarray]:

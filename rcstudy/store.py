@@ -52,7 +52,6 @@ class Store:
     def __init__(self, folder: Path, index: Index) -> None:
         self.folder = folder
         self.index = index
-        self.kept = 0  # results written by this store
         self._expected: set[str] = set()
         self._pending: list[tuple[str, Packed]] = []
         self._held: dict[str, bytes] = {}  # records of those that are pending, by key
@@ -171,7 +170,6 @@ class Store:
             del self._pending[: len(taken)]  # others may have come meanwhile
             self._bytes -= sum(len(body) for _, body in cases)
             self._since = time.monotonic()
-        self.kept += len(cases)
         self._units += 1
         self._small.append((0, unit, statuses))
 

@@ -1,17 +1,64 @@
-"""Two cubes held to be the same to the last bit, but for times and what is told of the run."""
+"""Cubes from results at hand; two held to be the same to the last bit, but for times and what is told of the run."""
 
 from __future__ import annotations
 
+import itertools
+import time
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
 
+from rcstudy.cube_writer import writing
 from rcstudy.layout import CHECKSUM
-from rcstudy.result import VARIABLES
+from rcstudy.record import Keep, Packer, Record, parse
+from rcstudy.result import VARIABLES, Result
+
+if TYPE_CHECKING:
+    from rcstudy.cases import Case, Expansion
+    from rcstudy.study import Study
 
 HISTORY = ("created", "command", "wall_seconds", "git_revision", CHECKSUM)
 TIMINGS = tuple(name for name, variable in VARIABLES.items() if variable.timing)
+
+
+AT_ONCE = 16  # cases handed to HDF5 before it is asked how it goes
+
+
+def write_cube(
+    path: Path | str,
+    study: Study,
+    expansion: Expansion,
+    results: Iterable[tuple[Case, Result | Record]],
+    provenance: Mapping[str, str | int | float],
+    *,
+    started: float | None = None,
+) -> None:
+    """Write all results of a study to a netCDF-4 file at `path`, replacing what is there only when all is written.
+
+    `results` may be lazy and come in any order; each case of `expansion` exactly once. The file is created before
+    the first result is asked for, so an unwritable place is found out early.
+
+    Raises UserError when the file cannot be written, ValueError when a case has no result, two, or one whose
+    names or shapes are not those of its grid.
+    """
+    started = time.monotonic() if started is None else started
+    packer = Packer(Keep(study.outputs.fields, study.outputs.precision))
+    with writing(path, study, expansion) as cube:
+        records = ((case, _record(packer, case, r) if isinstance(r, Result) else r) for case, r in results)
+        while some := list(itertools.islice(records, AT_ONCE)):
+            cube.add(some)
+            del some
+        cube.finish(provenance, started)
+
+
+def _record(packer: Packer, case: Case, result: Result) -> Record:
+    try:
+        return parse(packer.pack(result, case.scene.mesh.cells).body)
+    except ValueError as error:
+        raise ValueError(f"{case.grid}, case {case.index}: {error}") from error
 
 
 def content(path: Path) -> dict[str, object]:

@@ -275,7 +275,7 @@ def shuffled(results: list[tuple[Case, Result]], seed: int = 0) -> Iterator[tupl
 
 def write(path: Path, synthetic: Synthetic) -> Path:
     """Write a made-up cube; returns `path`."""
-    from rcstudy.cube_writer import write_cube
+    from cubes import write_cube
 
     write_cube(path, synthetic.study, synthetic.expansion, iter(synthetic.results), {"command": "made up"})
     return path

@@ -11,7 +11,7 @@ import pytest
 from studies import BASE, CONFIGS, load_text
 
 from rcstudy import cases as cases_module
-from rcstudy.cases import case_key, expand, layer_set, normal_key, scene_record
+from rcstudy.cases import case_key, expand, layer_set, normal_problem, scene_record
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.plan import (
     CASE_BYTES,
@@ -148,14 +148,14 @@ def test_every_index_has_its_scene(study):
 
 def test_cases_of_one_normal_problem_are_adjacent_across_grids():
     expansion = expand(load_study(CONFIGS / "paper.yaml"))
-    for of in (normal_key, layer_set):
+    for of in (normal_problem, layer_set):
         runs = [key for key, _ in itertools.groupby(of(case.scene) for case in expansion.cases)]
         assert len(runs) == len(set(runs)) == 13
     groups = list(expansion.groups())
     assert [case for group in groups for case in group] == list(expansion.cases)
     assert len(groups) == 13
     assert {case.grid for case in groups[0]} == {"figure_3_bare", "figure_4"}
-    sizes = {len({normal_key(case.scene) for case in group}) for group in groups}
+    sizes = {len({normal_problem(case.scene) for case in group}) for group in groups}
     assert sizes == {1}
 
 
@@ -193,24 +193,19 @@ def test_changes_cover_every_field_of_a_scene():
 def test_keys_follow_the_scene(name):
     changed = dataclasses.replace(SCENE, **{name: CHANGES[name]})
     assert case_key(changed) != case_key(SCENE)
-    assert (normal_key(changed) == normal_key(SCENE)) == (name in FELT_BY_TRACTIONS_ONLY)
-    assert (cases_module.normal_problem(changed) == cases_module.normal_problem(SCENE)) == (
-        name in FELT_BY_TRACTIONS_ONLY
-    )
+    assert (normal_problem(changed) == normal_problem(SCENE)) == (name in FELT_BY_TRACTIONS_ONLY)
 
 
 @pytest.mark.parametrize("name", sorted(FELT_BY_TRACTIONS_ONLY))
 def test_full_coupling_makes_every_setting_part_of_the_normal_problem(name):
     full = dataclasses.replace(SCENE, coupling="full")
     changed = dataclasses.replace(full, **{name: CHANGES[name]})
-    assert normal_key(changed) != normal_key(full)
-    assert cases_module.normal_problem(changed) != cases_module.normal_problem(full)
+    assert normal_problem(changed) != normal_problem(full)
 
 
 def test_normal_tolerance_is_part_of_the_normal_problem():
     finer = dataclasses.replace(SCENE, tolerance=Tolerance(1e-6, 1e-7))
-    assert normal_key(finer) != normal_key(SCENE)
-    assert cases_module.normal_problem(finer) != cases_module.normal_problem(SCENE)
+    assert normal_problem(finer) != normal_problem(SCENE)
 
 
 def encoded_key(scene):

@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
+from cubes import write_cube
 
 import rcstudy
 from rcstudy import cube as cube_module
-from rcstudy.cube import case_dims, case_table, grids, open_cube, to_dataset, write_cube
+from rcstudy.cube import case_dims, case_table, grids, open_cube, to_dataset
 from rcstudy.errors import UserError
 from rcstudy.layout import MISSING, SCHEMA_ATTRIBUTE
 from rcstudy.result import VARIABLES, CellState, Result, Status

@@ -17,9 +17,10 @@ import h5py
 import numpy as np
 import pytest
 import synthetic
+from cubes import write_cube
 
 from rcstudy import cube_writer, publish
-from rcstudy.cube import case_dims, case_table, grids, open_cube, write_cube
+from rcstudy.cube import case_dims, case_table, grids, open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Mesh
 from rcstudy.publish import replacing

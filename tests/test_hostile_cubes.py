@@ -12,13 +12,14 @@ import h5py
 import numpy as np
 import pytest
 import synthetic
+from cubes import write_cube
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from synthetic import write
 
 from rcstudy import cli
 from rcstudy.cases import expand
-from rcstudy.cube import open_cube, write_cube
+from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import Result, Status
 from rcstudy.screen import foreign_content
