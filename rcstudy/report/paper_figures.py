@@ -151,8 +151,8 @@ MAPS = (
 )
 
 
-OTHER_PANELS = " Letters are the paper's; slip, which b, d, f and h show there, is in the same panels here."
-"""Where the panels are that the paper's Figure 4 has and ours has not."""
+OTHER_PANELS = " Letters are the paper's, whose b, d, f and h are the same by another method."
+"""What the panels are that the paper's Figure 4 has and ours has not."""
 
 
 def paper_title(case: CaseView) -> str:
