@@ -315,6 +315,7 @@ def test_estimated_size_is_that_of_the_fields(study):
     assert bytes_of("outputs: {fields: false}\n") == 0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("outputs", ["{}", "{precision: float32}", "{crop: contact}"])
 @pytest.mark.parametrize("size", ["[2, 2]", "[1, 0.8]", "auto"])
 def test_estimated_size_is_that_of_the_cube(study, tmp_path, size, outputs):
@@ -330,6 +331,7 @@ def test_estimated_size_is_that_of_the_cube(study, tmp_path, size, outputs):
     assert 0.6 < found < 1.7
 
 
+@pytest.mark.heavy
 def test_estimated_contact_is_that_of_the_pressure(study):
     plan = study(
         "  g: {scene: {mesh: {size: [3, 3], cells: [96, 96]}}, coating: {layer_nu: 0.3}, axes: {layer_count: [1, 3],\n"

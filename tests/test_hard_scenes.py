@@ -276,6 +276,7 @@ def of(mapping, **changes):
     return solve_scene(scene_from_mapping({**mapping, **changes}))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("cells", "most"), [(64, 160), (128, 260)])
 def test_preconditioner_on_a_skin(cells, most):
     """Wrapped on a torus, coefficients of short waves are negative: 11901 products, and none sufficed on 128 cells."""
@@ -284,6 +285,7 @@ def test_preconditioner_on_a_skin(cells, most):
     assert result.scalars["operator_products"] < most
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("friction", [1e-4, 1e-3])
 @pytest.mark.parametrize("coupling", ["one-way", "full"])
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
@@ -296,6 +298,7 @@ def test_little_friction_on_a_skin(friction, coupling, discretisation):
     assert result.scalars["approach"] == pytest.approx(plain["approach"], rel=1e-3)
 
 
+@pytest.mark.heavy
 def test_full_coupling_that_needs_turns():
     """A turn whose lift hardly changed was taken for the solution, though its pressure had been solved roughly only."""
     moduli_and_thicknesses = ((126866670, 0.01102), (1696.4, 0.13835), (2002.2, 0.24256), (36708.4, 0.00057))
@@ -315,6 +318,7 @@ def test_full_coupling_that_needs_turns():
     assert result.status == Status.SOLVED, result.reason
 
 
+@pytest.mark.heavy
 def test_contact_with_a_hole():
     """A skin lifts off within the contact: cells there carry nothing, and are no reason for NaN."""
     skin = {
@@ -338,6 +342,7 @@ def test_contact_with_a_hole():
     assert forces[0] == pytest.approx(forces[1], rel=1e-3)
 
 
+@pytest.mark.heavy
 def test_plates_on_ellipses_are_not_refused_for_their_window():
     """They are narrower than any half-space of these materials lets an ellipse be."""
     plate = {
@@ -354,6 +359,7 @@ def test_plates_on_ellipses_are_not_refused_for_their_window():
 # --- aligned cells ---
 
 
+@pytest.mark.heavy
 def test_no_traction_beyond_the_largest_bound():
     """Peaks at the border of the stick zone are between cells, where the pressure is no larger than its summit."""
     layers = [{"E": e, "nu": 0.3, "thickness": "0.1 a"} for e in ("3 Es", "9 Es", "27 Es", "9 Es", "3 Es", "0.3 Es")]
@@ -373,6 +379,7 @@ def test_no_traction_beyond_the_largest_bound():
             assert scalars["traction_max"] <= 0.3 * scalars["pressure_max"] * (1.0 + 1e-12)
 
 
+@pytest.mark.heavy
 def test_slip_that_is_not_seen_has_an_error_bar():
     """Slip in a zone narrower than half a cell shows on finer meshes only."""
     scene = {
@@ -390,6 +397,7 @@ def test_slip_that_is_not_seen_has_an_error_bar():
     assert still["slip_area_error"] < 1e-4
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("friction", [0.3, 1.0])
 def test_proof_of_full_coupling_is_of_the_stored_tractions(friction):
     """Pressure and tractions belong together as far as the proof says; where they swing for good it does not hold."""
@@ -411,6 +419,7 @@ def test_proof_of_full_coupling_is_of_the_stored_tractions(friction):
     assert friction > 0.5 or result.status == Status.SOLVED
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("margin", "cells"), [(1.05, 32), (1.1, 16), (1.25, 6), (1.25, 4)])
 def test_fitted_window_leaves_a_cell_free(margin, cells):
     """Whatever the margin: the least that is allowed was refused on up to 32 cells."""

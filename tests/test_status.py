@@ -40,6 +40,7 @@ TAMPERED = Tolerance(1e-6, 1e-6)
 # --- solved, refused, not converged, error ---
 
 
+@pytest.mark.heavy
 def test_threads_take_turns() -> None:
     """Buffers are the process's own: results from two threads are those of one, to the last bit."""
     scenes = [replace(SCENE, discretisation=way, load=load) for load in (50.0, 80.0, 120.0) for way in WAYS] * 2

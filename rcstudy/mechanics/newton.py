@@ -42,6 +42,8 @@ def solve(state: State, max_steps: int, patience: int) -> int:
     steps = since_best = 0
     while not state.solved and steps < max_steps:
         residual = state.residual
+        if np.isnan(residual):
+            break
         if residual < 0.9 * best:
             best, since_best = residual, 0
         since_best += 1

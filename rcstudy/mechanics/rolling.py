@@ -376,5 +376,7 @@ def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
 
 
 def _relative(size: float, scale: float) -> float:
-    """size/scale, with 0/0 = 0: no creepage, no tractions, no residual."""
-    return size / scale if scale > 0.0 else (0.0 if size == 0.0 else np.inf)
+    """size/scale, with 0/0 = 0: no creepage, no tractions, no residual. NaN of NaN."""
+    if scale == 0.0:
+        return 0.0 if size == 0.0 else np.inf
+    return size / scale
