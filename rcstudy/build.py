@@ -132,23 +132,16 @@ def build(parts: Parts) -> Scene:
     size: tuple[Quantity, Quantity] | None = parts["mesh"]["size"]
     if size is None:
         # of few cells one has to be free on either side, whatever the margin
-        margins = tuple(max(parts["mesh"]["margin"], _WIDER * n / (n - 2)) for n in parts["mesh"]["cells"])
+        along_x, along_y = (max(parts["mesh"]["margin"], _WIDER * n / (n - 2)) for n in parts["mesh"]["cells"])
         try:
             with np.errstate(all="ignore"):
-                width = fitted_size(
-                    substrate, layers, counterbody, radius, parts["load"], cast(tuple[float, float], margins)
-                )
+                width = fitted_size(substrate, layers, counterbody, radius, parts["load"], (along_x, along_y))
         except (ArithmeticError, LookupError, ValueError):
             raise BuildError("materials, radius or load too extreme for a window to be fitted to the contact") from None
     else:
         width = size[0].resolve(a), size[1].resolve(a)
     creepage = parts["creepage"]
-    if parts["method"] != "newton":
-        if parts["discretisation"] == "aligned":
-            raise BuildError(f"method {parts['method']} is for discretisation kalker only")
-        if parts["coupling"] == "full" and creepage is not None:
-            raise BuildError(f"method {parts['method']} is for coupling one-way only")
-    return Scene(
+    scene = Scene(
         substrate=substrate,
         radius=radius,
         load=parts["load"],
@@ -163,6 +156,9 @@ def build(parts: Parts) -> Scene:
         spin_point=parts["spin_point"],
         tolerance=Tolerance(**parts["tolerance"]),
     )
+    if scene.conflict:
+        raise BuildError(scene.conflict)
+    return scene
 
 
 def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:

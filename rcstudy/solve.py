@@ -44,7 +44,8 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
         with _one_at_a_time:
             start = time.perf_counter()
             try:
-                _check(scene)
+                if scene.conflict:
+                    raise Refusal(scene.conflict)
                 if scene.coupling == "full" and scene.creepage is not None and scene.moves_by_pressure:
                     result = _solve_coupled(scene)
                 else:
@@ -56,16 +57,6 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
                 result = Result(Status.ERROR, f"{type(error).__name__}: {error}")
             result.scalars["solve_seconds"] = time.perf_counter() - start
         yield result
-
-
-def _check(scene: Scene) -> None:
-    """Refuse what the method cannot do."""
-    if scene.method == "newton":
-        return
-    if scene.discretisation == "aligned":
-        raise Refusal(f"method {scene.method} is for cells as they are: discretisation aligned takes newton")
-    if scene.coupling == "full" and scene.creepage is not None:
-        raise Refusal(f"method {scene.method} is one-way: coupling full takes method newton")
 
 
 def _normal_failure(contact: NormalContact) -> Result | None:

@@ -312,8 +312,8 @@ def solve_tractions(
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
     pressure; `guess` [m, 2]: tractions to start from; `neighbours` [2, m]: take the direction of slip at the centres
     of slip cells (`centring.py`). The relative tolerance is on
-    ||q - Proj(q - rho s)|| over the smaller of ||q|| and rho ||w||, 1/rho being the diagonal of B: the tractions,
-    and the slip, are then right to about that fraction of their own size.
+    ||q - Proj(q - rho s)|| over the smallest of ||q||, ||mu p|| and rho ||w||, 1/rho being the diagonal of B: the
+    tractions, and the slip, are then right to about that fraction of their own size.
     """
     system = NewtonSystem(operator, cells, bound, w, neighbours)
     state = _Tractions(system, guess, tolerance)

@@ -89,6 +89,17 @@ class Scene:
     tolerance: Tolerance = Tolerance()
 
     @property
+    def conflict(self) -> str:
+        """Settings that do not go together, in words; "" if there are none."""
+        if self.method == "newton":
+            return ""
+        if self.discretisation == "aligned":
+            return f"method {self.method} is for discretisation kalker only"
+        if self.coupling == "full" and self.creepage is not None:
+            return f"method {self.method} is for coupling one-way only"
+        return ""
+
+    @property
     def moves_by_pressure(self) -> bool:
         """Whether pressure displaces the surfaces along each other: not so for quasi-identical bodies."""
         if self.layers or self.counterbody is None:
