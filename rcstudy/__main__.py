@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from rcstudy.errors import EXIT_INTERRUPTED
+from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD
 from rcstudy.threads import limit_threads
 
 if TYPE_CHECKING:
@@ -31,14 +31,25 @@ def main() -> None:
     except KeyboardInterrupt:  # before or after the command line could take it
         print("interrupted", file=sys.stderr)
     if isinstance(code, int):
-        with contextlib.suppress(OSError):  # which Python tells of when it leaves by itself
-            for stream in (sys.stdout, sys.stderr):
-                if stream is not None:  # closed by who started this
-                    stream.flush()
-            # Also for Ctrl-C inside exec() of text (any dataclass being made): it stays "unhandled" to CPython even
-            # when it was caught, and `python -m` would then end by SIGINT in place of this code.
-            os._exit(code)
+        # Also for Ctrl-C inside exec() of text (any dataclass being made): it stays "unhandled" to CPython even
+        # when it was caught, and `python -m` would then end by SIGINT in place of this code.
+        os._exit(_flushed(code))
     sys.exit(code)
+
+
+def _flushed(code: int) -> int:
+    """The exit code once all is written, which is `code` unless that fails."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:  # closed by who started this
+                stream.flush()
+        except BrokenPipeError:
+            code = EXIT_UNHEARD
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                os.write(2, f"output: {error.strerror}\n".encode())
+            code = EXIT_BAD_INPUT
+    return code
 
 
 @contextlib.contextmanager

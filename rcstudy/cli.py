@@ -15,15 +15,13 @@ from typing import TYPE_CHECKING, Annotated, ParamSpec
 
 import typer
 
-from rcstudy.errors import EXIT_INTERRUPTED, UserError
+from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD, UserError
 
 if TYPE_CHECKING:
     from rcstudy.sweep import Summary
 
 EXIT_DIFFERENT = 1
-EXIT_BAD_INPUT = 2
 EXIT_FAILED_CASES = 3
-EXIT_UNHEARD = 141  # as of a program that a broken pipe ended
 
 _SHOWN_FAILURES = 10
 

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+EXIT_BAD_INPUT = 2
+"""Of a command that was given what it cannot use."""
+
 EXIT_INTERRUPTED = 130
 """Of a command that Ctrl-C ended."""
+
+EXIT_UNHEARD = 141
+"""Of a command whose output nobody reads any more, as of a program that a broken pipe ended."""
 
 
 class UserError(Exception):

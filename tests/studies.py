@@ -42,6 +42,8 @@ grids:
 """
 CASES = 14
 
+OLD = b"\x89HDF\r\n\x1a\nold"  # a cube, of which a disk has left little
+
 
 def load_text(folder, text):
     """The study of a text (str or bytes), written to s.yaml in `folder`."""

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import synthetic
+from studies import OLD
 from typer.testing import CliRunner, Result
 from workers import gone
 
@@ -175,9 +176,6 @@ def test_plan(folder: Path) -> None:
     assert found.exit_code == 0, found.output
     assert "2" in found.output
     assert sorted(entry.name for entry in folder.iterdir()) == ["quick.yaml"]
-
-
-OLD = b"\x89HDF\r\n\x1a\nold"  # a cube, of which a disk has left little
 
 
 def start_long_sweep(folder: Path, workers: str) -> subprocess.Popen[str]:

@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 import workers
 import xarray as xr
-from studies import CASES, SWEPT
+from studies import CASES, OLD, SWEPT
 
 from rcstudy import pool, provenance, sweep, threads
 from rcstudy.batch import warm_up_scenes
@@ -202,19 +202,19 @@ class Interrupting(Told):
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_an_interrupt_leaves_the_old_cube_and_no_workers(study: Study, tmp_path: Path, processes: int) -> None:
-    (tmp_path / "c.nc").write_bytes(b"old")
+    (tmp_path / "c.nc").write_bytes(OLD)
     told = Interrupting()
     with pytest.raises(KeyboardInterrupt):
         sweep.run(study, tmp_path / "c.nc", workers=processes, progress=told, solve=workers.made_up)
     assert told.told[-1] == "end"
-    assert (tmp_path / "c.nc").read_bytes() == b"old"
+    assert (tmp_path / "c.nc").read_bytes() == OLD
     assert files(tmp_path) == ["c.nc", "c.nc.units"]
     assert multiprocessing.active_children() == []
 
 
 def test_an_interrupt_that_is_lost_on_the_way_still_counts(study: Study, tmp_path: Path) -> None:
     """As in a weakref callback or an import inside a C extension, where Python itself drops the exception."""
-    (tmp_path / "c.nc").write_bytes(b"old")
+    (tmp_path / "c.nc").write_bytes(OLD)
     told = Told()
 
     def loses_it(scenes: Sequence[Scene]) -> Iterator[Result]:
@@ -228,7 +228,7 @@ def test_an_interrupt_that_is_lost_on_the_way_still_counts(study: Study, tmp_pat
     with pytest.raises(KeyboardInterrupt):
         sweep.run(study, tmp_path / "c.nc", workers=1, progress=told, solve=loses_it)
     assert told.told == [CASES, False, False, False, "end"]
-    assert (tmp_path / "c.nc").read_bytes() == b"old"
+    assert (tmp_path / "c.nc").read_bytes() == OLD
     assert files(tmp_path) == ["c.nc", "c.nc.units"]
     assert signal.getsignal(signal.SIGINT) is before
 
