@@ -21,7 +21,7 @@ import numpy as np
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions, influence_of, solve_rolling
 from rcstudy.mechanics.convolution import Box, padded_shape, pressure_quadrants, row_phases, shifted_transform, symbols
-from rcstudy.mechanics.coupled import solve_coupled
+from rcstudy.mechanics.coupled import relaxed, solve_coupled
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene, Tolerance
@@ -62,9 +62,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
         if turn > 0 and np.ptp(within) <= KEPT * abs(contact.solution.approach):
             break
         if turn > 1:  # the first change is from none to all
-            difference = change - last
-            relaxation *= -float(np.sum(last * difference)) / max(float(np.sum(difference**2)), 1e-300)
-            relaxation = min(max(relaxation, 0.2), 1.5)
+            relaxation = relaxed(relaxation, last, change)
         lift = lift + relaxation * change
         pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p)
         pressure.iterations += total.iterations

@@ -330,11 +330,16 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray) -> tuple[np
         error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap, 0.0))
         turn += 1
         if turn > 2:  # the first change is from none to all
-            difference = change - last
-            relaxation *= -float(np.sum(last * difference)) / max(float(np.sum(difference**2)), 1e-300)
-            relaxation = min(max(relaxation, 0.2), 1.5)
+            relaxation = relaxed(relaxation, last, change)
         lift = lift + relaxation * change
     return stress, box, turn, products
+
+
+def relaxed(relaxation: float, last: np.ndarray, change: np.ndarray) -> float:
+    """Aitken's relaxation of the next turn: by how the `last` change of the lift, so relaxed, became this `change`."""
+    difference = change - last
+    factor = -float(np.sum(last * difference)) / max(float(np.sum(difference**2)), 1e-300)
+    return min(max(relaxation * factor, 0.2), 1.5)
 
 
 def _tractions(system: CoupledSystem) -> RollingSolution:
