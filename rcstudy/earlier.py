@@ -40,7 +40,8 @@ def refuse_foreign(output: Path) -> None:
     with output.open("rb") as file:
         head = file.read(len(_SIGNATURE))
     foreign = bool(head) and head != _SIGNATURE
-    with contextlib.suppress(OSError), h5py.File(output, "r") as cube:  # one that cannot be opened is damaged
+    # whatever h5py makes of a damaged file, as in `EarlierCube`: one that cannot be looked into is a damaged cube
+    with contextlib.suppress(Exception), h5py.File(output, "r") as cube:
         foreign = SCHEMA_ATTRIBUTE not in cube.attrs
     if foreign:
         raise UserError(f"{output}: there is a file that is no cube; it is not replaced: give another --output")
