@@ -149,7 +149,7 @@ def test_product_of_the_newton_system(name: str) -> None:
     stress[:2, i, j] = np.where(f.slip[:, None], along + pairs[:, 1:] * across, pairs).T
     response = system.operator.responses(stress).copy()
     s = response[:2, i, j].T
-    turned = (across * s).sum(axis=1) + f.curvature * pairs[:, 1]
+    turned = f.share * (across * s).sum(axis=1) + (1.0 - f.share) / f.rho * pairs[:, 1]
     expected = np.empty(3 * m)
     system.operator.closing(response[2], system.cells, system.unit, expected[:m])
     expected[m:] = np.where(f.slip[:, None], np.stack([pairs[:, 0], turned], axis=1), s).reshape(-1)

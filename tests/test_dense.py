@@ -504,14 +504,14 @@ def newton_system(name: str, slipping: float) -> tuple[NewtonSystem, np.ndarray]
     np.testing.assert_array_equal(system.slip, size > 1.0)
     _, xx, yy, xy, _, _ = matrices
     # unknowns and rows: x, y in stick cells; in slip cells an unknown along the bound's direction, whose row is the
-    # identity, and one across it, with d on its diagonal
+    # identity, and one across it, whose row is (1 - c)/rho times it and c times the slip
     rows, columns = np.zeros((2, m, 2, m, 2))
     alone = np.zeros((m, 2))
     for c in range(m):
-        across = [-normal[c, 1], normal[c, 0]]
-        rows[c, :, c, :] = [[0.0, 0.0], across] if size[c] > 1.0 else np.eye(2)
+        across = np.array([-normal[c, 1], normal[c, 0]])
+        rows[c, :, c, :] = [[0.0, 0.0], across / size[c]] if size[c] > 1.0 else np.eye(2)
         columns[c, :, c, :] = [system.unit * normal[c], across] if size[c] > 1.0 else np.eye(2)
-        alone[c] = [1.0, (size[c] - 1.0) / system.rho] if size[c] > 1.0 else [0.0, 0.0]
+        alone[c] = [1.0, (1.0 - 1.0 / size[c]) / system.rho] if size[c] > 1.0 else [0.0, 0.0]
     pairs = np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=1).reshape(2 * m, 2 * m)
     matrix = rows.reshape(2 * m, 2 * m) @ pairs @ columns.reshape(2 * m, 2 * m).T + np.diag(alone.reshape(-1))
     return system, matrix

@@ -277,7 +277,7 @@ def of(mapping, **changes):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(("cells", "most"), [(64, 160), (128, 260)])
+@pytest.mark.parametrize(("cells", "most"), [(64, 100), (128, 140)])
 def test_preconditioner_on_a_skin(cells, most):
     """Wrapped on a torus, coefficients of short waves are negative: 11901 products, and none sufficed on 128 cells."""
     result = of(SKIN, mesh={"size": "auto", "cells": [cells, cells]})
@@ -294,6 +294,8 @@ def test_little_friction_on_a_skin(friction, coupling, discretisation):
     result = of(LONG, friction=friction, coupling=coupling, discretisation=discretisation)
     assert result.status == Status.SOLVED, result.reason
     assert result.scalars["slip_area"] == pytest.approx(result.scalars["contact_area"])
+    # 439 to 1650 while rows of the Newton system were as large as their cells' slip
+    assert result.scalars["operator_products"] < 300
     plain = of(LONG, friction=friction).scalars
     assert result.scalars["approach"] == pytest.approx(plain["approach"], rel=1e-3)
 

@@ -547,7 +547,7 @@ class Contact:
         angle = rng.uniform(-math.pi, math.pi, size=m)
         self.normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
         self.across = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
-        self.diagonal = rng.uniform(0.1, 2.0, size=m)
+        self.share, self.diagonal = rng.uniform(0.01, 1.0, size=m), 0.8
         self.v = rng.normal(size=2 * m)
         self.unit = 0.7
         self.field = rng.normal(size=(2, shape[0], shape[1] + 3))
@@ -592,11 +592,11 @@ def test_gather_slip(shape: tuple[int, int]) -> None:
     c = Contact(shape)
     out = np.full(2 * c.m, np.nan)
     slips = np.full(2 * c.m, np.nan)
-    tractions.gather_slip(c.flat(c.field), c.v, c.places, c.slip, c.normal, c.diagonal, slips, out)
+    tractions.gather_slip(c.flat(c.field), c.v, c.places, c.slip, c.normal, c.share, c.diagonal, slips, out)
     pairs, s = c.v.reshape(-1, 2), c.at(c.field)
     np.testing.assert_array_equal(slips.reshape(-1, 2), s)
-    along = (c.across * s).sum(axis=1) + c.diagonal * pairs[:, 1]
-    expected = np.where(c.slip[:, None], np.stack([pairs[:, 0], along], axis=1), s)
+    across = c.share * (c.across * s).sum(axis=1) + (1.0 - c.share) * c.diagonal * pairs[:, 1]
+    expected = np.where(c.slip[:, None], np.stack([pairs[:, 0], across], axis=1), s)
     np.testing.assert_allclose(out.reshape(-1, 2), expected, rtol=1e-13, atol=1e-14)
 
 
@@ -620,8 +620,8 @@ def test_classify(m: int) -> None:
     for k in range(1, m, 3):
         s[k] = rng.uniform(2.0, 9.0) * q[k]
     slip = rng.random(m) < 0.5
-    normal, diagonal = np.full((m, 2), 7.0), np.full(m, 7.0)
-    slipping, square = tractions.classify(q, s, bound, rho, slip, normal, diagonal)
+    normal, share = np.full((m, 2), 7.0), np.full(m, 7.0)
+    slipping, square = tractions.classify(q, s, bound, rho, slip, normal, share)
     expected_square = 0.0
     for k in range(m):
         t = q[k] - rho * s[k]
@@ -631,8 +631,7 @@ def test_classify(m: int) -> None:
         projected = t * min(1.0, bound[k] / size)
         expected_square += float(((q[k] - projected) ** 2).sum())
         np.testing.assert_allclose(normal[k], t / size if slip[k] else [7.0, 7.0], rtol=1e-13)
-        excess = (size / bound[k] - 1.0) / rho
-        assert diagonal[k] == (pytest.approx(excess, rel=1e-10) if slip[k] else 7.0)
+        assert share[k] == (pytest.approx(bound[k] / size, rel=1e-13) if slip[k] else 7.0)
     assert not slip[0]
     if m == 30:
         rest = q - rho * s
@@ -643,13 +642,16 @@ def test_classify(m: int) -> None:
     assert square == pytest.approx(expected_square, rel=1e-12)
 
 
-def test_slip_rows() -> None:
-    """From d = 0 to where it rules; what passes stops between twice the operator's diagonal and just beyond it."""
-    curvature = np.array([0.0, 0.5, 3.9, 4.0, 4.1, 50.0])
-    diagonal, damping = np.full(6, np.nan), np.full(6, np.nan)
-    tractions.slip_rows(curvature, 2.0, 0.7, diagonal, damping)
-    np.testing.assert_allclose(diagonal, curvature + 2.0, rtol=1e-15)
-    np.testing.assert_allclose(damping, np.where(curvature <= 4.0, 1.0 / (1.0 + 0.7 * curvature), 0.0), rtol=1e-15)
+def test_slip_damping() -> None:
+    """From a share of all to next to nothing; what passes stops at a third. What belongs to stick cells stays."""
+    share = np.array([1.0, 0.9, 0.34, 1.0 / 3.0, 0.32, 1e-7, 0.5])
+    slip = np.array([False, True, True, True, True, True, False])
+    damping, root = np.full((2, 7), 7.0)
+    assert tractions.slip_damping(share, slip, 0.7, damping, root) == 0.9
+    passing = np.where(share > 0.33, 1.0 / (1.0 + 0.7 * (1.0 / share - 1.0)), 0.0)
+    np.testing.assert_allclose(damping, np.where(slip, passing, 7.0), rtol=1e-15)
+    np.testing.assert_allclose(root, np.where(slip, np.sqrt(share), 7.0), rtol=1e-15)
+    assert tractions.slip_damping(share, np.zeros(7, dtype=np.bool_), 0.7, damping, root) == 0.0
 
 
 @pytest.mark.parametrize("shape", BOXES)
@@ -657,9 +659,10 @@ def test_newton_residual(shape: tuple[int, int]) -> None:
     c = Contact(shape)
     s, q, out = c.rng.normal(size=(c.m, 2)), c.rng.normal(size=(c.m, 2)), np.full(2 * c.m, np.nan)
     bound = c.rng.uniform(0.5, 2.0, size=c.m)
-    tractions.newton_residual(s, q, c.slip, c.normal, c.diagonal, bound, c.unit, out)
+    tractions.newton_residual(s, q, c.slip, c.normal, c.share, c.diagonal, bound, c.unit, out)
     along = ((c.normal * q).sum(axis=1) - bound) / c.unit
-    across = (c.across * (s + c.diagonal[:, None] * q)).sum(axis=1)
+    share = c.share[:, None]
+    across = (c.across * (share * s + (1.0 - share) * c.diagonal * q)).sum(axis=1)
     rows = np.where(c.slip[:, None], np.stack([along, across], axis=1), s)
     np.testing.assert_allclose(out.reshape(-1, 2), -rows, rtol=1e-12, atol=1e-14)
 
@@ -744,20 +747,21 @@ def test_keep_known(shape: tuple[int, int]) -> None:
 @pytest.mark.parametrize("shape", BOXES)
 def test_slip_residual(shape: tuple[int, int]) -> None:
     c = Torus(shape)
-    rest, out = c.v[1::2] - (c.across * c.at(c.pairs)).sum(axis=1), c.empty()
-    tractions.slip_residual(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, c.flat(out))
-    expected = np.where(c.slip[:, None], rest[:, None] * c.across, 0.0)
+    rest, out = c.v[1::2] - c.share * (c.across * c.at(c.pairs)).sum(axis=1), c.empty()
+    root = np.sqrt(c.share)
+    tractions.slip_residual(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, root, c.flat(out))
+    expected = np.where(c.slip[:, None], (rest / root)[:, None] * c.across, 0.0)
     np.testing.assert_allclose(c.at(out), expected, rtol=1e-12, atol=1e-14)
     assert (c.elsewhere(out) == 7.0).all()
 
 
 @pytest.mark.parametrize("shape", BOXES)
 def test_gather_slip_traction(shape: tuple[int, int]) -> None:
-    """The diagonal lies on either side of the shift; stick cells' unknowns stay."""
+    """Stick cells' unknowns stay."""
     c = Torus(shape)
     out = np.full(2 * c.m, 7.0)
-    tractions.gather_slip_traction(c.flat(c.pairs), c.places, c.slip, c.normal, c.diagonal, 0.8, out)
-    tau = (c.across * c.at(c.pairs)).sum(axis=1) * np.minimum(1.0, 0.8 / c.diagonal)
+    tractions.gather_slip_traction(c.flat(c.pairs), c.places, c.slip, c.normal, c.share, out)
+    tau = c.share * (c.across * c.at(c.pairs)).sum(axis=1)
     assert (out[0::2] == 7.0).all()
     np.testing.assert_allclose(out[1::2], np.where(c.slip, tau, 7.0), rtol=1e-12, atol=1e-14)
 

@@ -586,10 +586,10 @@ def test_gather_centred_slip() -> None:
     weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
     tractions.centre(s, c.slip, c.neighbours, weight, centred)
     angle = c.rng.uniform(0.0, 7.0, size=c.m)
-    normal, diagonal = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(size=c.m)
+    normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(size=c.m)
     v = c.rng.normal(size=2 * c.m)
     slips, out, unused, expected = np.full((4, 2 * c.m), np.nan)
-    of_rows = 11 * j + i, c.slip, normal, diagonal
+    of_rows = 11 * j + i, c.slip, normal, share, 0.8
     tractions.gather_centred_slip(field.reshape(2, -1), v, *of_rows, weight, slips, out)
     np.testing.assert_array_equal(slips.reshape(-1, 2), s)
     at_centres = field.copy()
@@ -619,9 +619,9 @@ def test_turn() -> None:
     """Any slip: slip cells go to the circle, be they within it or not, stick cells into it; states are not changed."""
     c = MovedCells(1)
     q, bound, rho = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.5, 3.0, size=c.m), 0.6
-    normal, diagonal = np.full((c.m, 2), 7.0), np.full(c.m, 7.0)
+    normal, share = np.full((c.m, 2), 7.0), np.full(c.m, 7.0)
     before, expected = c.slip.copy(), 0.0
-    square = tractions.turn(q, c.s, bound, rho, c.slip, normal, diagonal)
+    square = tractions.turn(q, c.s, bound, rho, c.slip, normal, share)
     np.testing.assert_array_equal(c.slip, before)
     seen = set()
     for k in range(c.m):
@@ -632,8 +632,7 @@ def test_turn() -> None:
         projected = on_circle if c.slip[k] or size > bound[k] else t
         expected += float(((q[k] - projected) ** 2).sum())
         np.testing.assert_allclose(normal[k], t / size if c.slip[k] else [7.0, 7.0], rtol=1e-13)
-        excess = max(0.0, size / bound[k] - 1.0) / rho
-        assert diagonal[k] == (pytest.approx(excess, rel=1e-10) if c.slip[k] else 7.0)
+        assert share[k] == (pytest.approx(min(bound[k] / size, 1.0), rel=1e-13) if c.slip[k] else 7.0)
     assert len(seen) == 4
     assert square == pytest.approx(expected, rel=1e-12)
 

@@ -9,15 +9,19 @@ Kalker 1990, section 4). Coulomb's law (Eq. 6) is the equation q = Proj(q - rho 
 radius mu p, any rho > 0. Its semismooth Newton step, with t = q - rho s at the last iterate: where |t| <= mu p
 the cell sticks, s = 0; elsewhere q = mu p n + tau m with n = t/|t|, m across it, and
 
-    m.s + d tau = 0,   d = (|t| - mu p)/(rho mu p)   (at the solution |s|/(mu p)).
+    c m.s + (1 - c) b tau = 0,   c = mu p/|t|,   b = 1/rho.
+
+This is m.s + d tau = 0 with d = (1/c - 1) b (at the solution |s|/(mu p)), in rows that count as errors of tractions do:
+d may be a millionth of b in one cell and a million times b in another.
 
 Iterates stay off the bound by what they miss of it: bringing them onto it would take a product to know their slips, and
 no fewer steps. Slips, linear in q, are known from the linear system's own products.
 
 The linear systems are solved by GMRES. Its preconditioner treats stick cells first: B is the upwind difference of a
 convolution, so its inverse is nearly a sum along each row from the leading edge followed by the inverse convolution.
-Then the slip cells, with what is left of their residual: the inverse of (B + d) with one d for all. Both work on a
-torus no larger than the contact. So the number of products hardly depends on the mesh.
+Then the slip cells, with what is left of their residual: (B + d)^-1 with one d for all, the least of theirs, scaled on
+both sides by the root of c, which is right for short waves. Both work on a torus no larger than the contact. So the
+number of products hardly depends on the mesh.
 """
 
 from __future__ import annotations
@@ -55,6 +59,7 @@ from rcstudy.mechanics.wrapped import positive_tractions
 _MAX_NEWTON = 60
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
+_LEAST = 2.0  # d of the preconditioner, over b; where all cells slip by more it is larger by powers of 4
 _WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
 
 
@@ -124,7 +129,8 @@ class SlipOperator:
         self.torus_symbol = _packed(difference)
         displacements = positive_tractions(symbols(coefficients, torus), influence, torus) * sharpened
         self.torus_inverse = _packed(_inverse(displacements, 0.0, torus))
-        self.torus_shifted = _packed(_inverse(difference, self.diagonal, torus))
+        self._torus, self._difference = torus, difference
+        self._shifted: dict[int, np.ndarray] = {}
         self.torus_plan = pair_transform(torus)
         self.edge = np.zeros((torus[1], 2))
 
@@ -135,6 +141,14 @@ class SlipOperator:
         other = copy(self)
         other.plan = self.plan.shifted(phase, sharp_difference(self.plan.padded[0], self.spacing[0]))
         return other
+
+    def torus_shifted(self, power: int) -> np.ndarray:
+        """Symbol of the inverse of B + d, times 1 + d/b, with d = `_LEAST` 4^power b."""
+        if power not in self._shifted:
+            over = _LEAST * 4.0**power
+            inverse = _inverse(self._difference, over * self.diagonal, self._torus)
+            self._shifted[power] = _packed((1.0 + over) * inverse)
+        return self._shifted[power]
 
     def multiply(self) -> None:
         """From tractions to slips, in place in `plan.real`."""
@@ -193,10 +207,12 @@ class NewtonSystem:
         self._scale = min(self.rho * arrays.norm2(w), arrays.norm2(bound[None]))
         self.slip = np.zeros(n, dtype=np.bool_)
         self.normal = np.zeros((n, 2))
-        self.curvature = np.zeros(n)
-        self.damping = np.zeros(n)
-        self.diagonal = np.zeros(n)
+        self.share = np.ones(n)
+        self._damping, self._root = np.zeros(n), np.ones(n)
+        self._power = 0  # of d in the preconditioner
         self.products = 0
+        # the cells' places, and what makes the rows of the system
+        self.rows = self.places, self.slip, self.normal, self.share, operator.diagonal
         self._no_slip = np.zeros(n, dtype=np.bool_)
         self._slipping = 0  # number of slip cells
         self.lawful = w  # slips as the law of friction wants them, of the last ones that were classified
@@ -215,14 +231,16 @@ class NewtonSystem:
         """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
         looking = self._looking
         self.lawful = s if self.kept is None else s + self.kept
-        of_law = self.bound, self.rho, self.slip, self.normal, self.curvature
+        of_law = self.bound, self.rho, self.slip, self.normal, self.share
         self._slipping, square = tractions.classify(q, self.lawful, *of_law)
         if looking is not None:
             self.lawful = looking.look(s, self.slip)
             square = tractions.turn(q, self.lawful, *of_law)
         operator = self.operator
-        coupling = operator.spacing[0] / operator.compliance
-        tractions.slip_rows(self.curvature, operator.diagonal, coupling, self.diagonal, self.damping)
+        coupling = operator.diagonal * operator.spacing[0] / operator.compliance
+        largest = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
+        over = (1.0 / largest - 1.0) / _LEAST if largest > 0.0 else 0.0
+        self._power = max(0, round(math.log(over, 4.0))) if over > 1.0 else 0
         residual = _relative(math.sqrt(square), min(arrays.norm2(q), self._scale))
         if looking is not None:
             looking.judge(s, self.lawful, residual)
@@ -241,11 +259,10 @@ class NewtonSystem:
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
         field, looking = self.operator.plan.flat, self._looking
-        of_rows = self.places, self.slip, self.normal, self.curvature
         if looking is None:
-            tractions.gather_slip(field, v, *of_rows, slips, rows)
+            tractions.gather_slip(field, v, *self.rows, slips, rows)
         else:
-            tractions.gather_centred_slip(field, v, *of_rows, looking.weight, slips, rows)
+            tractions.gather_centred_slip(field, v, *self.rows, looking.weight, slips, rows)
 
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
         """Slips by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
@@ -262,7 +279,7 @@ class NewtonSystem:
         # what is outside the cells stays zero in plan.field from the first of these on
         if self._slipping < len(cells):
             tractions.integrate_rows(
-                v, cells, places, slip, normal, self.damping, operator.spacing[0], operator.edge, plan.field
+                v, cells, places, slip, normal, self._damping, operator.spacing[0], operator.edge, plan.field
             )
             self._on_torus(operator.torus_inverse)
         else:
@@ -270,10 +287,9 @@ class NewtonSystem:
         tractions.keep_known(plan.result, v, places, slip, normal, self.unit, out, plan.field)
         if self._slipping > 0:
             self._on_torus(operator.torus_symbol)
-            tractions.slip_residual(plan.result, v, places, slip, normal, plan.field)
-            self._on_torus(operator.torus_shifted)
-            shift = 2.0 * operator.diagonal
-            tractions.gather_slip_traction(plan.result, places, slip, normal, self.diagonal, shift, out)
+            tractions.slip_residual(plan.result, v, places, slip, normal, self._root, plan.field)
+            self._on_torus(operator.torus_shifted(self._power))
+            tractions.gather_slip_traction(plan.result, places, slip, normal, self._root, out)
 
     def _on_torus(self, symbol: np.ndarray) -> None:
         """Product of the operator with `symbol` and the preconditioner's `field`, into its `result`."""
@@ -289,9 +305,7 @@ class NewtonSystem:
         system's products tell those of the step: no other product is needed.
         """
         residual = np.empty(q.size)
-        tractions.newton_residual(
-            self.lawful, q, self.slip, self.normal, self.curvature, self.bound, self.unit, residual
-        )
+        tractions.newton_residual(self.lawful, q, *self.rows[1:], self.bound, self.unit, residual)
         change, slips = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS, q.size)
         after = np.empty(q.shape)
         tractions.add_step(q, change, self.slip, self.normal, self.unit, after)

@@ -41,13 +41,15 @@ def gather_slip(
     places: np.ndarray,
     slip: np.ndarray,
     normal: np.ndarray,
-    diagonal: np.ndarray,
+    share: np.ndarray,
+    diagonal: float,
     s: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Rows of the Newton system from slips in two padded arrays: s in stick cells, t.s + diagonal tau in slip cells.
+    """Rows of the Newton system from slips in two padded arrays: s in stick cells, c m.s + (1 - c) b tau in slip cells.
 
-    v: the vector the slips belong to; diagonal [m]: see `rolling.py`; s [2 m]: the slips, for use later on.
+    v: the vector the slips belong to; share [m]: c, and diagonal: b, see `rolling.py`; s [2 m]: the slips, for use
+    later on.
     """
     for m in range(places.size):
         x, y = field[0, places[m]], field[1, places[m]]
@@ -55,7 +57,8 @@ def gather_slip(
         s[2 * m + 1] = y
         if slip[m]:
             out[2 * m] = v[2 * m]
-            out[2 * m + 1] = -normal[m, 1] * x + normal[m, 0] * y + diagonal[m] * v[2 * m + 1]
+            across = normal[m, 0] * y - normal[m, 1] * x
+            out[2 * m + 1] = share[m] * across + (1.0 - share[m]) * diagonal * v[2 * m + 1]
         else:
             out[2 * m] = x
             out[2 * m + 1] = y
@@ -77,13 +80,13 @@ def classify(
     rho: float,
     slip: np.ndarray,
     normal: np.ndarray,
-    diagonal: np.ndarray,
+    share: np.ndarray,
 ) -> tuple[int, float]:
     """Stick or slip by t = q - rho s against the bound, and the coefficients of the Newton step.
 
     q, s [m, 2] (MPa, -), bound mu p [m] (MPa), rho (MPa). A cell slips if |t| > bound; then normal = t/|t| and
-    diagonal = (|t| - bound)/(rho bound). Where t has turned against q, slip has gone through zero: such a cell is taken
-    to stick. Returns the number of cells that slip and the squared norm of q - Proj(t).
+    share = bound/|t|. Where t has turned against q, slip has gone through zero: such a cell is taken to stick. Returns
+    the number of cells that slip and the squared norm of q - Proj(t).
     """
     # a share of the bound. Without the rule cells ten times longer than wide and stiff films took thousands of
     # products, some had no end; 0 to 0.5 do as well
@@ -101,7 +104,7 @@ def classify(
             slipping += 1
             normal[m, 0] = tx / size
             normal[m, 1] = ty / size
-            diagonal[m] = (size - bound[m]) / (rho * bound[m])
+            share[m] = bound[m] / size
         if outside:
             tx *= bound[m] / size
             ty *= bound[m] / size
@@ -145,7 +148,8 @@ def gather_centred_slip(
     places: np.ndarray,
     slip: np.ndarray,
     normal: np.ndarray,
-    diagonal: np.ndarray,
+    share: np.ndarray,
+    diagonal: float,
     weight: np.ndarray,
     s: np.ndarray,
     out: np.ndarray,
@@ -168,7 +172,8 @@ def gather_centred_slip(
                 x += weight[1, m] * (field[0, k - 1] - s[2 * m])
                 y += weight[1, m] * (field[1, k - 1] - s[2 * m + 1])
             out[2 * m] = v[2 * m]
-            out[2 * m + 1] = -normal[m, 1] * x + normal[m, 0] * y + diagonal[m] * v[2 * m + 1]
+            across = normal[m, 0] * y - normal[m, 1] * x
+            out[2 * m + 1] = share[m] * across + (1.0 - share[m]) * diagonal * v[2 * m + 1]
         else:
             out[2 * m] = x
             out[2 * m + 1] = y
@@ -182,9 +187,9 @@ def turn(
     rho: float,
     slip: np.ndarray,
     normal: np.ndarray,
-    diagonal: np.ndarray,
+    share: np.ndarray,
 ) -> float:
-    """Directions and diagonals of slip cells as `classify` sets them, from another slip s [m, 2], states as they are.
+    """Directions and shares of slip cells as `classify` sets them, from another slip s [m, 2], states as they are.
 
     Returns the squared norm of q - Proj(q - rho s), in slip cells with Proj onto the circle.
     """
@@ -196,7 +201,7 @@ def turn(
         if slip[m]:
             normal[m, 0] = tx / size
             normal[m, 1] = ty / size
-            diagonal[m] = max(size - bound[m], 0.0) / (rho * bound[m])
+            share[m] = min(bound[m] / size, 1.0)
         if slip[m] or size > bound[m]:
             tx *= bound[m] / size
             ty *= bound[m] / size
@@ -205,17 +210,19 @@ def turn(
 
 
 @jit
-def slip_rows(
-    curvature: np.ndarray, operator_diagonal: float, coupling: float, diagonal: np.ndarray, damping: np.ndarray
-) -> None:
-    """Diagonal of the system, and how much of a displacement passes a slip cell, from its d = curvature [m].
+def slip_damping(share: np.ndarray, slip: np.ndarray, coupling: float, damping: np.ndarray, root: np.ndarray) -> float:
+    """How much of a displacement passes a slip cell, from its share c [m], and the root of c; returns the largest c.
 
-    coupling: dx over the cell's own coefficient, as in u = A tau. Where d rules, a cell passes nothing on.
+    coupling: b dx over the cell's own coefficient, as in u = A tau. Where c is small, a cell passes nothing on.
     """
-    for m in range(curvature.size):
-        d = curvature[m]
-        diagonal[m] = operator_diagonal + d
-        damping[m] = 0.0 if d > 2.0 * operator_diagonal else 1.0 / (1.0 + coupling * d)
+    largest = 0.0
+    for m in range(share.size):
+        if slip[m]:
+            c = share[m]
+            largest = max(largest, c)
+            root[m] = math.sqrt(c)
+            damping[m] = 0.0 if 3.0 * c < 1.0 else 1.0 / (1.0 + coupling * (1.0 / c - 1.0))
+    return largest
 
 
 @jit
@@ -224,17 +231,21 @@ def newton_residual(
     q: np.ndarray,
     slip: np.ndarray,
     normal: np.ndarray,
-    curvature: np.ndarray,
+    share: np.ndarray,
+    diagonal: float,
     bound: np.ndarray,
     unit: float,
     out: np.ndarray,
 ) -> None:
-    """Right-hand side of the Newton step: -s in stick cells; (bound - n.q)/unit and -(t.s + d t.q) in slip cells."""
+    """Right-hand side of the Newton step: -s in stick cells; in slip cells (bound - n.q)/unit and, with c = share and
+    b = diagonal, -(c m.s + (1 - c) b m.q).
+    """
     for m in range(q.shape[0]):
         if slip[m]:
             nx, ny = normal[m, 0], normal[m, 1]
             out[2 * m] = (bound[m] - nx * q[m, 0] - ny * q[m, 1]) / unit
-            out[2 * m + 1] = ny * s[m, 0] - nx * s[m, 1] + curvature[m] * (ny * q[m, 0] - nx * q[m, 1])
+            slips, pulls = ny * s[m, 0] - nx * s[m, 1], ny * q[m, 0] - nx * q[m, 1]
+            out[2 * m + 1] = share[m] * slips + (1.0 - share[m]) * diagonal * pulls
         else:
             out[2 * m] = -s[m, 0]
             out[2 * m + 1] = -s[m, 1]
@@ -336,17 +347,23 @@ def keep_known(
 
 @jit
 def slip_residual(
-    field: np.ndarray, v: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, out: np.ndarray
+    field: np.ndarray,
+    v: np.ndarray,
+    places: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    root: np.ndarray,
+    out: np.ndarray,
 ) -> None:
-    """Slip cells' residuals v less the slips in field [px py, 2], across the bound, as vectors into the cells of out.
+    """Slip cells' residuals v less what slips in field [px py, 2] make of them, across the bound, as vectors.
 
-    out [px py, 2]: zero in stick cells.
+    Into the cells of out [px py, 2], zero in stick cells; over root [m], that of the cells' shares.
     """
     for m in range(places.size):
         k = places[m]
         if slip[m]:
             tx, ty = -normal[m, 1], normal[m, 0]
-            rest = v[2 * m + 1] - tx * field[k, 0] - ty * field[k, 1]
+            rest = v[2 * m + 1] / root[m] - root[m] * (tx * field[k, 0] + ty * field[k, 1])
             out[k, 0] = rest * tx
             out[k, 1] = rest * ty
         else:
@@ -356,23 +373,13 @@ def slip_residual(
 
 @jit
 def gather_slip_traction(
-    field: np.ndarray,
-    places: np.ndarray,
-    slip: np.ndarray,
-    normal: np.ndarray,
-    diagonal: np.ndarray,
-    shift: float,
-    out: np.ndarray,
+    field: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, root: np.ndarray, out: np.ndarray
 ) -> None:
-    """Slip cells' unknowns from field [px py, 2]; scaled down where d exceeds the shift it was made with.
-
-    diagonal [m]: diagonal of the system; shift: its value in a cell with d equal to the shift.
-    """
+    """Slip cells' unknowns from field [px py, 2], times root [m]."""
     for m in range(places.size):
         if slip[m]:
             k = places[m]
-            tau = -normal[m, 1] * field[k, 0] + normal[m, 0] * field[k, 1]
-            out[2 * m + 1] = tau * min(1.0, shift / diagonal[m])
+            out[2 * m + 1] = root[m] * (normal[m, 0] * field[k, 1] - normal[m, 1] * field[k, 0])
 
 
 @jit
