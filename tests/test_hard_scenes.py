@@ -166,8 +166,23 @@ def test_estimate_is_stated_as_documented():
     assert three == pytest.approx(np.hypot(fit.c * 5.0, staircase) + floor, rel=1e-12)
 
 
+def test_estimate_far_beyond_the_noise_and_under_full_coupling():
+    """What a difference exceeds six times the noise by counts by itself; friction adds to the noise under coupling."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
+    scene = replace(scene, discretisation="aligned", counterbody=None, friction=0.5)
+    fit, per_radius = ALIGNED["pressure_max"], np.sqrt(314 / np.pi)
+    for coupling, share in (("one-way", fit.k), ("full", fit.k + 0.5 * fit.coupled)):
+        noise = share * per_radius**-1.5 * 100.0
+        for difference in (0.0, 5.9 * noise, 8.0 * noise):
+            levels = [{"pressure_max": p, "contact_radius": 0.3} for p in (100.0, 100.0 + difference)]
+            found = error_estimates(replace(scene, coupling=coupling), 314, levels)["pressure_max_error"]
+            beyond = max(difference - 6.0 * noise, 0.0)
+            expected = np.hypot(fit.c * difference, noise) + fit.excess * beyond + 1e-5
+            assert found == pytest.approx(expected, rel=1e-9)
+
+
 def test_estimate_of_the_slip_area():
-    """On aligned cells its noise goes with the root of what slips; where all slips it is the contact's area."""
+    """On aligned cells its noise goes with the root of what slips, beside the contact's own; all, if all slips."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
     scene = replace(scene, discretisation="aligned")
 
@@ -176,9 +191,11 @@ def test_estimate_of_the_slip_area():
         return error_estimates(scene, 314, levels)
 
     small, large = (estimates(area)["slip_area_error"] - 2e-7 for area in (0.1, 0.4))
-    assert large == pytest.approx(2.0 * small, rel=1e-12)
-    assert large == pytest.approx(ALIGNED["slip_area"].k * (314 / np.pi) ** -0.75 * 2.0 * np.sqrt(0.2), rel=1e-12)
     everything = estimates(2.0)
+    edge = everything["contact_area_error"]
+    border = ALIGNED["slip_area"].k * (314 / np.pi) ** -0.75 * 2.0
+    assert small == pytest.approx(np.hypot(border * np.sqrt(0.05) + 2e-7, edge) - 2e-7, rel=1e-12)
+    assert large == pytest.approx(np.hypot(border * np.sqrt(0.2) + 2e-7, edge) - 2e-7, rel=1e-12)
     assert everything["slip_area_error"] == everything["contact_area_error"] < large
 
 
