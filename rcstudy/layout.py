@@ -8,7 +8,7 @@ HDF5: :mod:`rcstudy.cube_writer` writes what is laid out here.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -326,11 +326,3 @@ def lay_out(
         if _has(root, layout.name) or layout.name in (ENTRY, "x", "y"):
             raise UserError(f"grid {layout.name}: is also the name of a variable of the cube: rename it")
     return layouts, root
-
-
-def check_names(expansion: Expansion) -> None:
-    """Raise the UserError of `lay_out`, if there is one, from one case of each kind."""
-    kinds: dict[tuple[str, bool, bool], Case] = {}
-    for case in expansion.cases:
-        kinds.setdefault((case.grid, case.scene.creepage is None, bool(case.scene.layers)), case)
-    lay_out(replace(expansion, cases=tuple(kinds.values())), fields=True, precision="float64")

@@ -19,7 +19,7 @@ from rcstudy import cluster, pool, provenance, threads
 from rcstudy.assemble import Assembly
 from rcstudy.batch import make_batches, solve_batch, warm_up_scenes
 from rcstudy.errors import UserError
-from rcstudy.layout import case_label, check_names
+from rcstudy.layout import case_label
 from rcstudy.progress import Progress, Silent
 from rcstudy.record import Keep, Packed, Packer, Packing
 from rcstudy.result import Result, Status
@@ -125,7 +125,6 @@ def run(
             processes.start_early(workers)
         processes.prepare(packing, warm_up_scenes(grid.scene(next(grid.indices())) for grid in study.grids))
         expansion = expand(study)
-        check_names(expansion)
         cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
         summary = Summary(Path(output), len(cases))
         store = stack.enter_context(
