@@ -58,6 +58,10 @@ SOLVED = {
     "wide_windows": ["one cell"],
     "tolerances": ["tolerance=1e-12, layers=soft, coupling=one-way"],
     "skins": ["layers=600 Es, friction=1, cells=64 x 64"],
+    "skins_on_ellipses": [
+        "friction=0.001, coupling=full, discretisation=kalker",
+        "friction=0.0001, coupling=one-way, discretisation=aligned",
+    ],
     "lifted": ["discretisation=aligned"],
     "pressure_only": ["cells=8 x 8, layers=stiff film"],
     "aligned": [
@@ -219,7 +223,5 @@ def test_published_tables_are_of_these_cases(study: Study) -> None:
     products, normal = (solved[name][solved[name] > 0] for name in ("operator_products", "products_normal"))
     assert f"{products.median():g} products in the median and {products.max():g} at most" in words
     assert f"their pressures {normal.median():g} and {normal.max():g}" in words
-    assert normal.max() <= MOST_PRODUCTS * normal.median()
-    far = solved[solved.operator_products > MOST_PRODUCTS * products.median()]
-    assert set(far.grid) == {"skins_on_ellipses"}
-    assert f"{len(far)} cases take more than ten times the median's products" in words
+    for counts in (products, normal):
+        assert counts.max() <= MOST_PRODUCTS * counts.median()
