@@ -621,7 +621,7 @@ def test_classify(m: int) -> None:
         s[k] = rng.uniform(2.0, 9.0) * q[k]
     slip = rng.random(m) < 0.5
     normal, share = np.full((m, 2), 7.0), np.full(m, 7.0)
-    slipping, square = tractions.classify(q, s, bound, rho, slip, normal, share)
+    slipping, square, of_q = tractions.classify(q, s, bound, rho, slip, normal, share)
     expected_square = 0.0
     for k in range(m):
         t = q[k] - rho * s[k]
@@ -640,6 +640,7 @@ def test_classify(m: int) -> None:
         assert slip.any()
     assert slipping == slip.sum()
     assert square == pytest.approx(expected_square, rel=1e-12)
+    assert of_q == pytest.approx(np.sum(q**2), rel=1e-14)
 
 
 def test_slip_damping() -> None:
@@ -834,9 +835,9 @@ def test_arnoldi_step_and_gmres_update(n: int) -> None:
         images = (a @ z[: k + 1].T)[:, : k + 1]
         y, *_ = np.linalg.lstsq(images, start, rcond=None)
         assert residual == pytest.approx(np.linalg.norm(start - images @ y), abs=1e-10 * beta)
-        x = np.ones(n)
-        tractions.gmres_update(h, g, z, k + 1, x)
-        np.testing.assert_allclose(x, 1.0 + z[: k + 1].T @ y, rtol=1e-8, atol=1e-8)
+        x = np.full(n, np.nan)
+        tractions.gmres_update(h, g, z, z, k + 1, x, np.empty(0))
+        np.testing.assert_allclose(x, z[: k + 1].T @ y, rtol=1e-8, atol=1e-8)
         if k + 1 < n:
             np.testing.assert_allclose(v[: k + 2] @ v[: k + 2].T, np.eye(k + 2), atol=1e-12)
             # the images lie in the span of the basis: v^T images is the Hessenberg matrix, and h its R
@@ -865,13 +866,14 @@ def test_gmres_update(k: int) -> None:
     rng = np.random.default_rng(k)
     h, g, z = rng.normal(size=(k + 3, k + 2)), rng.normal(size=k + 3), rng.normal(size=(k + 2, 9))
     h[np.arange(k), np.arange(k)] += 3.0
-    x = rng.normal(size=9)
-    expected = x + z[:k].T @ np.linalg.solve(np.triu(h[:k, :k]), g[:k])
-    tractions.gmres_update(h, g, z, k, x)
-    np.testing.assert_allclose(x, expected, rtol=1e-12, atol=1e-12)
+    w, more = rng.normal(size=(k + 2, 13)), np.full(4, np.nan)
+    x = np.full(9, np.nan)
+    y = np.linalg.solve(np.triu(h[:k, :k]), g[:k])
+    tractions.gmres_update(h, g, z, w, k, x, more)
+    np.testing.assert_allclose(x, z[:k].T @ y, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(more, w[:k, 9:].T @ y, rtol=1e-12, atol=1e-12)
     h[k - 1, k - 1] = 0.0
-    x = np.zeros(9)
-    tractions.gmres_update(h, g, z, k, x)
+    tractions.gmres_update(h, g, z, w, k, x, np.empty(0))
     assert np.isfinite(x).all()
     rest = np.linalg.solve(np.triu(h[: k - 1, : k - 1]), g[: k - 1])
     np.testing.assert_allclose(x, z[: k - 1].T @ rest, rtol=1e-12, atol=1e-12)

@@ -605,7 +605,7 @@ def test_turn_is_classify_when_the_slip_is_the_same() -> None:
     s = np.stack([0.3 + 0.1 * c.cells[:, 1], np.full(c.m, -0.8)], axis=1)
     by_classify, by_turn = ((np.full((c.m, 2), 7.0), np.full(c.m, 7.0)) for _ in range(2))
     weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
-    _, square = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
+    _, square, _ = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
     tractions.centre(s, c.slip, c.neighbours, weight, centred)
     before = c.slip.copy()
     assert tractions.turn(q, centred, bound, rho, c.slip, *by_turn) == pytest.approx(square, rel=1e-14)

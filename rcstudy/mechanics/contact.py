@@ -6,7 +6,6 @@ by pressure, slip operator.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -196,14 +195,20 @@ def solve_rolling(contact: NormalContact, scene: Scene, guess: np.ndarray | None
 
     `guess`: tractions [m, 2] (MPa) to start from; without one, coarser meshes provide it.
     """
+    return _solve_rolling(contact, scene, scene.tolerance.tangential, guess)
+
+
+def _solve_rolling(
+    contact: NormalContact, scene: Scene, tolerance: float, guess: np.ndarray | None = None
+) -> RollingSolution:
+    """As `solve_rolling`; the mesh is the contact's, which may be a coarser one than that of `scene`."""
     w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure
-    tolerance = scene.tolerance.tangential
     if scene.method == "paper-cg":
-        return solve_paper_cg(contact.displacement, contact.cells, bound, w, scene.mesh.spacing[0], tolerance)
+        return solve_paper_cg(contact.displacement, contact.cells, bound, w, contact.scene.mesh.spacing[0], tolerance)
     coarse: RollingSolution | None = None
     if guess is None and contact.coarser is not None:
-        coarse = solve_rolling(contact.coarser, _like(scene, contact.coarser))
+        coarse = _solve_rolling(contact.coarser, scene, contact.coarser.scene.tolerance.tangential)
         guess = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
     rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.neighbours)
     rolling.coarser = coarse
@@ -225,11 +230,6 @@ def interpolated_tractions(
     fine, _ = interpolate(values, mask, contact.cells, place)
     guess: np.ndarray = fine * (friction * contact.pressure)[:, None]
     return guess
-
-
-def _like(scene: Scene, coarser: NormalContact) -> Scene:
-    """`scene` on the mesh, and with the tolerances, of `coarser`."""
-    return replace(scene, mesh=coarser.scene.mesh, tolerance=coarser.scene.tolerance)
 
 
 def displacement_by_tractions(contact: NormalContact, rolling: RollingSolution, box: Box) -> np.ndarray:

@@ -69,10 +69,9 @@ def gmres(
     that of the system itself. `apply` may have `extra` more rows, that are no part of the system: returns x and these
     rows' product with x.
     """
-    x, more = np.zeros(b.size), np.zeros(extra)
     beta = arrays.norm2(b[None])
     if beta == 0.0:
-        return x, more
+        return np.zeros(b.size), np.zeros(extra)
     room = room_for(b.size, extra)
     v, z, w, h, rotation, g = room.arrays
     g[0] = beta
@@ -88,7 +87,6 @@ def gmres(
         k += 1
         if residual <= relative * beta:
             break
-    tractions.gmres_update(h, g, z, k, x)
-    if extra:
-        tractions.gmres_update(h, g, w[:, b.size :], k, more)
+    x, more = np.empty(b.size), np.empty(extra)
+    tractions.gmres_update(h, g, z, w, k, x, more)
     return x, more

@@ -232,7 +232,7 @@ class NewtonSystem:
         looking = self._looking
         self.lawful = s if self.kept is None else s + self.kept
         of_law = self.bound, self.rho, self.slip, self.normal, self.share
-        self._slipping, square = tractions.classify(q, self.lawful, *of_law)
+        self._slipping, square, of_q = tractions.classify(q, self.lawful, *of_law)
         if looking is not None:
             self.lawful = looking.look(s, self.slip)
             square = tractions.turn(q, self.lawful, *of_law)
@@ -241,7 +241,7 @@ class NewtonSystem:
         largest = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
         over = (1.0 / largest - 1.0) / _LEAST if largest > 0.0 else 0.0
         self._power = max(0, round(math.log(over, 4.0))) if over > 1.0 else 0
-        residual = _relative(math.sqrt(square), min(arrays.norm2(q), self._scale))
+        residual = _relative(math.sqrt(square), min(math.sqrt(of_q), self._scale))
         if looking is not None:
             looking.judge(s, self.lawful, residual)
         return residual

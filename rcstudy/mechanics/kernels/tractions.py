@@ -81,18 +81,18 @@ def classify(
     slip: np.ndarray,
     normal: np.ndarray,
     share: np.ndarray,
-) -> tuple[int, float]:
+) -> tuple[int, float, float]:
     """Stick or slip by t = q - rho s against the bound, and the coefficients of the Newton step.
 
     q, s [m, 2] (MPa, -), bound mu p [m] (MPa), rho (MPa). A cell slips if |t| > bound; then normal = t/|t| and
     share = bound/|t|. Where t has turned against q, slip has gone through zero: such a cell is taken to stick. Returns
-    the number of cells that slip and the squared norm of q - Proj(t).
+    the number of cells that slip and the squared norms of q - Proj(t) and of q.
     """
     # a share of the bound. Without the rule cells ten times longer than wide and stiff films took thousands of
     # products, some had no end; 0 to 0.5 do as well
     turned = -0.1
     slipping = 0
-    residual = 0.0
+    residual = square = 0.0
     for m in range(q.shape[0]):
         tx = q[m, 0] - rho * s[m, 0]
         ty = q[m, 1] - rho * s[m, 1]
@@ -109,7 +109,8 @@ def classify(
             tx *= bound[m] / size
             ty *= bound[m] / size
         residual += (q[m, 0] - tx) ** 2 + (q[m, 1] - ty) ** 2
-    return slipping, residual
+        square += q[m, 0] ** 2 + q[m, 1] ** 2
+    return slipping, residual, square
 
 
 @jit
@@ -476,14 +477,23 @@ def arnoldi_step(v: np.ndarray, k: int, w: np.ndarray, h: np.ndarray, rotation: 
 
 
 @jit
-def gmres_update(h: np.ndarray, g: np.ndarray, z: np.ndarray, k: int, x: np.ndarray) -> None:
-    """x += sum of y[i] z[i], i < k, with y from the triangular system h y = g. z [>= k, n], x [n]."""
+def gmres_update(
+    h: np.ndarray, g: np.ndarray, z: np.ndarray, w: np.ndarray, k: int, x: np.ndarray, more: np.ndarray
+) -> None:
+    """x [n] = sum of y[i] z[i], i < k, with y from the triangular system h y = g, and more = that of w[i] beyond n.
+
+    z [>= k, n], w [>= k, n + size of more].
+    """
     y = np.zeros(k)
     for i in range(k - 1, -1, -1):
         total = g[i]
         for j in range(i + 1, k):
             total -= h[i, j] * y[j]
         y[i] = total / h[i, i] if h[i, i] != 0.0 else 0.0
+    x[:] = 0.0
+    more[:] = 0.0
     for i in range(k):
         for m in range(x.size):
             x[m] += y[i] * z[i, m]
+        for m in range(more.size):
+            more[m] += y[i] * w[i, x.size + m]
