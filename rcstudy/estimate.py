@@ -99,13 +99,14 @@ def error_estimates(scene: Scene, cells: int, levels: Sequence[dict[str, float]]
             noise = (fit.k + fit.coupled * coupled) * per_radius**-1.5 * scale * _part(fit, finest)
             estimate = math.hypot(fit.c * difference, noise) + fit.excess * max(difference - _FAR * noise, 0.0)
         out[f"{name}_error"] = estimate + tolerance * scale
-    if "slip_area" in finest and scene.discretisation == "aligned":
-        # borders are found within the contact's edge
-        out["slip_area_error"] = math.hypot(out["slip_area_error"], out["contact_area_error"])
-    if "slip_area" in finest and finest["slip_area"] == finest["contact_area"]:
-        out["slip_area_error"] = out["contact_area_error"]  # all slips
-    if finest.get("slip_area") == 0.0 and finest["traction_max"] > 0.0:
+    slip = finest.get("slip_area")
+    if slip is not None and slip == finest["contact_area"]:
+        out["slip_area_error"] = out["contact_area_error"]
+    elif slip == 0.0 and finest["traction_max"] > 0.0:
         out["slip_area_error"] = max(out["slip_area_error"], _UNSEEN / per_radius * finest["contact_area"])
+    elif slip and scene.discretisation == "aligned":
+        # its borders are found within the contact's edge
+        out["slip_area_error"] = math.hypot(out["slip_area_error"], out["contact_area_error"])
     return out
 
 

@@ -318,6 +318,15 @@ def test_little_friction_on_a_skin(friction, coupling, discretisation):
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize(("friction", "most"), [(0.001, 150), (0.3, 400)])
+def test_full_coupling_on_a_skin_begins_in_turn(friction, most):
+    """Newton's method alone takes 579 and 686 products from the coarser mesh's pressure, which is far off."""
+    result = of(LONG, friction=friction, coupling="full", mesh={"size": "auto", "cells": [128, 128], "margin": 1.6})
+    assert result.status == Status.SOLVED, result.reason
+    assert result.scalars["operator_products"] < most
+
+
+@pytest.mark.heavy
 def test_full_coupling_that_needs_turns():
     """A turn whose lift hardly changed was taken for the solution, though its pressure had been solved roughly only."""
     moduli_and_thicknesses = ((126866670, 0.01102), (1696.4, 0.13835), (2002.2, 0.24256), (36708.4, 0.00057))

@@ -15,8 +15,9 @@ GMRES solves for both at once. The gaps are replaced by the pressures that would
 their mean: these have the size of the error in p and need no other preconditioner. Slips have that of `rolling.py`. In
 the cascade each mesh starts from the coarser one's pressure and tractions, the coarsest from the frictionless pressure.
 
-Where coatings bend as plates, the cells in contact may not settle (two of 700 random contacts). Then pressure and
-tractions are solved in turn after all, and Newton's method ends what that began.
+Where coatings bend as plates the coarser mesh's pressure may be so far off that the cells in contact do not settle.
+Then pressure and tractions are solved in turn after all, for as long as turns gain (at once with little friction), and
+Newton's method ends what that began. If it still fails, in turn to the end.
 """
 
 from __future__ import annotations
@@ -70,6 +71,8 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 _MAX_NEWTON = 30
 _MAX_TURNS = 60
 _TURN = 0.3  # how far a turn is solved, over the error of the last one
+_FAR = 1.0  # residual of a pressure that is too far off for Newton's method to begin with
+_GAIN = 0.2  # of a turn's error that the next may leave, if Newton's method is not to take over
 _PATIENCE = 2  # Newton steps without a gain of a tenth before steps are shortened (plates need it)
 _MAX_STEPS = 100  # of one linear system
 _WEIGHT = 3.0  # of gaps against slips; 0.3 to 10 make less than a tenth of a difference to the products
@@ -225,15 +228,18 @@ class CoupledSystem:
         coupled.scatter_contact(p, q, self.cells, stress)
         return stress
 
-    def solve(self, stress: np.ndarray) -> int:
-        """Newton's method from `stress` to the scene's tolerances, if rounding allows. Returns the steps taken."""
+    def solve(self, stress: np.ndarray, farthest: float) -> int:
+        """Newton's method from `stress` to the scene's tolerances, if rounding allows. Returns the steps taken.
+
+        None if the pressure's residual is beyond `farthest`.
+        """
         without_tractions = stress * np.array([0.0, 0.0, 1.0])[:, None, None]
         self.scale = (self.operator.responses(without_tractions) + self.rigid)[:2]
         self.products += 1
         self.look(stress)
         self.attainable = self.operator.torus.attainable(self.rigid[2], self.response[2], self.stress[2])
         hopeless = self.scene.tolerance.normal < HOPELESS * self.attainable
-        return 0 if hopeless else newton.solve(self, _MAX_NEWTON, _PATIENCE)
+        return 0 if hopeless or self.residual_normal > farthest else newton.solve(self, _MAX_NEWTON, _PATIENCE)
 
 
 def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[NormalContact, RollingSolution]:
@@ -246,18 +252,17 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
     began_at_edge = at_edge(Box.around(contact.solution.p > 0.0), scene.mesh.cells)
     stress = np.stack([contact.spread(q[:, 0]), contact.spread(q[:, 1]), contact.solution.p])
     box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)
-    start, taken_in_turn = stress, False
+    start, gains = stress, [np.inf, _GAIN]
     iterations = products = 0
     while True:
         system = CoupledSystem(scene, influence, box)
-        iterations += system.solve(np.ascontiguousarray(stress[:, *box.slices]))
+        iterations += system.solve(np.ascontiguousarray(stress[:, *box.slices]), _FAR if gains else np.inf)
         products += system.products
         stress = np.zeros_like(stress)
         stress[:, *box.slices] = system.stress
         touched = Box.around(stress[2] > 0.0)
-        if not system.solved and not taken_in_turn and scene.tolerance.normal >= system.attainable:
-            stress, box, turns, more = _in_turn(scene, influence, start)
-            taken_in_turn = True
+        if not system.solved and gains and scene.tolerance.normal >= system.attainable:
+            stress, box, turns, more = _in_turn(scene, influence, start, gains.pop())
             iterations += turns
             products += more
             continue
@@ -298,21 +303,24 @@ def _start(scene: Scene, influence: Influence) -> tuple[NormalContact, np.ndarra
     return contact, interpolated_tractions(coarser, coarse, contact, scene.friction), coarse
 
 
-def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray) -> tuple[np.ndarray, Box, int, int]:
+def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float) -> tuple[np.ndarray, Box, int, int]:
     """Stresses [3, nx, ny] of the window from `stress`, by pressure and tractions in turn; box, turns, products.
 
-    Each turn is solved as far as the change of u_z by the last one asks for; Aitken's relaxation, as plain substitution
-    may swing or creep.
+    Until a turn leaves more than the part `gain` of the last one's error. Each turn is solved as far as the change of
+    u_z by the last one asks for; Aitken's relaxation, as plain substitution may swing or creep.
     """
     own = scene.tolerance
     gap = initial_gap(scene)
     box = Box(0, 0, 0, 0)
     lift, change = np.zeros(gap.shape), np.zeros(gap.shape)
     error = relaxation = 1.0
+    before = np.inf
     turn = products = 0
     tolerance = Tolerance(1.0, 1.0)
     # a lift that hardly changes is not enough, if what it came from was only solved roughly
     while turn < _MAX_TURNS and (error > max(own.normal, own.tangential) or tolerance != own):
+        if error > gain * before:
+            break
         tolerance = Tolerance(max(own.normal, _TURN * error), max(own.tangential, _TURN * error))
         eased = replace(scene, tolerance=tolerance)
         pressure = solve_pressure(eased, influence, gap + lift, stress[2])
@@ -325,6 +333,7 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray) -> tuple[np
             box = contact.box.grown(contact.box.shape[0] // 4 + 2, contact.box.shape[1] // 4 + 2, scene.mesh.cells)
         last, change = change, -lift
         change[box.slices] += displacement_by_tractions(contact, rolling, box)
+        before = error if turn > 0 else np.inf
         error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap, 0.0))
         turn += 1
         if turn > 2:  # the first change is from none to all
