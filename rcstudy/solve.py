@@ -158,8 +158,7 @@ def _polished(
         if scene.method != "newton" or not rolling.converged or not failures(proof, scene):
             break
         tolerance *= 0.1
-        tighter = replace(scene, tolerance=replace(scene.tolerance, tangential=tolerance))
-        further = solve_rolling(contact, tighter, rolling.q)
+        further = solve_rolling(contact, scene, rolling.q, tolerance)
         further.iterations += rolling.iterations
         further.products += rolling.products
         further.coarser = rolling.coarser
@@ -177,13 +176,12 @@ def _coarser_numbers(
     """Scalars on the coarser meshes the solution started from, finest first."""
     coarser = contact.coarser
     while coarser is not None and not coarser.solution.edge:
-        like = replace(scene, mesh=coarser.scene.mesh)
         scalars = _normal_numbers(coarser)
         if rolling is not None:
             if rolling.coarser is None:
                 return
             rolling = rolling.coarser
-            scalars |= _rolling_numbers(coarser, like, rolling)
+            scalars |= _rolling_numbers(coarser, scene, rolling)
         yield scalars
         coarser = coarser.coarser
 
@@ -216,8 +214,8 @@ def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSoluti
 
 
 def _rolling_numbers(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> dict[str, float]:
-    """Scalars that follow from the tractions."""
-    dx, dy = scene.mesh.spacing
+    """Scalars that follow from the tractions on the mesh of `contact`."""
+    dx, dy = contact.scene.mesh.spacing
     x, y = contact.levers
     qx, qy = rolling.q.T
     slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)

@@ -17,10 +17,12 @@ from cubes import write_cube
 
 import rcstudy
 from rcstudy import cube as cube_module
+from rcstudy import layout
 from rcstudy.cube import case_dims, case_table, grids, open_cube, to_dataset
 from rcstudy.errors import UserError
 from rcstudy.layout import MISSING, SCHEMA_ATTRIBUTE
 from rcstudy.result import VARIABLES, CellState, Result, Status
+from rcstudy.spec import RESERVED_NAMES
 
 ENGINES = ("h5netcdf", "netcdf4")
 
@@ -235,6 +237,12 @@ def test_results_must_fit_the_study(tmp_path: Path) -> None:
     refused([(case, replace(result, scalars={"force": 1.0})), *made.results[1:]], r"unknown variables \['force'\]")
     turned = {**result.fields, "pressure": result.fields["pressure"].T}
     refused([(case, replace(result, fields=turned)), *made.results[1:]], r"shape \(24, 32\)")
+
+
+def test_names_that_the_cube_uses_are_reserved() -> None:
+    """So that a grid or a label of such a name is refused where the study is read, not when the cube is laid out."""
+    own = {layout.ENTRY, layout.LAYER, layout.LABEL, layout.GRID, layout.CASE_KEY, "x", "y"}
+    assert {*VARIABLES, *layout.SETTINGS, *layout.LAYER_SETTINGS, *own} <= RESERVED_NAMES
 
 
 def test_names_that_would_hide_each_other_are_refused(tmp_path: Path) -> None:

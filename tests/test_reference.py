@@ -42,7 +42,7 @@ def bodies(case: dict[str, Any]) -> tuple[Material, tuple[Layer, ...]]:
 
 @pytest.mark.parametrize("name", FRF)
 def test_frequency_response_matches_60_digits(name: str) -> None:
-    """1e-10 in every entry: what the issue asks. (Measured: 3e-13.)"""
+    """1e-10 in every entry: what the issue asks. (Measured: 5e-13.)"""
     rows = np.array([[float(number) for number in row] for row in FRF[name]["rows"]])
     substrate, layers = bodies(FRF[name])
     response = frequency_response(substrate, layers, rows[:, 0])

@@ -224,8 +224,8 @@ def tampered_tractions(
     """`scene` with its tractions changed behind the solver's back."""
     original = SOLVE.solve_rolling
 
-    def solve(contact: NormalContact, scene: Scene, guess: np.ndarray | None = None) -> RollingSolution:
-        rolling = original(contact, scene, guess)
+    def solve(contact: NormalContact, scene: Scene, *start: object) -> RollingSolution:
+        rolling = original(contact, scene, *start)
         rolling.q, rolling.s, rolling.slip = rolling.q.copy(), rolling.s.copy(), rolling.slip.copy()
         tamper(rolling, contact)
         return rolling
@@ -337,8 +337,8 @@ def test_proof_catches_traction_beyond_the_bound(monkeypatch: pytest.MonkeyPatch
     """The tractions of ten times the friction: they stick everywhere, beyond what the friction holds."""
     original = SOLVE.solve_rolling
 
-    def solve(contact: NormalContact, scene: Scene, guess: np.ndarray | None = None) -> RollingSolution:
-        rolling = original(contact, replace(scene, friction=10.0), guess)
+    def solve(contact: NormalContact, scene: Scene, *start: object) -> RollingSolution:
+        rolling = original(contact, replace(scene, friction=10.0), *start)
         assert not rolling.slip.all()
         return rolling
 

@@ -49,7 +49,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
         return unsolved, None, lambda box: displacement_by_tractions(start, rolling, box)
     contact, total, spent = AlignedContact(start), start.solution, rolling
     coarser = contact.coarser
-    rolling = solve_rolling(contact, replace(scene, tolerance=Tolerance(own.normal, max(own.tangential, _FIRST))))
+    rolling = solve_rolling(contact, scene, tolerance=max(own.tangential, _FIRST))
     coarse = rolling.coarser
     gap = initial_gap(scene)
     lift, change = np.zeros(gap.shape), np.zeros(gap.shape)

@@ -190,25 +190,22 @@ def solve_normal(scene: Scene, influence: Influence | None = None) -> NormalCont
     return NormalContact(scene, influence, solution, coarser=coarser)
 
 
-def solve_rolling(contact: NormalContact, scene: Scene, guess: np.ndarray | None = None) -> RollingSolution:
-    """Tractions of `scene` under the pressure of `contact`.
-
-    `guess`: tractions [m, 2] (MPa) to start from; without one, coarser meshes provide it.
-    """
-    return _solve_rolling(contact, scene, scene.tolerance.tangential, guess)
-
-
-def _solve_rolling(
-    contact: NormalContact, scene: Scene, tolerance: float, guess: np.ndarray | None = None
+def solve_rolling(
+    contact: NormalContact, scene: Scene, guess: np.ndarray | None = None, tolerance: float | None = None
 ) -> RollingSolution:
-    """As `solve_rolling`; the mesh is the contact's, which may be a coarser one than that of `scene`."""
+    """Tractions of `scene` under the pressure of `contact`, whose mesh may be coarser than that of `scene`.
+
+    `guess`: tractions [m, 2] (MPa) to start from; without one, coarser meshes provide it. `tolerance`: other than that
+    of `scene`.
+    """
     w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure
+    tolerance = tolerance or scene.tolerance.tangential
     if scene.method == "paper-cg":
         return solve_paper_cg(contact.displacement, contact.cells, bound, w, contact.scene.mesh.spacing[0], tolerance)
     coarse: RollingSolution | None = None
     if guess is None and contact.coarser is not None:
-        coarse = _solve_rolling(contact.coarser, scene, contact.coarser.scene.tolerance.tangential)
+        coarse = solve_rolling(contact.coarser, scene, tolerance=contact.coarser.scene.tolerance.tangential)
         guess = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
     rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.neighbours)
     rolling.coarser = coarse

@@ -193,7 +193,7 @@ class CoupledSystem:
         coupled.scatter_unknowns(v, self.cells, f.slip, f.normal, self.scene.friction, f.unit, plan.real)
         self.operator.multiply()
         slips = np.empty(2 * m)  # not wanted: the step's end is cut and scaled, so that they are another's
-        tractions.gather_slip(plan.flat[:2], v[m:], *f.rows, slips, out[m:])
+        tractions.gather_slip(plan.flat[:2], v[m:], f.places, *f.rows, slips, out[m:])
         self.operator.closing(plan.real[2], self.cells, self.unit, out[:m])
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
@@ -221,7 +221,7 @@ class CoupledSystem:
         m, f, friction = len(self.cells), self.friction, self.scene.friction
         residual = np.empty(3 * m)
         np.multiply(self.closing, -self.unit, out=residual[:m])
-        tractions.newton_residual(self.s, self.q, *f.rows[1:], friction * self.p, f.unit, residual[m:])
+        tractions.newton_residual(self.s, self.q, *f.rows, friction * self.p, f.unit, residual[m:])
         change, _ = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS)
         p, q, stress = self.p.copy(), self.q.copy(), np.empty_like(self.stress)
         coupled.move_contact(change, f.slip, f.normal, friction, f.unit, self.total, p, q)

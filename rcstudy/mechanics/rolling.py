@@ -19,9 +19,9 @@ no fewer steps. Slips, linear in q, are known from the linear system's own produ
 
 The linear systems are solved by GMRES. Its preconditioner treats stick cells first: B is the upwind difference of a
 convolution, so its inverse is nearly a sum along each row from the leading edge followed by the inverse convolution.
-Then the slip cells, with what is left of their residual: (B + d)^-1 with one d for all, the least of theirs, scaled on
-both sides by the root of c, which is right for short waves. Both work on a torus no larger than the contact. So the
-number of products hardly depends on the mesh.
+Then the slip cells, with what is left of their residual: with one d for all, 2 b or what the least of them has (within
+a factor of 2), by the root of c (1 + d/b) (B + d)^-1 and the root of 1/c, which is right for short waves. Both work on
+a torus no larger than the contact. So the number of products hardly depends on the mesh.
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ from rcstudy.mechanics.wrapped import positive_tractions
 _MAX_NEWTON = 60
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
-_LEAST = 2.0  # d of the preconditioner, over b; where all cells slip by more it is larger by powers of 4
+_SHIFT = 2.0  # d of the preconditioner, over b; where all cells slip by more it is larger by powers of 4
+_LARGEST = 1e30  # of that, over `_SHIFT`
 _WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
 
 
@@ -93,7 +94,8 @@ class RollingSolution:
 class SlipOperator:
     """The operator B (slip by tractions, 1/MPa) on a box of cells, and the inverse convolution of its preconditioner.
 
-    Immutable once made: belongs to one set of bodies, one mesh and one box; used by all creepages.
+    Belongs to one set of bodies, one mesh and one box; used by all creepages. Nothing in it changes once made, but that
+    symbols of the preconditioner are made when they are first wanted.
     """
 
     @staticmethod
@@ -143,9 +145,9 @@ class SlipOperator:
         return other
 
     def torus_shifted(self, power: int) -> np.ndarray:
-        """Symbol of the inverse of B + d, times 1 + d/b, with d = `_LEAST` 4^power b."""
+        """Symbol of the inverse of B + d, times 1 + d/b, with d = `_SHIFT` 4^power b."""
         if power not in self._shifted:
-            over = _LEAST * 4.0**power
+            over = _SHIFT * 4.0**power
             inverse = _inverse(self._difference, over * self.diagonal, self._torus)
             self._shifted[power] = _packed((1.0 + over) * inverse)
         return self._shifted[power]
@@ -211,8 +213,7 @@ class NewtonSystem:
         self._damping, self._root = np.zeros(n), np.ones(n)
         self._power = 0  # of d in the preconditioner
         self.products = 0
-        # the cells' places, and what makes the rows of the system
-        self.rows = self.places, self.slip, self.normal, self.share, operator.diagonal
+        self.rows = self.slip, self.normal, self.share, operator.diagonal  # what makes the rows of the system
         self._no_slip = np.zeros(n, dtype=np.bool_)
         self._slipping = 0  # number of slip cells
         self.lawful = w  # slips as the law of friction wants them, of the last ones that were classified
@@ -232,16 +233,16 @@ class NewtonSystem:
         looking = self._looking
         self.lawful = s if self.kept is None else s + self.kept
         of_law = self.bound, self.rho, self.slip, self.normal, self.share
-        self._slipping, square, of_q = tractions.classify(q, self.lawful, *of_law)
+        self._slipping, miss, square = tractions.classify(q, self.lawful, *of_law)
         if looking is not None:
             self.lawful = looking.look(s, self.slip)
-            square = tractions.turn(q, self.lawful, *of_law)
+            miss = tractions.turn(q, self.lawful, *of_law)
         operator = self.operator
         coupling = operator.diagonal * operator.spacing[0] / operator.compliance
         largest = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
-        over = (1.0 / largest - 1.0) / _LEAST if largest > 0.0 else 0.0
-        self._power = max(0, round(math.log(over, 4.0))) if over > 1.0 else 0
-        residual = _relative(math.sqrt(square), min(math.sqrt(of_q), self._scale))
+        over = (1.0 / largest - 1.0) / _SHIFT if largest > 0.0 else 1.0
+        self._power = round(math.log(min(max(over, 1.0), _LARGEST), 4.0))
+        residual = _relative(math.sqrt(miss), min(math.sqrt(square), self._scale))
         if looking is not None:
             looking.judge(s, self.lawful, residual)
         return residual
@@ -260,9 +261,9 @@ class NewtonSystem:
         self._multiply(v, self.slip)
         field, looking = self.operator.plan.flat, self._looking
         if looking is None:
-            tractions.gather_slip(field, v, *self.rows, slips, rows)
+            tractions.gather_slip(field, v, self.places, *self.rows, slips, rows)
         else:
-            tractions.gather_centred_slip(field, v, *self.rows, looking.weight, slips, rows)
+            tractions.gather_centred_slip(field, v, self.places, *self.rows, looking.weight, slips, rows)
 
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
         """Slips by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
@@ -305,7 +306,7 @@ class NewtonSystem:
         system's products tell those of the step: no other product is needed.
         """
         residual = np.empty(q.size)
-        tractions.newton_residual(self.lawful, q, *self.rows[1:], self.bound, self.unit, residual)
+        tractions.newton_residual(self.lawful, q, *self.rows, self.bound, self.unit, residual)
         change, slips = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS, q.size)
         after = np.empty(q.shape)
         tractions.add_step(q, change, self.slip, self.normal, self.unit, after)
