@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from rcstudy.mechanics.scene import Scene
+from rcstudy.mechanics.scene import Creepage, Scene
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,13 @@ _FAR = 6.0  # differences between meshes beyond so many times the noise are more
 _UNSEEN = 0.3
 
 
-def error_estimates(scene: Scene, cells: int, levels: Sequence[dict[str, float]]) -> dict[str, float]:
+def error_estimates(
+    scene: Scene, cells: int, levels: Sequence[dict[str, float]], unsettled: float = 0.0
+) -> dict[str, float]:
     """`<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
 
-    `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact.
+    `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact;
+    `unsettled`: by how much of their bounds tractions are off (`RollingSolution`).
     """
     finest = levels[0]
     per_radius = math.sqrt(cells / math.pi)
@@ -100,16 +103,27 @@ def error_estimates(scene: Scene, cells: int, levels: Sequence[dict[str, float]]
                 difference = max(difference, 0.5 * abs(values[1] - values[2]))
             noise = (fit.k + fit.coupled * pull) * per_radius**-1.5 * scale * _part(fit, finest)
             estimate = math.hypot(fit.c * difference, noise) + fit.excess * max(difference - _FAR * noise, 0.0)
-        out[f"{name}_error"] = estimate + tolerance * scale
+        off = tolerance + (unsettled if fit.scale.startswith("friction") else 0.0)
+        out[f"{name}_error"] = estimate + off * scale
     slip = finest.get("slip_area")
     if slip is not None and slip == finest["contact_area"]:
         out["slip_area_error"] = out["contact_area_error"]
     elif slip == 0.0 and finest["traction_max"] > 0.0:
         out["slip_area_error"] = max(out["slip_area_error"], _UNSEEN / per_radius * finest["contact_area"])
+        # and what pressure it has, that goes like the root of the distance from the edge
+        power = (_UNSEEN / per_radius) ** 1.5 * force * _fastest(scene.creepage, finest["contact_radius"])
+        out["friction_power_error"] = max(out["friction_power_error"], power)
     elif slip and scene.discretisation == "aligned" and len(levels) > 1:
         # its borders are found within the contact's edge
         out["slip_area_error"] = math.hypot(out["slip_area_error"], out["contact_area_error"])
     return out
+
+
+def _fastest(creepage: Creepage | None, radius: float) -> float:
+    """Largest rigid slip within `radius` (mm), about."""
+    if creepage is None:
+        return 0.0
+    return math.hypot(creepage.longitudinal, creepage.lateral) + abs(creepage.spin) * radius
 
 
 def _part(fit: Fit, finest: dict[str, float]) -> float:

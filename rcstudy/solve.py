@@ -20,6 +20,8 @@ from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import CellState, Result, Status
 
+_UNSETTLED = 1e-2  # of the bound, that tractions on aligned cells may be off by what centring keeps adding
+
 # a process has one set of buffers for its transforms, and one for its linear systems
 _one_at_a_time = threading.Lock()
 
@@ -131,13 +133,21 @@ def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         proof |= more_proof
         fields |= _rolling_fields(contact, scene, rolling)
         scalars |= _rolling_numbers(contact, scene, rolling)
+        if rolling.unsettled > _UNSETTLED:
+            status = Status.NOT_CONVERGED
+            reasons.append(
+                f"tractions: directions of slip at the centres of cells do not settle, by {rolling.unsettled:.2g} of "
+                "the bound"
+            )
         if not rolling.converged:
             status = Status.NOT_CONVERGED
             reasons.append(
                 f"tractions: residual {rolling.residual:.3g} after {rolling.iterations} iterations, "
                 f"tolerance {scene.tolerance.tangential:g}"
             )
-    scalars |= error_estimates(scene, contact.cells.shape[0], [scalars, *_coarser_numbers(contact, scene, rolling)])
+    levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
+    unsettled = rolling.unsettled if rolling is not None else 0.0
+    scalars |= error_estimates(scene, contact.cells.shape[0], levels, unsettled)
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED

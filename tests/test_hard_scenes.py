@@ -425,6 +425,48 @@ def test_no_traction_beyond_the_largest_bound():
 
 
 @pytest.mark.heavy
+def test_directions_of_slip_settle_by_looking_again():
+    """What was added to the slip was kept for good: status 0 with a moment of 3.2e-5, that must be none."""
+    layers = (
+        Layer(11321436.0, 0.0, 0.019747761188563855),
+        Layer(1892.9673, 0.0, 0.01325575316546683),
+        Layer(864.5784, 0.49, 0.016727346756831483),
+        Layer(7301805.0, 0.3, 0.09425600149439639),
+    )
+    scene = Scene(
+        Material(210000.0, 0.0),
+        (838.2108817796344, 3.8372861474829065),
+        1070.750617077858,
+        Mesh((7.547298183005571, 0.2608904245115601), (60, 60)),
+        layers,
+        None,
+        1.867465637088036e-05,
+        Creepage(9.857295069322023e-08),
+        discretisation="aligned",
+        tolerance=Tolerance(1e-8, 1e-8),
+    )
+    result = solved(scene)
+    for name in ("force_y", "moment_z"):
+        assert abs(result.scalars[name]) <= result.scalars[f"{name}_error"]
+
+
+@pytest.mark.parametrize("friction", [30.0, 100.0])
+def test_full_coupling_that_lifts_the_surface_beyond_the_approach(friction):
+    """Divided by the overlap of the undeformed bodies, of which nothing was left."""
+    scene = steel(Mesh((4.0, 4.0), (24, 24)), counterbody=Material(2100.0, 0.3), friction=friction)
+    result = solve_scene(replace(scene, creepage=Creepage(1.0), coupling="full", tolerance=Tolerance(1e-6, 1e-6)))
+    assert result.status in (Status.REFUSED, Status.NOT_CONVERGED)
+
+
+def test_power_of_slip_that_is_not_seen_has_an_error_bar():
+    """Where all cells stick the sum is rounding; what half a cell at the trailing edge takes is within the bar."""
+    base = steel(Mesh((1.2, 1.2), (16, 16)), counterbody=STEEL, friction=0.6, creepage=Creepage(1e-5))
+    own, fine = (solved(replace(base, mesh=Mesh((1.2, 1.2), (n, n)), tolerance=TIGHT)).scalars for n in (16, 64))
+    assert own["slip_area"] == 0.0 < fine["slip_area"]
+    assert abs(own["friction_power"] - fine["friction_power"]) <= own["friction_power_error"]
+
+
+@pytest.mark.heavy
 def test_slip_that_is_not_seen_has_an_error_bar():
     """Slip in a zone narrower than half a cell shows on finer meshes only."""
     scene = {

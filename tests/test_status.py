@@ -333,6 +333,25 @@ def test_proof_catches_stick_called_slip(monkeypatch: pytest.MonkeyPatch) -> Non
     failed(tampered_tractions(monkeypatch, tamper), "proof_bound")
 
 
+@pytest.mark.parametrize(("unsettled", "status"), [(0.009, Status.SOLVED), (0.011, Status.NOT_CONVERGED)])
+def test_directions_of_slip_that_do_not_settle(
+    monkeypatch: pytest.MonkeyPatch, unsettled: float, status: Status
+) -> None:
+    """Tractions that miss the law by a part of their bound: in the error bars of resultants, and no result if large."""
+    usual = solve_scene(replace(SCENE, tolerance=TAMPERED)).scalars
+
+    def tamper(rolling: RollingSolution, contact: NormalContact) -> None:
+        rolling.unsettled = unsettled
+
+    result = tampered_tractions(monkeypatch, tamper)
+    assert result.status == status
+    assert ("do not settle, by" in result.reason) == (status != Status.SOLVED)
+    force = SCENE.friction * SCENE.load
+    for name, scale in (("force_x", force), ("force_y", force), ("moment_z", force * usual["contact_radius"])):
+        assert result.scalars[f"{name}_error"] == pytest.approx(usual[f"{name}_error"] + unsettled * scale, rel=1e-12)
+    assert result.scalars["slip_area_error"] == usual["slip_area_error"]
+
+
 def test_proof_catches_traction_beyond_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     """The tractions of ten times the friction: they stick everywhere, beyond what the friction holds."""
     original = SOLVE.solve_rolling

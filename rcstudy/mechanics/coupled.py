@@ -252,17 +252,22 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
     began_at_edge = at_edge(Box.around(contact.solution.p > 0.0), scene.mesh.cells)
     stress = np.stack([contact.spread(q[:, 0]), contact.spread(q[:, 1]), contact.solution.p])
     box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)
-    start, gains = stress, [np.inf, _GAIN]
+    start, farthest = stress, _FAR
     iterations = products = 0
+    taken_in_turn = False
     while True:
         system = CoupledSystem(scene, influence, box)
-        iterations += system.solve(np.ascontiguousarray(stress[:, *box.slices]), _FAR if gains else np.inf)
+        steps = system.solve(np.ascontiguousarray(stress[:, *box.slices]), farthest)
+        iterations += steps
         products += system.products
         stress = np.zeros_like(stress)
         stress[:, *box.slices] = system.stress
         touched = Box.around(stress[2] > 0.0)
-        if not system.solved and gains and scene.tolerance.normal >= system.attainable:
-            stress, box, turns, more = _in_turn(scene, influence, start, gains.pop())
+        if not system.solved and not taken_in_turn and scene.tolerance.normal >= system.attainable:
+            # not begun, as the pressure was too far off, or failed
+            taken_in_turn = steps > 0 or farthest == np.inf
+            farthest = np.inf
+            stress, box, turns, more = _in_turn(scene, influence, start, np.inf if taken_in_turn else _GAIN)
             iterations += turns
             products += more
             continue
@@ -334,7 +339,7 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
         last, change = change, -lift
         change[box.slices] += displacement_by_tractions(contact, rolling, box)
         before = error if turn > 0 else np.inf
-        error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap, 0.0))
+        error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap - lift, 0.0))
         turn += 1
         if turn > 2:  # the first change is from none to all
             relaxation = relaxed(relaxation, last, change)

@@ -59,6 +59,7 @@ from rcstudy.mechanics.wrapped import positive_tractions
 _MAX_NEWTON = 60
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
+_SETTLED = 1e-4  # part of their bound that tractions may be off by what centring keeps adding
 _SHIFT = 2.0  # d of the preconditioner, over b; where all cells slip by more it is larger by powers of 4
 _LARGEST = 1e30  # of that, over `_SHIFT`
 _WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
@@ -70,8 +71,9 @@ class RollingSolution:
 
     `residual`: see `solve_tractions`; `products`: operator and preconditioner products on the mesh itself;
     `s_ahead` [m, 2]: slips where they belong, half a cell ahead of the centres for which `s` has them (`centring.py`),
-    on cells that are not moved the same ones; `centring` [m, 2]: what it kept adding to the slip; `coarser`: the
-    solution with cells of twice the size that it started from.
+    on cells that are not moved the same ones; `centring` [m, 2]: what it kept adding to the slip, and `unsettled`: by
+    how much of their bounds tractions are off because of that; `coarser`: the solution with cells of twice the size
+    that it started from.
     """
 
     q: np.ndarray
@@ -84,6 +86,7 @@ class RollingSolution:
     s_ahead: np.ndarray
     coarser: RollingSolution | None = None
     centring: np.ndarray | None = None
+    unsettled: float = 0.0
 
     @property
     def coarse_products(self) -> int:
@@ -247,6 +250,21 @@ class NewtonSystem:
             looking.judge(s, self.lawful, residual)
         return residual
 
+    def look_anew(self) -> None:
+        """No longer add to the slip what was kept, but look at it."""
+        if self.centring is not None:
+            self.centring.begin()
+
+    def unsettled(self, q: np.ndarray, s: np.ndarray) -> float:
+        """By how much tractions `q` miss the law for slips `s` looked at anew, over the sum of all bounds."""
+        if self.centring is None:
+            return 0.0
+        rest = q - self.rho * self.centring.look(s, self.slip)
+        size = np.hypot(*rest.T)
+        on_circle = self.slip | (size > self.bound)
+        lawful = rest * np.where(on_circle, self.bound / np.maximum(size, 1e-300), 1.0)[:, None]
+        return float(np.hypot(*(q - lawful).T).sum() / self.bound.sum())
+
     def slips(self, q: np.ndarray) -> np.ndarray:
         """Slip [m, 2] under tractions `q` [m, 2]."""
         s = np.empty(q.shape)
@@ -333,15 +351,23 @@ def solve_tractions(
     system = NewtonSystem(operator, cells, bound, w, neighbours)
     state = _Tractions(system, guess, tolerance)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
-    if system.centring is not None and system.kept is not None and state.solved:
-        system.centring.begin()
+    unsettled, before = 0.0, np.inf
+    while system.kept is not None and state.solved:
+        unsettled = system.unsettled(state.q, state.s)
+        if before < np.inf and not _SETTLED < unsettled < 0.5 * before:
+            break
+        before = unsettled
+        system.look_anew()
         state.look_again()
         iterations += newton.solve(state, _MAX_NEWTON, _PATIENCE)
+        unsettled = 0.0
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
     q, s = on_bound(state.q, system.slip, system.normal, bound), system.lawful
     residual = state.residual * tolerance
-    solved, products = state.solved, system.products
-    return RollingSolution(q, s, system.slip, residual, iterations, products, solved, state.s, centring=system.kept)
+    products, solved = system.products, state.solved
+    return RollingSolution(
+        q, s, system.slip, residual, iterations, products, solved, state.s, None, system.kept, unsettled
+    )
 
 
 class _Tractions:
