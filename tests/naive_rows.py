@@ -46,21 +46,27 @@ def cells_of_row(p: np.ndarray) -> np.ndarray:
 def edges(p: np.ndarray, seen: np.ndarray, true: np.ndarray) -> dict[int, tuple[float, float]]:
     """Where the contact of each row under pressure p [nx, ny] begins and ends: {row: (back, front)}."""
     rows = {j: cells for j in range(p.shape[1]) if (cells := cells_of_row(p[:, j])).size}
-    longest = max(rows, key=lambda j: (len(rows[j]), -j))
+    tops = {j: float(np.mean(p[middles(cells), j] ** 2)) for j, cells in rows.items()}
+    longest = max(rows, key=lambda j: (len(rows[j]), tops[j], -j))
     found: dict[int, tuple[float, float]] = {}
     for order in (sorted(j for j in rows if j >= longest), sorted((j for j in rows if j <= longest), reverse=True)):
         cells = rows[longest]
         # a semicircle of the row's length; for want of three cells in the longest row
-        bend = -(p[cells[(len(cells) - 1) // 2], longest] ** 2) / (0.5 * len(cells)) ** 2
+        bend = -tops[longest] / (0.5 * len(cells)) ** 2
         for j in order:
             cells, v = rows[j], p[rows[j], j] ** 2
             if len(cells) >= 3:
-                middle = (len(cells) - 1) // 2
-                bend = min(0.0, float(np.polyfit([-1.0, 0.0, 1.0], v[middle - 1 : middle + 2], 2)[0]))
+                around = [v[k - 1 : k + 2] for k in middles(np.arange(len(v)))]
+                bend = min(0.0, float(np.mean([np.polyfit([-1.0, 0.0, 1.0], three, 2)[0] for three in around])))
             # outwards from the outermost cell's centre, the others lie behind it at -1, -2
             back, front = (outwards(side, bend, seen, true) for side in (v, v[::-1]))
             found[j] = (float(cells[0] - back), float(cells[-1] + front))
     return found
+
+
+def middles(cells: np.ndarray) -> np.ndarray:
+    """The middle one of `cells`, the middle two of an even number."""
+    return cells[(len(cells) - 1) // 2 : len(cells) // 2 + 1]
 
 
 def outwards(v: np.ndarray, bend: float, seen: np.ndarray, true: np.ndarray) -> float:

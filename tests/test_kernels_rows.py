@@ -117,6 +117,19 @@ def test_row_edges(shape: tuple[int, int], seed: int) -> None:
             np.testing.assert_allclose(edges[:, j], expected[j], atol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_row_edges_of_what_is_mirrored(seed: int) -> None:
+    """Along either axis; of an even number of cells, and of rows as long as each other, neither is the first."""
+    rng = np.random.default_rng(seed)
+    p = np.where(ellipse((8, 6), (3.5, 2.5), (2.2 + 0.3 * seed, 3.2)) > 0.0, rng.uniform(0.2, 1.0, size=(8, 6)), 0.0)
+    low, high, edges = found_edges(p, SEEN, TRUE)
+    touched = high >= low
+    _, _, along = found_edges(np.ascontiguousarray(p[::-1]), SEEN, TRUE)
+    np.testing.assert_allclose((7.0 - along[::-1])[:, touched], edges[:, touched], atol=1e-12)
+    _, _, across = found_edges(np.ascontiguousarray(p[:, ::-1]), SEEN, TRUE)
+    np.testing.assert_allclose(across[:, ::-1][:, touched], edges[:, touched], atol=1e-12)
+
+
 # --- cells of moved rows ---
 
 

@@ -44,28 +44,35 @@ def row_edges(
 
     p^2 is nearly a parabola in the distance to the edge (Hertz: exactly): its root, from the outer three cells, is
     `corrected` by the table for what cells make of an edge that falls between them. A row of fewer cells takes the
-    parabola's curvature from its neighbour on the side of the longest row; that row itself, if it is one, from a
-    semicircle (of p) over its cells. Rows without contact: high < low.
+    parabola's curvature from its neighbour on the side of the longest row (of the one pressed most in the middle, if
+    there are several); that row itself, if it is one, from a semicircle (of p) over its cells. An even number of cells
+    has two middle ones, and edges of what is mirrored are mirrored. Rows without contact: high < low.
     """
     nx, ny = p.shape
-    longest = 0
+    longest, top = 0, 0.0
     for j in range(ny):
         low[j], high[j] = nx, -1
         for i in range(nx):
             if p[i, j] > 0.0:
                 low[j] = min(low[j], i)
                 high[j] = i
-        if high[j] - low[j] > high[longest] - low[longest]:
-            longest = j
+        if high[j] < low[j]:
+            continue
+        a, b = (low[j] + high[j]) // 2, (low[j] + high[j] + 1) // 2
+        middle = 0.5 * (p[a, j] ** 2 + p[b, j] ** 2)
+        longer = (high[j] - low[j]) - (high[longest] - low[longest])
+        if longer > 0 or (longer == 0 and middle > top):
+            longest, top = j, middle
     for sense in (1, -1):
-        bend = -(p[(low[longest] + high[longest]) // 2, longest] ** 2) / (0.5 * (high[longest] - low[longest] + 1)) ** 2
+        bend = -top / (0.5 * (high[longest] - low[longest] + 1)) ** 2
         for j in range(longest, ny if sense > 0 else -1, sense):
             a, b = low[j], high[j]
             if b < a:
                 continue
             if b - a >= 2:
-                middle = (a + b) // 2
-                here = 0.5 * (p[middle + 1, j] ** 2 - 2.0 * p[middle, j] ** 2 + p[middle - 1, j] ** 2)
+                here = 0.0
+                for k in ((a + b) // 2, (a + b + 1) // 2):
+                    here += 0.25 * (p[k + 1, j] ** 2 - 2.0 * p[k, j] ** 2 + p[k - 1, j] ** 2)
                 bend = min(here, 0.0)
             for side in range(2):
                 first = a if side == 0 else b
