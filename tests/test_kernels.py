@@ -22,7 +22,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 import rcstudy
 from rcstudy import deflate as deflating
-from rcstudy.mechanics.kernels import arrays, coefficients, coupled, deflate, pressure, tractions
+from rcstudy.mechanics.kernels import arrays, coefficients, coupled, deflate, meshes, pressure, tractions
 from rcstudy.mechanics.scene import Layer, Material
 
 STEEL = Material(210000.0, 0.3)
@@ -587,6 +587,14 @@ def test_scatter_traction(shape: tuple[int, int]) -> None:
     assert not c.elsewhere(out).any()
 
 
+def test_slip_row() -> None:
+    """Slip along the bound's direction counts for nothing, slip across it as c, a traction across it as (1 - c) b."""
+    nx, ny = math.cos(0.7), math.sin(0.7)
+    assert tractions.slip_row(nx, ny, nx, ny, 0.3, 2.0, 0.0) == pytest.approx(0.0, abs=1e-15)
+    assert tractions.slip_row(-ny, nx, nx, ny, 0.3, 2.0, 0.0) == pytest.approx(0.3, rel=1e-15)
+    assert tractions.slip_row(0.0, 0.0, nx, ny, 0.3, 2.0, 5.0) == pytest.approx(0.7 * 2.0 * 5.0, rel=1e-15)
+
+
 @pytest.mark.parametrize("shape", BOXES)
 def test_gather_slip(shape: tuple[int, int]) -> None:
     c = Contact(shape)
@@ -777,7 +785,7 @@ def test_spread_fractions() -> None:
     c = Contact((5, 6))
     values, mask = np.zeros((2, 5, 6)), np.zeros((5, 6), dtype=np.bool_)
     q, bound = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.5, 2.0, size=c.m)
-    tractions.spread_fractions(q, bound, c.cells, values, mask)
+    meshes.spread_fractions(q, bound, c.cells, values, mask)
     places = {(i, j): m for m, (i, j) in enumerate(c.cells.tolist())}
     for i in range(5):
         for j in range(6):
@@ -795,7 +803,7 @@ def test_interpolate_cells(window: tuple[int, int]) -> None:
     mask[-1, -1] = True
     values = c.rng.normal(size=(3, *coarse))
     out, weight = np.zeros((c.m, 3)), np.zeros(c.m)
-    tractions.interpolate_cells(values, mask, c.cells, *place_of(window, coarse), out, weight)
+    meshes.interpolate_cells(values, mask, c.cells, *place_of(window, coarse), out, weight)
     expected_out, expected_weight = naive.from_twice_the_size(values, mask, c.cells, window)
     np.testing.assert_allclose(weight, expected_weight, atol=1e-15)
     np.testing.assert_allclose(out, expected_out, atol=1e-14)
@@ -809,7 +817,7 @@ def test_interpolate_cells_inside(window: tuple[int, int]) -> None:
     values = rng.normal(size=(2, *coarse))
     cells = np.argwhere(np.ones((window[0] - 2, window[1] - 2), dtype=bool)) + 1
     out, weight = np.zeros((len(cells), 2)), np.zeros(len(cells))
-    tractions.interpolate_cells(values, np.ones(coarse, dtype=np.bool_), cells, *place_of(window, coarse), out, weight)
+    meshes.interpolate_cells(values, np.ones(coarse, dtype=np.bool_), cells, *place_of(window, coarse), out, weight)
     centres = [2.0 * (np.arange(n) - 0.5 * (n - 1)) for n in coarse]
     at = cells - 0.5 * (np.array(window) - 1.0)
     for k in range(2):

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from rcstudy.mechanics.convolution import Box
-from rcstudy.mechanics.kernels import tractions
+from rcstudy.mechanics.kernels import meshes
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
@@ -50,7 +50,7 @@ def interpolate(
     """
     out = np.zeros((cells.shape[0], values.shape[0]))
     weight = np.zeros(cells.shape[0])
-    tractions.interpolate_cells(values, mask, cells, place[0], place[1], out, weight)
+    meshes.interpolate_cells(values, mask, cells, place[0], place[1], out, weight)
     return out, weight
 
 

@@ -24,7 +24,7 @@ from rcstudy.mechanics.convolution import (
     transform,
 )
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.kernels import tractions
+from rcstudy.mechanics.kernels import meshes
 from rcstudy.mechanics.normal import NormalSolution, cell_centres, initial_gap, solve_pressure
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
@@ -220,7 +220,7 @@ def interpolated_tractions(
     The fraction of the bound is smooth, the bound itself is known on the finer mesh.
     """
     values, mask = np.zeros((2, *coarser.box.shape)), np.zeros(coarser.box.shape, dtype=np.bool_)
-    tractions.spread_fractions(rolling.q, friction * coarser.pressure, coarser.cells, values, mask)
+    meshes.spread_fractions(rolling.q, friction * coarser.pressure, coarser.cells, values, mask)
     x, y = place_among_coarser(contact.scene.mesh.cells, coarser.scene.mesh.cells)
     # of the box's first cell, in the coarser one's box
     place = x + 0.5 * contact.box.i0 - coarser.box.i0, y + 0.5 * contact.box.j0 - coarser.box.j0

@@ -250,19 +250,13 @@ class NewtonSystem:
             looking.judge(s, self.lawful, residual)
         return residual
 
-    def look_anew(self) -> None:
-        """No longer add to the slip what was kept, but look at it."""
-        if self.centring is not None:
-            self.centring.begin()
-
     def unsettled(self, q: np.ndarray, s: np.ndarray) -> float:
         """By how much tractions `q` miss the law for slips `s` looked at anew, over the sum of all bounds."""
         if self.centring is None:
             return 0.0
         rest = q - self.rho * self.centring.look(s, self.slip)
-        size = np.hypot(*rest.T)
-        on_circle = self.slip | (size > self.bound)
-        lawful = rest * np.where(on_circle, self.bound / np.maximum(size, 1e-300), 1.0)[:, None]
+        direction = rest / np.maximum(np.hypot(*rest.T), 1e-300)[:, None]
+        lawful = on_bound(rest, self.slip, direction, self.bound)
         return float(np.hypot(*(q - lawful).T).sum() / self.bound.sum())
 
     def slips(self, q: np.ndarray) -> np.ndarray:
@@ -351,23 +345,29 @@ def solve_tractions(
     system = NewtonSystem(operator, cells, bound, w, neighbours)
     state = _Tractions(system, guess, tolerance)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
-    unsettled, before = 0.0, np.inf
-    while system.kept is not None and state.solved:
-        unsettled = system.unsettled(state.q, state.s)
-        if before < np.inf and not _SETTLED < unsettled < 0.5 * before:
-            break
-        before = unsettled
-        system.look_anew()
-        state.look_again()
-        iterations += newton.solve(state, _MAX_NEWTON, _PATIENCE)
-        unsettled = 0.0
+    looks, unsettled = _look_again(state)
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
     q, s = on_bound(state.q, system.slip, system.normal, bound), system.lawful
     residual = state.residual * tolerance
     products, solved = system.products, state.solved
-    return RollingSolution(
-        q, s, system.slip, residual, iterations, products, solved, state.s, None, system.kept, unsettled
-    )
+    steps = iterations + looks
+    return RollingSolution(q, s, system.slip, residual, steps, products, solved, state.s, None, system.kept, unsettled)
+
+
+def _look_again(state: _Tractions) -> tuple[int, float]:
+    """From a solution for which centring kept what it adds: look at the slip again, for as long as that helps.
+
+    Returns the Newton steps and by how much of their bounds tractions are off, if it still keeps that.
+    """
+    steps, before = 0, np.inf
+    while state.system.kept is not None and state.solved:
+        unsettled = state.system.unsettled(state.q, state.s)
+        if before < np.inf and not _SETTLED < unsettled < 0.5 * before:
+            return steps, unsettled
+        before = unsettled
+        state.look_again()
+        steps += newton.solve(state, _MAX_NEWTON, _PATIENCE)
+    return steps, 0.0
 
 
 class _Tractions:
@@ -386,7 +386,9 @@ class _Tractions:
         return self.residual <= 1.0
 
     def look_again(self) -> None:
-        """Classify the cells once more, where they are."""
+        """Classify the cells once more, where they are, by the slip as it is: what was added is kept no longer."""
+        if self.system.centring is not None:
+            self.system.centring.begin()
         self._take(self.q, self.s)
 
     def step(self, forcing: float) -> None:

@@ -35,6 +35,12 @@ def scatter_traction(
 
 
 @jit
+def slip_row(x: float, y: float, nx: float, ny: float, c: float, b: float, tau: float) -> float:
+    """Row of a slip cell, c m.s + (1 - c) b tau, from slips x, y and the direction nx, ny of its bound."""
+    return c * (nx * y - ny * x) + (1.0 - c) * b * tau
+
+
+@jit
 def gather_slip(
     field: np.ndarray,
     v: np.ndarray,
@@ -57,8 +63,7 @@ def gather_slip(
         s[2 * m + 1] = y
         if slip[m]:
             out[2 * m] = v[2 * m]
-            across = normal[m, 0] * y - normal[m, 1] * x
-            out[2 * m + 1] = share[m] * across + (1.0 - share[m]) * diagonal * v[2 * m + 1]
+            out[2 * m + 1] = slip_row(x, y, normal[m, 0], normal[m, 1], share[m], diagonal, v[2 * m + 1])
         else:
             out[2 * m] = x
             out[2 * m + 1] = y
@@ -173,8 +178,7 @@ def gather_centred_slip(
                 x += weight[1, m] * (field[0, k - 1] - s[2 * m])
                 y += weight[1, m] * (field[1, k - 1] - s[2 * m + 1])
             out[2 * m] = v[2 * m]
-            across = normal[m, 0] * y - normal[m, 1] * x
-            out[2 * m + 1] = share[m] * across + (1.0 - share[m]) * diagonal * v[2 * m + 1]
+            out[2 * m + 1] = slip_row(x, y, normal[m, 0], normal[m, 1], share[m], diagonal, v[2 * m + 1])
         else:
             out[2 * m] = x
             out[2 * m + 1] = y
@@ -245,8 +249,7 @@ def newton_residual(
         if slip[m]:
             nx, ny = normal[m, 0], normal[m, 1]
             out[2 * m] = (bound[m] - nx * q[m, 0] - ny * q[m, 1]) / unit
-            slips, pulls = ny * s[m, 0] - nx * s[m, 1], ny * q[m, 0] - nx * q[m, 1]
-            out[2 * m + 1] = share[m] * slips + (1.0 - share[m]) * diagonal * pulls
+            out[2 * m + 1] = -slip_row(s[m, 0], s[m, 1], nx, ny, share[m], diagonal, nx * q[m, 1] - ny * q[m, 0])
         else:
             out[2 * m] = -s[m, 0]
             out[2 * m + 1] = -s[m, 1]
@@ -381,44 +384,6 @@ def gather_slip_traction(
         if slip[m]:
             k = places[m]
             out[2 * m + 1] = root[m] * (normal[m, 0] * field[k, 1] - normal[m, 1] * field[k, 0])
-
-
-@jit
-def spread_fractions(q: np.ndarray, bound: np.ndarray, cells: np.ndarray, values: np.ndarray, mask: np.ndarray) -> None:
-    """Tractions q [m, 2] over their bound [m] into the places cells [m, 2] of values [2, nx, ny].
-
-    mask [nx, ny]: which these are. Both are zero elsewhere.
-    """
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
-        values[0, i, j] = q[m, 0] / bound[m]
-        values[1, i, j] = q[m, 1] / bound[m]
-        mask[i, j] = True
-
-
-@jit
-def interpolate_cells(
-    values: np.ndarray, mask: np.ndarray, cells: np.ndarray, x0: float, y0: float, out: np.ndarray, weight: np.ndarray
-) -> None:
-    """Bilinear interpolation to `cells` [m, 2] from cells of twice the size, among which cell (0, 0) is at x0, y0.
-
-    values [k, cx, cy], mask [cx, cy]: which coarse cells count; out [m, k] zeroed, weight [m] zeroed: share that
-    counted.
-    """
-    kinds, cx, cy = values.shape
-    for m in range(cells.shape[0]):
-        x, y = x0 + 0.5 * cells[m, 0], y0 + 0.5 * cells[m, 1]
-        i, j = math.floor(x), math.floor(y)
-        for a in range(2):
-            for b in range(2):
-                share = (x - i if a == 1 else 1.0 - (x - i)) * (y - j if b == 1 else 1.0 - (y - j))
-                if share > 0.0 and 0 <= i + a < cx and 0 <= j + b < cy and mask[i + a, j + b]:
-                    weight[m] += share
-                    for k in range(kinds):
-                        out[m, k] += share * values[k, i + a, j + b]
-        if weight[m] > 0.0:
-            for k in range(kinds):
-                out[m, k] /= weight[m]
 
 
 @jit
