@@ -136,7 +136,7 @@ class Killing(Told):
 
     def advance(self, *, failed: bool) -> None:
         super().advance(failed=failed)
-        if len(self.told) >= self.after and self.done_itself() >= self.own:
+        if self.told.count(False) >= self.after and self.done_itself() >= self.own:
             self.process.kill()
 
     def done_itself(self) -> int:
@@ -149,7 +149,7 @@ def test_a_worker_killed_in_the_middle_costs_what_it_held_only(
     sweep.run(study, tmp_path / "here.nc", workers=1, solve=workers.made_up)
     with running(tmp_path, "--no-nanny") as there:
         wait_for_workers(there.at, 2)
-        told = Killing(there.workers[0], after=12, own=4, log=there.solved)
+        told = Killing(there.workers[0], after=11, own=4, log=there.solved)
         safe: set[str] = set()  # what had come back before the kill
 
         def watched(*args: Any, **kwargs: Any) -> Iterator[tuple[Case, Any]]:
@@ -174,7 +174,7 @@ def test_a_worker_killed_in_the_middle_costs_what_it_held_only(
         # what was solved twice is what the dead worker held: two parcels of one normal problem, four cases, each, and
         # at most as many that it had solved and not yet passed on
         twice = {what for what, count in times.items() if count == 2}
-        assert len(safe) >= 12
+        assert len(safe) >= 11
         assert not twice & safe
         assert len(twice) <= 16
 
