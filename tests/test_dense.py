@@ -29,11 +29,11 @@ from rcstudy.mechanics.convolution import (
     transform,
 )
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.kernels import tractions
+from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.normal import cell_centres, initial_gap, solve_pressure
 from rcstudy.mechanics.paper_cg import solve_paper_cg
-from rcstudy.mechanics.rolling import NewtonSystem, SlipOperator, rigid_slip, solve_tractions
+from rcstudy.mechanics.rolling import NewtonSystem, SlipOperator, from_leading_edge, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 
 STEEL = Material(210000.0, 0.3)
@@ -569,6 +569,56 @@ def test_preconditioner_saves_steps(name: str, slipping: float, beyond: float, s
         gmres(product, right, precondition, 1e-6, len(right))
         steps.append(product.calls)
     assert steps[0] <= share * steps[1]
+
+
+@pytest.mark.parametrize("torus", [(72, 1), (72, 5), (75, 8)])
+def test_inverse_on_rows_that_end(torus: tuple[int, int]) -> None:
+    """A convolution on rows that end at i = 40, and are endless on the other side: its equations are met there.
+
+    The inverse of the whole plane, cut there, misses them by a fourteenth of the right-hand side.
+    """
+    px, py = torus
+    x, y = (2.0 * np.pi * np.fft.fftfreq(n) for n in torus)
+    symbol = 1.0 / (1.6 - np.cos(x)[:, None] * (1.0 + 0.3 * np.cos(y)))
+    inverse = np.zeros((3, py // 2 + 1, px), dtype=np.complex128)
+    inverse[0] = 1.0 / (px * py * symbol.T[: py // 2 + 1])
+    before, after = from_leading_edge(inverse, torus)
+    right = np.zeros((2, *torus))
+    right[:, 31:41] = np.random.default_rng(14).normal(size=(2, 10, py))
+
+    def product(pair: np.ndarray, packed: np.ndarray | None) -> np.ndarray:
+        """Of a pair and a symbol of both, or of the pair and `before`; of what is left at i <= 40."""
+        hat = np.ascontiguousarray(np.fft.fft2(pair[0] + 1j * pair[1]).T)
+        arrays.scale_packed(hat, before) if packed is None else arrays.multiply_packed(hat, packed)
+        found = np.fft.ifft2(hat.T) * px * py
+        return np.where(np.arange(px)[:, None] <= 40, np.stack([found.real, found.imag]), 0.0)
+
+    missed = []
+    for found in (product(product(right, None), after), product(right, inverse)):
+        met = np.fft.ifft2(symbol * np.fft.fft2(found)).real
+        missed.append(np.abs((met - right)[:, :41]).max() / np.abs(right).max())
+    assert missed[0] < 1e-8
+    assert missed[1] > 0.05
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    "creepage",
+    [Creepage(0.002, 0.0, 0.0), Creepage(0.002, 0.001, 0.01), Creepage(0.0, 0.0, 0.02), Creepage(0.02, 0.0, 0.0)],
+)
+@pytest.mark.parametrize("layers", [(), (Layer(105000.0, 0.3, 0.06),)])
+def test_products_hardly_grow_with_the_mesh(layers: tuple[Layer, ...], creepage: Creepage) -> None:
+    """From 20 to 160 cells across, partial slip to full; without the edge and the smaller d by up to 1.9."""
+    products = []
+    for cells in (32, 256):
+        mesh, tolerance = Mesh((0.9, 0.9), (cells, cells)), Tolerance(1e-6, 1e-6)
+        scene = Scene(
+            STEEL, (50.0, 50.0), 100.0, mesh, layers=layers, creepage=creepage, friction=1.0, tolerance=tolerance
+        )
+        rolling = solve_rolling(solve_normal(scene), scene)
+        assert rolling.converged
+        products.append(rolling.products)
+    assert products[1] <= 1.4 * products[0]
 
 
 def test_slip_operators_are_kept() -> None:

@@ -96,6 +96,20 @@ def test_multiply_packed(torus: tuple[int, int]) -> None:
     np.testing.assert_allclose(found.imag, np.fft.irfft2(k[1] * of_a + k[2] * of_b, s=torus), atol=1e-13 * size)
 
 
+@pytest.mark.parametrize("torus", [(1, 1), (4, 3), (3, 4), (5, 6)])
+def test_scale_packed(torus: tuple[int, int]) -> None:
+    """One convolution of both of two real arrays, by their real transforms; the same for waves along +y and -y."""
+    rng = np.random.default_rng([*torus, 4])
+    a, b = rng.normal(size=(2, *torus))
+    k = np.fft.fft2(rng.normal(size=torus))
+    k = 0.5 * (k + np.roll(k[:, ::-1], 1, axis=1))
+    hat = np.ascontiguousarray(np.fft.fft2(a + 1j * b).T)
+    arrays.scale_packed(hat, np.ascontiguousarray(k.T[: torus[1] // 2 + 1]))
+    found = np.fft.ifft2(hat.T)
+    for part, expected in ((found.real, a), (found.imag, b)):
+        np.testing.assert_allclose(part, np.fft.ifft2(k * np.fft.fft2(expected)).real, atol=1e-13 * np.abs(k).max())
+
+
 def test_inverse_symbol() -> None:
     rng = np.random.default_rng(4)
     pair = rng.normal(size=(3, 4, 3)) + 1j * rng.normal(size=(3, 4, 3))
@@ -723,6 +737,23 @@ class Torus(Contact):
 
     def elsewhere(self, field: np.ndarray) -> np.ndarray:
         return super().elsewhere(np.moveaxis(field, -1, 0))
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_scatter_stick(shape: tuple[int, int]) -> None:
+    c = Torus(shape)
+    out = c.empty()
+    tractions.scatter_stick(c.v, c.places, c.slip, c.flat(out))
+    np.testing.assert_array_equal(c.at(out), np.where(c.slip[:, None], 0.0, c.v.reshape(-1, 2)))
+    assert not c.elsewhere(out).any()
+
+
+@pytest.mark.parametrize("shape", BOXES)
+def test_gather_pairs(shape: tuple[int, int]) -> None:
+    c = Torus(shape)
+    out = np.full(2 * c.m, np.nan)
+    tractions.gather_pairs(c.flat(c.pairs), c.places, out)
+    np.testing.assert_array_equal(out.reshape(-1, 2), c.at(c.pairs))
 
 
 @pytest.mark.parametrize("shape", BOXES)

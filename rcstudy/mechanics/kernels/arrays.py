@@ -153,6 +153,19 @@ def multiply_packed(hat: np.ndarray, k: np.ndarray) -> None:
 
 
 @jit
+def scale_packed(hat: np.ndarray, k: np.ndarray) -> None:
+    """Multiply both of a pair of real arrays, in place, in the transform hat [py, px] of a + i b, by the symbol k.
+
+    k [py//2+1, px], the same for ky and -ky.
+    """
+    py, px = hat.shape
+    for j in range(py):
+        row = j if j < k.shape[0] else py - j
+        for i in range(px):
+            hat[j, i] *= k[row, i]
+
+
+@jit
 def turn(hat: np.ndarray, factor: np.ndarray) -> None:
     """Multiply hat [fields, k, >= rows], in place, by factor [k, rows]."""
     for i in range(factor.shape[0]):

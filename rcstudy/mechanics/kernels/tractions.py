@@ -285,6 +285,24 @@ def put_on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.
 
 
 @jit
+def scatter_stick(v: np.ndarray, places: np.ndarray, slip: np.ndarray, out: np.ndarray) -> None:
+    """Residuals v [2 m] of stick cells into out [px py, 2], zeros elsewhere."""
+    out[:, :] = 0.0
+    for m in range(places.size):
+        if not slip[m]:
+            out[places[m], 0] = v[2 * m]
+            out[places[m], 1] = v[2 * m + 1]
+
+
+@jit
+def gather_pairs(field: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
+    """Pairs of numbers in field [px py, 2] at the cells, into out [2 m]."""
+    for m in range(places.size):
+        out[2 * m] = field[places[m], 0]
+        out[2 * m + 1] = field[places[m], 1]
+
+
+@jit
 def integrate_rows(
     v: np.ndarray,
     cells: np.ndarray,
