@@ -385,7 +385,7 @@ def part_c(options: argparse.Namespace) -> Any:
 
 
 def part_d(options: argparse.Namespace) -> Any:
-    """The paper's layered cases."""
+    """The paper's layered cases, and all of its rolling ones on finer meshes."""
     study = load_study(ROOT / "configs" / "paper.yaml")
     wanted = {"figure_7", "figure_8", "figure_9", "figure_10"}
     cases = [c for c in expand(study).cases if c.grid in wanted]
@@ -415,6 +415,31 @@ def part_d(options: argparse.Namespace) -> Any:
     table(["", "median", "worst"], rows)
     bad = Counter(r.status.name for r in results if r.status != Status.SOLVED)
     print(f"{1e3 * each:.2f} ms a case, pressures and coefficients included. Not solved: {dict(bad) or 0}.\n")
+    rolling = [c.scene for c in expand(study).cases if c.scene.creepage is not None and c.scene.method == "newton"]
+    found["growth"] = growth(rolling, [n for n in options.cells if n <= 512])
+    return found
+
+
+def growth(scenes: list[Scene], meshes: list[int]) -> list[dict[str, Any]]:
+    """Products of the paper's rolling cases by mesh."""
+    print(f"Products of all its {len(scenes)} rolling cases at 1e-6; growth: case by case, over the first mesh.\n")
+    found: list[dict[str, Any]] = []
+    first: np.ndarray | None = None
+    for n in meshes:
+        finer = [replace(s, mesh=Mesh(s.mesh.size, (n, n)), tolerance=Tolerance(1e-6, 1e-6)) for s in scenes]
+        groups: dict[Any, list[Scene]] = {}
+        for scene in finer:
+            groups.setdefault(normal_problem(scene), []).append(scene)
+        results = [r for group in groups.values() for r in solve.solve_group(group)]
+        own, coarse = (
+            np.array([int(r.scalars[name]) for r in results]) for name in ("operator_products", "coarse_products")
+        )
+        first = own if first is None else first
+        row: dict[str, Any] = {"cells": n, "not solved": sum(r.status != Status.SOLVED for r in results)}
+        for words, values in (("own mesh", own), ("all meshes", own + coarse), ("growth", own / first)):
+            row |= {f"{words}, median": float(np.median(values)), f"{words}, worst": float(values.max())}
+        found.append(row)
+    table(list(found[0]), [list(row.values()) for row in found])
     return found
 
 
