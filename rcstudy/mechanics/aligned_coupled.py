@@ -3,11 +3,12 @@
 `coupled.py` finds pressure and tractions together on cells as they are. Their tractions have errors of first order in
 the cells' size, and what these do to the pressure shows in moments. So its pressure is only the start: tractions on the
 rows aligned with it lift the surface, under that lift the pressure is solved once more, and then the tractions. With
-friction of ordinary size one such turn brings the pressure within some 0.05 % of the fixed point, a tenth of what it
-was off before, and further turns change no error. As nothing before the last step need be exact, it takes no longer
-than the exact solution on cells as they are with tractions on aligned cells after it. Where friction is high turns go
-on until the last tractions leave the gap closed as far as `KEPT` says, with Aitken's relaxation, as they may swing. On
-few cells they may swing for good, from one set of cells in contact to another: the proof finds that.
+friction of ordinary size each such turn leaves a tenth of what was off before. They go on until the last tractions
+leave the gap closed to `_ENOUGH`: moments are then within 0.005 % of the fixed point, largest tractions within 0.02 %
+(after one turn, 0.16 and 0.4 %, on fine meshes more than the cells' own errors). As nothing before the last step need be
+exact, that takes little longer than the exact solution on cells as they are with tractions on aligned cells after it.
+Aitken's relaxation, as turns may swing where friction is high. On few cells they may do so for good, from one set of
+cells in contact to another: beyond `KEPT` the proof finds that.
 """
 
 from __future__ import annotations
@@ -29,7 +30,10 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 _START = 1e-4  # tolerance of pressure and tractions on cells as they are
 _FIRST = 1e-2  # of the first tractions on aligned cells
 _MAX_TURNS = 12
-KEPT = 5e-4  # what the tractions' own lift may leave of gaps under pressure, over the approach
+_ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, over the approach, when turns end
+_GAIN = 0.2  # part of that which a turn leaves of it, at most as a rule
+_TURN = 1e-2  # how far tractions of a turn that is not the last are solved, over what is left
+KEPT = 5e-4  # what a solution may leave, where more turns do not help
 
 Lift = Callable[[Box], np.ndarray]
 """u_z (mm, [nx, ny] of a box) by tractions."""
@@ -59,7 +63,8 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
         last, change = change, -lift
         change[box.slices] += lift_by_moved_rows(contact, rolling.q, box)
         within = change[contact.solution.p > 0.0]
-        if turn > 0 and np.ptp(within) <= KEPT * abs(contact.solution.approach):
+        error = float(np.ptp(within)) / max(abs(contact.solution.approach), 1e-300)
+        if turn > 0 and error <= _ENOUGH:
             break
         if turn > 1:  # the first change is from none to all
             relaxation = relaxed(relaxation, last, change)
@@ -73,8 +78,14 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
         following.coarser = coarser
         spent.iterations += rolling.iterations
         spent.products += rolling.products
-        rolling = solve_rolling(following, scene, _carried_over(contact, rolling.q, following))
+        last_turn = _GAIN * error <= _ENOUGH
+        tolerance = own.tangential if last_turn else max(own.tangential, min(_FIRST, _TURN * error))
+        rolling = solve_rolling(following, scene, _carried_over(contact, rolling.q, following), tolerance)
         contact, total = following, pressure
+    if rolling.converged and rolling.residual > own.tangential:  # turns ended sooner than was to be expected
+        spent.iterations += rolling.iterations
+        spent.products += rolling.products
+        rolling = solve_rolling(contact, scene, rolling.q)
     rolling.coarser = coarse
     rolling.iterations += spent.iterations
     rolling.products += spent.products
