@@ -6,7 +6,7 @@ rows aligned with it lift the surface, under that lift the pressure is solved on
 friction of ordinary size each such turn leaves a tenth of what was off before. They go on until the last tractions
 leave the gap closed to `_ENOUGH`: moments are then within 0.005 % of the fixed point, largest tractions within 0.02 %
 (after one turn, 0.16 and 0.4 %, on fine meshes more than the cells' own errors). As nothing before the last step need
-be exact, that takes little longer than the exact solution on cells as they are with tractions on aligned cells after it.
+be exact, that takes little longer than the exact solution on cells as they are with tractions on aligned ones after it.
 Aitken's relaxation, as turns may swing where friction is high. On few cells they may do so for good, from one set of
 cells in contact to another: beyond `KEPT` the proof finds that.
 """
