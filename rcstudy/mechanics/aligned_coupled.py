@@ -7,8 +7,9 @@ friction of ordinary size each such turn leaves a tenth of what was off before. 
 leave the gap closed to `_ENOUGH`: moments are then within 0.005 % of the fixed point, largest tractions within 0.02 %
 (after one turn, 0.16 and 0.4 %, on fine meshes more than the cells' own errors). As nothing before the last step need
 be exact, that takes little longer than the exact solution on cells as they are with tractions on aligned ones after it.
-Aitken's relaxation, as turns may swing where friction is high. On few cells they may do so for good, from one set of
-cells in contact to another: beyond `KEPT` the proof finds that.
+
+Where friction is high a turn gains less, and `KEPT` is enough. Aitken's relaxation, as turns may swing there. On few
+cells they may do so for good, from one set of cells in contact to another: the proof finds that.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ _START = 1e-4  # tolerance of pressure and tractions on cells as they are
 _FIRST = 1e-2  # of the first tractions on aligned cells
 _MAX_TURNS = 12
 _ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, over the approach, when turns end
-_GAIN = 0.2  # part of that which a turn leaves of it, at most as a rule
+_GAIN = 0.3  # part of that which a turn leaves of it, as a rule; where it leaves more, `KEPT` has to do
 _TURN = 1e-2  # how far tractions of a turn that is not the last are solved, over what is left
-KEPT = 5e-4  # what a solution may leave, where more turns do not help
+KEPT = 5e-4  # what a solution may leave
 
 Lift = Callable[[Box], np.ndarray]
 """u_z (mm, [nx, ny] of a box) by tractions."""
@@ -57,14 +58,14 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     coarse = rolling.coarser
     gap = initial_gap(scene)
     lift, change = np.zeros(gap.shape), np.zeros(gap.shape)
-    relaxation = 1.0
+    relaxation, error = 1.0, np.inf
     for turn in range(_MAX_TURNS):
         box = contact.box.grown(contact.box.shape[0] // 8 + 2, contact.box.shape[1] // 8 + 2, scene.mesh.cells)
         last, change = change, -lift
         change[box.slices] += lift_by_moved_rows(contact, rolling.q, box)
         within = change[contact.solution.p > 0.0]
-        error = float(np.ptp(within)) / max(abs(contact.solution.approach), 1e-300)
-        if turn > 0 and error <= _ENOUGH:
+        before, error = error, float(np.ptp(within)) / max(abs(contact.solution.approach), 1e-300)
+        if turn > 0 and error <= (_ENOUGH if error < _GAIN * before else KEPT):
             break
         if turn > 1:  # the first change is from none to all
             relaxation = relaxed(relaxation, last, change)
