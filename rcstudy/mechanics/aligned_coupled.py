@@ -32,7 +32,7 @@ _START = 1e-4  # tolerance of pressure and tractions on cells as they are
 _FIRST = 1e-2  # of the first tractions on aligned cells
 _MAX_TURNS = 12
 _ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, over the approach, when turns end
-_GAIN = 0.3  # part of that which a turn leaves of it, as a rule; where it leaves more, `KEPT` has to do
+_GAIN = 0.4  # part of that which a turn leaves of it, as a rule; where it leaves more, `KEPT` has to do
 _TURN = 1e-2  # how far tractions of a turn that is not the last are solved, over what is left
 KEPT = 5e-4  # what a solution may leave
 
