@@ -318,25 +318,17 @@ class NewtonSystem:
         self.products += 1
         operator = self.operator
         plan = operator.torus_plan
-        places, slip, normal = self._places, self.slip, self.normal
-        power, residuals, inverse = self._power, v, operator.torus_inverse
+        cells, places, slip, normal = self.cells, self._places, self.slip, self.normal
+        power, rest, inverse = self._power, v, operator.torus_inverse
         # what is outside the cells stays zero in plan.field from the first of these on
-        if self._slipping < len(places):
+        if self._slipping < len(cells):
             if turn == 0 and operator.torus_edge is not None:
                 before, inverse = operator.torus_edge
-                residuals = self._before_cut(v, before)
+                rest = self._before_cut(v, before)
             elif turn == 1:
                 power -= 1
             tractions.integrate_rows(
-                residuals,
-                self.cells,
-                places,
-                slip,
-                normal,
-                self._damping,
-                operator.spacing[0],
-                operator.edge,
-                plan.field,
+                rest, cells, places, slip, normal, self._damping, operator.spacing[0], operator.edge, plan.field
             )
             self._on_torus(inverse)
         else:
