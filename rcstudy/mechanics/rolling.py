@@ -348,7 +348,7 @@ class NewtonSystem:
         arrays.scale_packed(plan.hat, symbol)
         plan.backward()
         out = np.empty(v.size)
-        tractions.gather_pairs(plan.result, self._places, out)
+        tractions.gather(plan.result.T, self._places, out)
         return out
 
     def _on_torus(self, symbol: np.ndarray) -> None:

@@ -187,22 +187,27 @@ def _side_by_side(rows: Sequence[Row]) -> list[str]:
             ratios = [kalker / aligned for kalker, aligned in worst if aligned > 0.0]
             if ratios and not np.allclose(ratios, 1.0, atol=0.05):
                 parts.append(f"{words} {min(ratios):.1f} to {max(ratios):.1f}")
-        costs = [median(_costs([r for r in coupled if r.cells == kalker[0].cells])) for kalker, _ in both]
+        costs = _costs(coupled)
+        cost = f" `aligned` costs {min(costs):.2g} to {max(costs):.2g} times the time." if costs else ""
         lines += _paragraph(
             f"With {coupling} coupling, on the same mesh the worst errors of `kalker` are larger than those of "
-            f"`aligned` by factors of: {'; '.join(parts)}. `aligned` costs {min(costs):.2g} to {max(costs):.2g} times "
-            "the time."
+            f"`aligned` by factors of: {'; '.join(parts)}.{cost}"
         )
         lines.append("")
     return lines
 
 
 def _costs(rows: Iterable[Row]) -> list[float]:
-    """How many times kalker's time aligned cells take, for each problem, mesh and tolerance solved by both."""
-    seconds: dict[tuple[int, int, float], dict[str, float]] = {}
+    """How many times kalker's time aligned cells take: by mesh, medians over problems and tolerances solved by both."""
+    seconds: dict[int, dict[tuple[int, float], dict[str, float]]] = {}
     for r in rows:
-        seconds.setdefault((r.problem, r.cells, r.tolerance), {})[r.scheme] = r.seconds
-    return [of["aligned"] / of["kalker"] for of in seconds.values() if {"aligned", "kalker"} <= of.keys()]
+        seconds.setdefault(r.cells, {}).setdefault((r.problem, r.tolerance), {})[r.scheme] = r.seconds
+    costs = []
+    for of_mesh in seconds.values():
+        pairs = [of["aligned"] / of["kalker"] for of in of_mesh.values() if {"aligned", "kalker"} <= of.keys()]
+        if pairs:
+            costs.append(median(pairs))
+    return costs
 
 
 def _meshes(rows: Iterable[Row]) -> list[int]:

@@ -295,14 +295,6 @@ def scatter_stick(v: np.ndarray, places: np.ndarray, slip: np.ndarray, out: np.n
 
 
 @jit
-def gather_pairs(field: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
-    """Pairs of numbers in field [px py, 2] at the cells, into out [2 m]."""
-    for m in range(places.size):
-        out[2 * m] = field[places[m], 0]
-        out[2 * m + 1] = field[places[m], 1]
-
-
-@jit
 def integrate_rows(
     v: np.ndarray,
     cells: np.ndarray,
