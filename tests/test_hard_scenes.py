@@ -150,7 +150,7 @@ def test_every_estimated_scalar_has_a_fit_and_a_variable():
 
 
 def test_estimate_is_stated_as_documented():
-    """One level: k0 scale/N. Two: c |S(h) - S(2h)| and the staircase in quadrature. Three: half a difference counts."""
+    """One level: k0 scale/N. Two: 1.3 c |S(h) - S(2h)| and noise in quadrature. Three: half a difference counts."""
     a = hertz_of().a[0]
     scene = steel(window((a, a), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
     fit = FITS["pressure_max"]
@@ -162,7 +162,7 @@ def test_estimate_is_stated_as_documented():
     staircase = fit.k * per_radius**-1.5 * 100.0
     one, two, three = (error_estimates(scene, cells, levels[:n])["pressure_max_error"] for n in (1, 2, 3))
     assert one == pytest.approx(fit.k0 / per_radius * 100.0 + floor, rel=1e-12)
-    assert two == pytest.approx(np.hypot(fit.c * 1.0, staircase) + floor, rel=1e-12)
+    assert two == pytest.approx(np.hypot(fit.c * 1.3, staircase) + floor, rel=1e-12)
     assert three == pytest.approx(np.hypot(fit.c * 5.0, staircase) + floor, rel=1e-12)
 
 
@@ -171,14 +171,41 @@ def test_estimate_far_beyond_the_noise_and_under_full_coupling():
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
     scene = replace(scene, discretisation="aligned", counterbody=None, friction=0.5)
     fit, per_radius = ALIGNED["pressure_max"], np.sqrt(314 / np.pi)
-    for coupling, share in (("one-way", fit.k), ("full", fit.k + 0.5 * fit.coupled)):
-        noise = share * per_radius**-1.5 * 100.0
+    noise = fit.k * per_radius**-1.5 * 100.0
+    for coupling, pull in (("one-way", 0.0), ("full", 0.5 * fit.coupled * per_radius**-1.5 * 100.0)):
         for difference in (0.0, 5.9 * noise, 8.0 * noise):
-            levels = [{"pressure_max": p, "contact_radius": 0.3} for p in (100.0, 100.0 + difference)]
+            levels = [{"pressure_max": p, "contact_radius": 0.3} for p in (100.0, 100.0 + difference, 100.0)]
             found = error_estimates(replace(scene, coupling=coupling), 314, levels)["pressure_max_error"]
             beyond = max(difference - 6.0 * noise, 0.0)
-            expected = np.hypot(fit.c * difference, noise) + fit.excess * beyond + 1e-5
+            expected = np.hypot(fit.c * difference, noise + pull) + fit.excess * beyond + 1e-5
             assert found == pytest.approx(expected, rel=1e-9)
+
+
+MIDDLING = {"contact_area": 1.0, "contact_radius": 0.8, "slip_area": 0.2, "traction_max": 50.0, "pressure_max": 100.0}
+
+
+@pytest.mark.parametrize("slip", [0.001, 0.04, 0.3, 1.0])
+def test_estimate_by_how_much_slips(slip):
+    """Noise from the stick zone's border goes with what sticks; friction power is measured by all that it can be."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01), tolerance=Tolerance(1e-7, 1e-7))
+    levels = [MIDDLING | {"slip_area": slip, "friction_power": 0.01}] * 3
+    found = error_estimates(scene, 314, levels)
+    unit = (314 / np.pi) ** -0.75
+    part = (1.0 - slip) / np.sqrt(max(slip, 0.01))
+    assert found["traction_max_error"] == pytest.approx(50.0 * (FITS["traction_max"].k * part * unit + 1e-7), rel=1e-12)
+    fit, most = FITS["friction_power"], scene.friction * scene.load * (0.005 + 0.01 * 0.8)
+    noise = (fit.k * np.sqrt(1.0 - slip) + fit.rest) * unit
+    assert found["friction_power_error"] == pytest.approx(most * (noise + 1e-7), rel=1e-12)
+
+
+def test_estimate_of_a_traction_where_the_pressure_is_largest():
+    """It is no better known than that pressure."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), friction=0.5, tolerance=Tolerance(1e-7, 1e-7))
+    below, there = (
+        error_estimates(scene, 314, [MIDDLING | {"slip_area": 1.0, "traction_max": q}] * 3) for q in (49.9, 50.0)
+    )
+    assert below["traction_max_error"] < 0.01 * there["traction_max_error"]
+    assert there["traction_max_error"] == 0.5 * there["pressure_max_error"]
 
 
 def test_estimate_of_the_slip_area():
@@ -187,7 +214,7 @@ def test_estimate_of_the_slip_area():
     scene = replace(scene, discretisation="aligned")
 
     def estimates(area: float) -> dict[str, float]:
-        levels = [{"contact_area": 2.0, "contact_radius": 0.8, "slip_area": area}] * 2
+        levels = [MIDDLING | {"contact_area": 2.0, "slip_area": area}] * 2
         return error_estimates(scene, 314, levels)
 
     small, large = (estimates(area)["slip_area_error"] - 2e-7 for area in (0.1, 0.4))
