@@ -31,7 +31,7 @@ from rcstudy.mechanics.convolution import (
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
-from rcstudy.mechanics.normal import cell_centres, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import cell_centres, estimated_contact, initial_gap, solve_pressure
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import NewtonSystem, SlipOperator, from_leading_edge, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
@@ -776,11 +776,21 @@ def test_coarser_scene(cells: tuple[int, int]) -> None:
     assert replace(coarse, mesh=scene.mesh, tolerance=scene.tolerance) == scene
     assert coarse.tolerance.normal >= scene.tolerance.normal
     assert coarse.tolerance.tangential >= scene.tolerance.tangential
-    meshes = 0
-    while coarse is not None:
-        coarse = cascade.coarser_scene(coarse)
-        meshes += 1
-    assert 1 <= meshes <= 3
+
+
+@pytest.mark.parametrize(
+    ("cells", "coarser"), [(20, []), (40, [20]), (80, [40, 20]), (104, [52, 26]), (200, [100, 50, 25])]
+)
+def test_how_coarse_meshes_get(cells: int, coarser: list[int]) -> None:
+    """Two coarser ones while contacts, here half the window, are 12 cells across; others to start from, 24 cells."""
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (cells, cells)))
+    a = estimated_contact(scene)[0]
+    scene = replace(scene, mesh=Mesh((4.0 * a, 4.0 * a), (cells, cells)))
+    found: list[int] = []
+    while (coarse := cascade.coarser_scene(scene, len(found))) is not None:
+        scene = coarse
+        found.append(coarse.mesh.cells[0])
+    assert found == coarser
 
 
 @pytest.mark.parametrize("creep", ["mixed", "full slip"])

@@ -18,17 +18,20 @@ from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
 _COARSEST = 12.0  # cells across the contact: a mesh with fewer has no coarser one
+_WANTED = 2  # coarser meshes that the error estimates want; others are there to start from only
+_WORTH = 24.0  # cells across the contact from which on another of these pays
 _TOLERANCE = Tolerance(1e-3, 1e-3)  # of coarser meshes: well under their discretisation error
 
 
-def coarser_scene(scene: Scene) -> Scene | None:
+def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
     """`scene` with cells of twice the size, solved to engineering accuracy; None if the contact has too few cells.
 
-    An odd number of cells is rounded up: the window grows by half a coarse cell on each side.
+    `level`: how often the mesh was made coarser already. An odd number of cells is rounded up: the window grows by half
+    a coarse cell on each side.
     """
     dx, dy = scene.mesh.spacing
     ax, ay = estimated_contact(scene)
-    if 2.0 * min(ax / dx, ay / dy) < _COARSEST:
+    if 2.0 * min(ax / dx, ay / dy) < (_COARSEST if level < _WANTED else _WORTH):
         return None
     nx, ny = ((n + 1) // 2 for n in scene.mesh.cells)
     own = scene.tolerance

@@ -180,11 +180,14 @@ class NormalContact:
         return self.rigid_slip(scene.creepage, scene.spin_point) + self.slip_by_pressure
 
 
-def solve_normal(scene: Scene, influence: Influence | None = None) -> NormalContact:
-    """Pressure of `scene` without any influence of tractions, by way of coarser meshes."""
+def solve_normal(scene: Scene, influence: Influence | None = None, level: int = 0) -> NormalContact:
+    """Pressure of `scene` without any influence of tractions, by way of coarser meshes.
+
+    `level`: how often the mesh was made coarser already (`coarser_scene`).
+    """
     influence = influence or influence_of(scene)
-    coarse_scene = coarser_scene(scene)
-    coarser = solve_normal(coarse_scene, influence.coarser()) if coarse_scene is not None else None
+    coarse_scene = coarser_scene(scene, level)
+    coarser = solve_normal(coarse_scene, influence.coarser(), level + 1) if coarse_scene is not None else None
     guess = interpolated_pressure(coarser.solution.p, scene.mesh.cells) if coarser is not None else None
     solution = solve_pressure(scene, influence, initial_gap(scene), guess)
     return NormalContact(scene, influence, solution, coarser=coarser)

@@ -242,13 +242,15 @@ class CoupledSystem:
         return 0 if hopeless or self.residual_normal > farthest else newton.solve(self, _MAX_NEWTON, _PATIENCE)
 
 
-def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[NormalContact, RollingSolution]:
+def solve_coupled(
+    scene: Scene, influence: Influence | None = None, level: int = 0
+) -> tuple[NormalContact, RollingSolution]:
     """Pressure and tractions of `scene`, consistent with each other, by way of coarser meshes.
 
     Pressure and tractions are found by the same Newton steps; their products are counted with the tractions'.
     """
     influence = influence or influence_of(scene)
-    contact, q, coarse = _start(scene, influence)
+    contact, q, coarse = _start(scene, influence, level)
     began_at_edge = at_edge(Box.around(contact.solution.p > 0.0), scene.mesh.cells)
     stress = np.stack([contact.spread(q[:, 0]), contact.spread(q[:, 1]), contact.solution.p])
     box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)
@@ -291,15 +293,15 @@ def solve_coupled(scene: Scene, influence: Influence | None = None) -> tuple[Nor
     return NormalContact(scene, influence, solution, box, contact.coarser), rolling
 
 
-def _start(scene: Scene, influence: Influence) -> tuple[NormalContact, np.ndarray, RollingSolution | None]:
+def _start(scene: Scene, influence: Influence, level: int) -> tuple[NormalContact, np.ndarray, RollingSolution | None]:
     """Pressure and tractions [m, 2] (MPa) to start from, and the coarser mesh's tractions."""
-    coarse_scene = coarser_scene(scene)
+    coarse_scene = coarser_scene(scene, level)
     if coarse_scene is None:
         own = scene.tolerance
         loose = replace(scene, tolerance=Tolerance(max(_START, own.normal), own.tangential))
-        contact = solve_normal(loose, influence)
+        contact = solve_normal(loose, influence, level)
         return contact, np.zeros((len(contact.cells), 2)), None
-    coarser, coarse = solve_coupled(coarse_scene, influence.coarser())
+    coarser, coarse = solve_coupled(coarse_scene, influence.coarser(), level + 1)
     p = interpolated_pressure(coarser.solution.p, scene.mesh.cells)
     dx, dy = scene.mesh.spacing
     p *= scene.load / (float(p.sum()) * dx * dy)
