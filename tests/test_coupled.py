@@ -230,7 +230,7 @@ def test_contact_that_outgrows_its_box(monkeypatch: pytest.MonkeyPatch) -> None:
     """Newton's method begins on the box of a single cell: it is enlarged until it holds the contact."""
     expected, boxes = solve_coupled(BALL), []
 
-    def on_one_cell(scene: Scene, influence: Influence) -> tuple[NormalContact, np.ndarray, None]:
+    def on_one_cell(scene: Scene, influence: Influence, _level: int) -> tuple[NormalContact, np.ndarray, None]:
         contact = solve_normal(scene, influence)
         p = np.where(contact.solution.p == contact.solution.p.max(), contact.solution.p.sum(), 0.0)
         return NormalContact(scene, influence, replace(contact.solution, p=p)), np.zeros((1, 2)), None

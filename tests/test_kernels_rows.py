@@ -591,24 +591,24 @@ def test_centre() -> None:
 
 
 def test_gather_centred_slip() -> None:
-    """That of `gather_slip` from slips that are brought to the cells' centres first."""
+    """Rows of `gather_slip` with slips that are brought to the cells' centres first."""
     c = MovedCells(2)
     i, j = c.cells.T
-    field = c.rng.normal(size=(2, 8, 11))
-    s = np.ascontiguousarray(field[:, j, i].T)
+    field = c.rng.normal(size=(2, 8, 12))
+    s = np.ascontiguousarray((field[:, j, i] - field[:, j, i + 1]).T)
     weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
     tractions.centre(s, c.slip, c.neighbours, weight, centred)
     angle = c.rng.uniform(0.0, 7.0, size=c.m)
     normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(size=c.m)
     v = c.rng.normal(size=2 * c.m)
-    slips, out, unused, expected = np.full((4, 2 * c.m), np.nan)
-    of_rows = 11 * j + i, c.slip, normal, share, 0.8
+    slips, out = np.full((2, 2 * c.m), np.nan)
+    of_rows = 12 * j + i, 1, c.slip, normal, share, 0.8
     tractions.gather_centred_slip(field.reshape(2, -1), v, *of_rows, weight, slips, out)
     np.testing.assert_array_equal(slips.reshape(-1, 2), s)
-    at_centres = field.copy()
-    at_centres[:, j, i] = centred.T
-    tractions.gather_slip(at_centres.reshape(2, -1), v, *of_rows, unused, expected)
-    np.testing.assert_allclose(out, expected, rtol=1e-13, atol=1e-14)
+    unknowns = v.reshape(-1, 2)
+    across = normal[:, 0] * centred[:, 1] - normal[:, 1] * centred[:, 0]
+    of_slip = np.stack([unknowns[:, 0], share * across + (1.0 - share) * 0.8 * unknowns[:, 1]], axis=1)
+    np.testing.assert_allclose(out.reshape(-1, 2), np.where(c.slip[:, None], of_slip, s), rtol=1e-12, atol=1e-13)
 
 
 def test_turn_is_classify_when_the_slip_is_the_same() -> None:

@@ -38,9 +38,7 @@ from rcstudy.mechanics.contact import (
 )
 from rcstudy.mechanics.convolution import (
     Box,
-    difference_symbols,
     good_length,
-    padded_shape,
     pressure_quadrants,
     symbols,
     transform,
@@ -94,30 +92,31 @@ class CoupledOperator:
     def __init__(self, influence: Influence, shape: tuple[int, int]) -> None:
         self.shape = shape
         self.slip = SlipOperator.of(influence, shape)
-        padded = padded_shape(shape)
+        padded = self.slip.plan.padded
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
-        quadrant = influence.around(padded, ahead=1)
-        along = pressure_quadrants(quadrant)
-        self.by_pressure = difference_symbols(along, padded, influence.spacing[0])
-        self.lift = -symbols(along, padded)  # by reciprocity
-        self.gap = symbols([(quadrant[0], (1, 1))], padded)[0]
-        self.plan = transform(padded, 3, shape[0])
+        quadrant = influence.around(padded)
+        # displacements along the surface by pressure, in cells: odd, so that their symbols are imaginary
+        self.along = symbols(pressure_quadrants(quadrant), padded).imag / influence.spacing[0]
+        self.gap = symbols([(quadrant[0], (1, 1))], padded)[0].real
+        self.plan = transform(padded, 3, shape[0] + 1)
         self.torus = NormalOperator.on_torus(influence, torus)
         self.torus_plan = transform(torus, 1, torus[0])
 
     def multiply(self) -> None:
-        """From stresses to responses, in place in the corner of `plan.real` [3, nx, py]."""
+        """From stresses to displacements, in cells along the surface, and u_z, in place in `plan.real`."""
         self.plan.forward()
-        coupled.multiply_3x3(self.plan.hat, self.slip.symbol, self.by_pressure, self.lift, self.gap)
+        coupled.multiply_3x3(self.plan.numbers, self.slip.symbol, self.along, self.slip.spacing[0], self.gap)
         self.plan.backward()
 
     def responses(self, stress: np.ndarray) -> np.ndarray:
-        """Slips and gap [3, nx, ny] by `stress` [3, nx, ny]; valid until the next product."""
-        inside: np.ndarray = self.plan.real[:, :, : self.shape[1]]
-        inside[:] = stress
-        self.plan.real[:, :, self.shape[1] :] = 0.0
+        """Slips and gap [3, nx, ny] by `stress` [3, nx, ny]."""
+        plan, (nx, ny) = self.plan, self.shape
+        plan.real[:] = 0.0
+        plan.real[:, :nx, :ny] = stress
         self.multiply()
-        return inside
+        result: np.ndarray = plan.real[:, :nx, :ny].copy()
+        result[:2] -= plan.real[:2, 1:, :ny]
+        return result
 
     def closing(self, gap: np.ndarray, cells: np.ndarray, factor: float, out: np.ndarray) -> None:
         """`factor` times the pressures, of sum zero, that make `gap` [nx, >= ny] but for its mean, into `out` [m]."""
@@ -193,7 +192,7 @@ class CoupledSystem:
         coupled.scatter_unknowns(v, self.cells, f.slip, f.normal, self.scene.friction, f.unit, plan.real)
         self.operator.multiply()
         slips = np.empty(2 * m)  # not wanted: the step's end is cut and scaled, so that they are another's
-        tractions.gather_slip(plan.flat[:2], v[m:], f.places, *f.rows, slips, out[m:])
+        tractions.gather_slip(plan.flat[:2], v[m:], f.places, f.operator.ahead, *f.rows, slips, out[m:])
         self.operator.closing(plan.real[2], self.cells, self.unit, out[:m])
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:

@@ -50,8 +50,6 @@ from rcstudy.mechanics.convolution import (
     pair_transform,
     point_factor,
     real_symbols,
-    row_phases,
-    sharp_difference,
     shifted_transform,
     symbols,
     traction_quadrants,
@@ -116,8 +114,8 @@ class SlipOperator:
 
     def __init__(self, influence: Influence, shape: tuple[int, int], *, sharp: bool = False) -> None:
         self.spacing = spacing = influence.spacing
-        # sharp: of displacements, which are also wanted one cell ahead, and `point_factor` spreads them by another
-        padded = padded_shape((shape[0] + 2, shape[1]) if sharp else shape)
+        # displacements are wanted one cell ahead, too; sharp: `point_factor` spreads them by another
+        padded = padded_shape((shape[0] + (2 if sharp else 1), shape[1]))
         # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
         # the torus is the larger one where the box is a single cell wide
@@ -126,17 +124,13 @@ class SlipOperator:
         # diagonal of B: (A(0) - A(1))/dx
         self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
         self.compliance = float(quadrant[1, 0, 0])
+        # displacements by tractions, in cells
+        self.symbol = real_symbols(coefficients, padded, x_first=sharp) / spacing[0]
         self.plan: Transform
         if sharp:
-            self.symbol = real_symbols(coefficients, padded, x_first=True)
-            unmoved = shifted_transform(padded, 2, shape[1])
-            at_rest = row_phases(padded[0], np.zeros(shape[1]))
-            self.plan = unmoved.shifted(at_rest, sharp_difference(padded[0], spacing[0]))
-            self._hat = self.plan.numbers  # shared by the plans of moved rows
+            self.plan, self.ahead = shifted_transform(padded, 2, shape[1]), 1
         else:
-            self.symbol = difference_symbols(coefficients, padded, spacing[0])
-            self.plan = transform(padded, 2, shape[0])
-            self._hat = self.plan.hat
+            self.plan, self.ahead = transform(padded, 2, shape[0] + 1), padded[1]
         sharpened = point_factor(torus[0], torus[0]) if sharp else 1.0
         difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
         self.torus_symbol = _packed(difference)
@@ -153,7 +147,8 @@ class SlipOperator:
         if not isinstance(self.plan, ShiftedTransform):
             raise TypeError("rows can be moved in a sharp operator")
         other = copy(self)
-        other.plan = self.plan.shifted(phase, sharp_difference(self.plan.padded[0], self.spacing[0]))
+        px = self.plan.padded[0]
+        other.plan = self.plan.shifted(phase, point_factor(px, px // 2 + 1))
         return other
 
     def torus_shifted(self, power: int) -> np.ndarray:
@@ -165,9 +160,12 @@ class SlipOperator:
         return self._shifted[power]
 
     def multiply(self) -> None:
-        """From tractions to slips, in place in `plan.real`."""
+        """From tractions to displacements in cells, in place in `plan.real`.
+
+        The slip in a cell is what its own is more than that of the cell ahead, `ahead` places on in `plan.flat`.
+        """
         self.plan.forward()
-        arrays.multiply_2x2(self._hat, self.symbol)
+        arrays.multiply_2x2(self.plan.numbers, self.symbol)
         self.plan.backward()
 
 
@@ -239,8 +237,7 @@ class NewtonSystem:
         self._scale = min(self.rho * arrays.norm2(w), arrays.norm2(bound[None]))
         self.slip = np.zeros(n, dtype=np.bool_)
         self.normal = np.zeros((n, 2))
-        self.share = np.ones(n)
-        self._damping, self._root = np.zeros(n), np.ones(n)
+        self.share, self._damping, self._root = np.zeros((3, n))
         self._power = 0  # of d in the preconditioner
         self.products = 0
         self.rows = self.slip, self.normal, self.share, operator.diagonal  # what makes the rows of the system
@@ -290,7 +287,7 @@ class NewtonSystem:
         """Slip [m, 2] under tractions `q` [m, 2]."""
         s = np.empty(q.shape)
         self._multiply(q.reshape(-1), self._no_slip)
-        tractions.gather(self.operator.plan.flat, self.places, s.reshape(-1))
+        tractions.gather_slips(self.operator.plan.flat, self.places, self.operator.ahead, s.reshape(-1))
         s += self.w
         return s
 
@@ -298,14 +295,15 @@ class NewtonSystem:
         """Product of the system's matrix with a vector of unknowns `v` [2 m], and the slips, into `out` [4 m]."""
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
-        field, looking = self.operator.plan.flat, self._looking
+        looking = self._looking
+        of_rows = self.operator.plan.flat, v, self.places, self.operator.ahead, *self.rows
         if looking is None:
-            tractions.gather_slip(field, v, self.places, *self.rows, slips, rows)
+            tractions.gather_slip(*of_rows, slips, rows)
         else:
-            tractions.gather_centred_slip(field, v, self.places, *self.rows, looking.weight, slips, rows)
+            tractions.gather_centred_slip(*of_rows, looking.weight, slips, rows)
 
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
-        """Slips by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
+        """Displacements by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
         self.products += 1
         tractions.scatter_traction(v, self.places, slip, self.normal, self.unit, self.operator.plan.flat)
         self.operator.multiply()
@@ -347,8 +345,7 @@ class NewtonSystem:
         plan.forward()
         arrays.scale_packed(plan.hat, symbol)
         plan.backward()
-        out = np.empty(v.size)
-        tractions.gather(plan.result.T, self._places, out)
+        out: np.ndarray = plan.result.take(self._places, axis=0).reshape(-1)
         return out
 
     def _on_torus(self, symbol: np.ndarray) -> None:

@@ -96,10 +96,10 @@ def pad(field: np.ndarray, out: np.ndarray) -> None:
 
 @jit
 def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
-    """Multiply the pair hat [2, waves, waves], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy).
+    """Multiply the pair hat [2, waves, 2 waves], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy).
 
-    By real numbers in a third of the time, as loops over those make use of the vector units: then hat
-    [2, waves, 2 waves] has real and imaginary parts side by side, and k each number twice.
+    Real and imaginary parts side by side in hat, each of k's real numbers twice: loops over real numbers make use of
+    the vector units, those over complex ones take three times as long.
     """
     for i in range(hat.shape[1]):
         for j in range(hat.shape[2]):

@@ -14,20 +14,27 @@ from rcstudy.mechanics.jit import jit
 
 
 @jit
-def multiply_3x3(hat: np.ndarray, slip: np.ndarray, by_pressure: np.ndarray, lift: np.ndarray, gap: np.ndarray) -> None:
-    """Multiply the triple hat [3, py//2+1, px], in place, by ((slip xx, xy, yy), by_pressure; lift, gap).
+def multiply_3x3(hat: np.ndarray, pair: np.ndarray, along: np.ndarray, dx: float, gap: np.ndarray) -> None:
+    """Displacements by stresses: multiply the triple hat [3, py//2+1, 2 px], in place, by the symmetric block of pair,
+    i along; -i dx along, gap.
 
-    slip [3, ...]: symmetric block of slips by tractions; by_pressure [2, ...]: slips by pressure; lift [2, ...]: u_z by
-    tractions; gap [...]: u_z by pressure.
+    hat: real and imaginary parts side by side; pair [3, py//2+1, 2 px], each number twice: displacements xx, xy, yy
+    along the surface by tractions; along [2, py//2+1, px]: the same by pressure, both in cells of length dx; by
+    reciprocity u_z by tractions is the negative of that; gap [py//2+1, px]: u_z by pressure.
     """
     for i in range(hat.shape[1]):
-        for j in range(hat.shape[2]):
-            a = hat[0, i, j]
-            b = hat[1, i, j]
-            c = hat[2, i, j]
-            hat[0, i, j] = slip[0, i, j] * a + slip[1, i, j] * b + by_pressure[0, i, j] * c
-            hat[1, i, j] = slip[1, i, j] * a + slip[2, i, j] * b + by_pressure[1, i, j] * c
-            hat[2, i, j] = lift[0, i, j] * a + lift[1, i, j] * b + gap[i, j] * c
+        for j in range(gap.shape[1]):
+            r = 2 * j
+            a, b, c = hat[0, i, r], hat[1, i, r], hat[2, i, r]
+            u, v, w = hat[0, i, r + 1], hat[1, i, r + 1], hat[2, i, r + 1]
+            xx, xy, yy = pair[0, i, r], pair[1, i, r], pair[2, i, r]
+            x, y, z = along[0, i, j], along[1, i, j], gap[i, j]
+            hat[0, i, r] = xx * a + xy * b - x * w
+            hat[0, i, r + 1] = xx * u + xy * v + x * c
+            hat[1, i, r] = xy * a + yy * b - y * w
+            hat[1, i, r + 1] = xy * u + yy * v + y * c
+            hat[2, i, r] = dx * (x * u + y * v) + z * c
+            hat[2, i, r + 1] = z * w - dx * (x * a + y * b)
 
 
 @jit

@@ -45,6 +45,7 @@ def gather_slip(
     field: np.ndarray,
     v: np.ndarray,
     places: np.ndarray,
+    ahead: int,
     slip: np.ndarray,
     normal: np.ndarray,
     share: np.ndarray,
@@ -52,13 +53,15 @@ def gather_slip(
     s: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Rows of the Newton system from slips in two padded arrays: s in stick cells, c m.s + (1 - c) b tau in slip cells.
+    """Rows of the Newton system, s in stick cells, c m.s + (1 - c) b tau in slip cells, from displacements.
 
-    v: the vector the slips belong to; share [m]: c, and diagonal: b, see `rolling.py`; s [2 m]: the slips, for use
-    later on.
+    field [2, n]: these, in cells, in two padded arrays; a cell's slip is how much larger its own is than that of the
+    cell ahead, so many places on. v: the vector they belong to; share [m]: c, and diagonal: b, see `rolling.py`;
+    s [2 m]: the slips, for use later on.
     """
     for m in range(places.size):
-        x, y = field[0, places[m]], field[1, places[m]]
+        k = places[m]
+        x, y = field[0, k] - field[0, k + ahead], field[1, k] - field[1, k + ahead]
         s[2 * m] = x
         s[2 * m + 1] = y
         if slip[m]:
@@ -70,11 +73,12 @@ def gather_slip(
 
 
 @jit
-def gather(field: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
-    """Two padded arrays [2, n] at the cells, into out [2 m]."""
+def gather_slips(field: np.ndarray, places: np.ndarray, ahead: int, out: np.ndarray) -> None:
+    """Slips at the cells from displacements as in `gather_slip`, into out [2 m]."""
     for m in range(places.size):
-        out[2 * m] = field[0, places[m]]
-        out[2 * m + 1] = field[1, places[m]]
+        k = places[m]
+        out[2 * m] = field[0, k] - field[0, k + ahead]
+        out[2 * m + 1] = field[1, k] - field[1, k + ahead]
 
 
 @jit
@@ -152,6 +156,7 @@ def gather_centred_slip(
     field: np.ndarray,
     v: np.ndarray,
     places: np.ndarray,
+    ahead: int,
     slip: np.ndarray,
     normal: np.ndarray,
     share: np.ndarray,
@@ -162,21 +167,23 @@ def gather_centred_slip(
 ) -> None:
     """As `gather_slip`, with slips at the centres of slip cells in their rows, by the weights [2, m] of `centre`.
 
-    field [2, n]: rows along x, so that a cell's neighbours are beside it. s [2 m]: slips as they are.
+    s [2 m]: slips as they are.
     """
     for m in range(places.size):
         k = places[m]
-        x, y = field[0, k], field[1, k]
+        x, y = field[0, k] - field[0, k + ahead], field[1, k] - field[1, k + ahead]
         s[2 * m] = x
         s[2 * m + 1] = y
         if slip[m]:
             # beside a neighbour that is not there stands a weight of nothing
             if weight[0, m] != 0.0:
-                x += weight[0, m] * (field[0, k + 1] - s[2 * m])
-                y += weight[0, m] * (field[1, k + 1] - s[2 * m + 1])
+                n = k + ahead
+                x += weight[0, m] * (field[0, n] - field[0, n + ahead] - s[2 * m])
+                y += weight[0, m] * (field[1, n] - field[1, n + ahead] - s[2 * m + 1])
             if weight[1, m] != 0.0:
-                x += weight[1, m] * (field[0, k - 1] - s[2 * m])
-                y += weight[1, m] * (field[1, k - 1] - s[2 * m + 1])
+                n = k - ahead
+                x += weight[1, m] * (field[0, n] - field[0, k] - s[2 * m])
+                y += weight[1, m] * (field[1, n] - field[1, k] - s[2 * m + 1])
             out[2 * m] = v[2 * m]
             out[2 * m + 1] = slip_row(x, y, normal[m, 0], normal[m, 1], share[m], diagonal, v[2 * m + 1])
         else:
