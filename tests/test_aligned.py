@@ -12,7 +12,7 @@ from scipy.linalg import solve_toeplitz
 from rcstudy.mechanics import aligned
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.centring import Centring, slip_at_centres
-from rcstudy.mechanics.contact import solve_normal, solve_rolling
+from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.rolling import NewtonSystem, within
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Tolerance
@@ -469,3 +469,19 @@ def test_contact_area_on_layers_a_few_cells_thin():
             by_parabolas.append(contact._area_by_parabolas * np.prod(coarse.mesh.spacing) / exact - 1.0)
     assert np.median(np.abs(ours)) < 7e-4
     assert np.linalg.norm(ours) < 0.6 * np.linalg.norm(by_parabolas)
+
+
+def test_what_lifts_off_within_the_contact_is_no_part_of_it():
+    """Nor does it slip: all of what is left does, under much creepage."""
+    a = hertz_of().a[0]
+    scene = steel(window((a, a), (24, 24)), creepage=Creepage(0.1, 0.0, 0.0))
+    normal = solve_normal(scene)
+    p = normal.solution.p.copy()
+    p[14:16, 7:10] = 0.0
+    whole, lifted = (
+        AlignedContact(NormalContact(scene, normal.influence, replace(normal.solution, p=pressure)))
+        for pressure in (normal.solution.p, p)
+    )
+    dx, dy = scene.mesh.spacing
+    assert whole.area - lifted.area == pytest.approx(6.0 * dx * dy, rel=0.01)
+    assert lifted.slip_area_and_peak(solve_rolling(lifted, scene), scene.friction)[0] == lifted.area

@@ -252,8 +252,20 @@ class AlignedContact(NormalContact):
     @cached_property
     def area(self) -> float:
         """Area of the contact (mm^2), within its edges: those by parabolas, moved by what these miss."""
+        return self._outlined - self._lifted
+
+    @cached_property
+    def _outlined(self) -> float:
+        """Area (mm^2) within the edges, be there contact or not."""
         dx, dy = self.scene.mesh.spacing
         return self._area_within(bent=True) * dx * dy
+
+    @cached_property
+    def _lifted(self) -> float:
+        """Area (mm^2) where plates lift off within the contact, by cells."""
+        dx, dy = self.scene.mesh.spacing
+        spanned = np.maximum(self._high - self._low + 1, 0).sum()
+        return float(spanned - len(self._own)) * dx * dy
 
     @cached_property
     def _area_by_parabolas(self) -> float:
@@ -345,10 +357,14 @@ class AlignedContact(NormalContact):
             slips = float(stick.area_of_slip(chords, tips, widths, low, high))
             # Of what chords miss of the contact half is at its trailing edge, all of it where no cell of a row sticks.
             slips += 0.5 * (1.0 + slips / area) * (area - self._area_by_rows)
-            return self.area * min(max(slips / area, 0.0), 1.0)
+            return self._slipping_part(slips / area)
         stick.shorten_tips(length, chords)
         # what chords miss of the contact they miss of the stick zone, too
-        return self.area * (1.0 - min(float(rows.area_under(length, _NOT_KNOWN)) / self._area_by_rows, 1.0))
+        return self._slipping_part(1.0 - float(rows.area_under(length, _NOT_KNOWN)) / self._area_by_rows)
+
+    def _slipping_part(self, part: float) -> float:
+        """Area of the slip zone (mm^2), by what `part` of all within the edges slips, with what has lifted off."""
+        return max(self._outlined * min(max(part, 0.0), 1.0) - self._lifted, 0.0)
 
 
 def _crossings(
