@@ -108,9 +108,8 @@ def error_estimates(
             estimate = fit.k0 / per_radius * scale
         else:
             difference = abs(values[0] - values[1])
-            difference = max(
-                difference, 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
-            )
+            guard = 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
+            difference = max(difference, guard)
             unit, part = per_radius**-1.5 * scale, _part(fit, finest)
             noise, pull = (fit.k * part + fit.rest) * unit, fit.coupled * pulling * part * unit
             estimate = math.hypot(fit.c * difference, noise + pull)

@@ -127,11 +127,13 @@ class SlipOperator:
         # displacements by tractions, in cells
         self.symbol = real_symbols(coefficients, padded, x_first=sharp) / spacing[0]
         self.plan: Transform
+        sharpened: np.ndarray | float = 1.0
         if sharp:
+            self.symbol *= point_factor(padded[0], padded[0] // 2 + 1)[:, None]
+            sharpened = point_factor(torus[0], torus[0])
             self.plan, self.ahead = shifted_transform(padded, 2, shape[1]), 1
         else:
             self.plan, self.ahead = transform(padded, 2, shape[0] + 1), padded[1]
-        sharpened = point_factor(torus[0], torus[0]) if sharp else 1.0
         difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
         self.torus_symbol = _packed(difference)
         displacements = positive_tractions(symbols(coefficients, torus), influence, torus) * sharpened
@@ -147,8 +149,7 @@ class SlipOperator:
         if not isinstance(self.plan, ShiftedTransform):
             raise TypeError("rows can be moved in a sharp operator")
         other = copy(self)
-        px = self.plan.padded[0]
-        other.plan = self.plan.shifted(phase, point_factor(px, px // 2 + 1))
+        other.plan = self.plan.shifted(phase)
         return other
 
     def torus_shifted(self, power: int) -> np.ndarray:
