@@ -75,7 +75,7 @@ ALIGNED: dict[str, Fit] = {
 
 
 _NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
-_HARDLY = 0.01  # part of the contact that slips, at least
+_HARDLY = 0.01  # part of the contact that slips, at least, where less of it means more noise
 _ROUNDING = 1e-9
 _FAR = 6.0  # differences between meshes beyond so many times the noise are more than those of a fine enough mesh
 # Where all cells stick a zone narrower than half a cell may slip behind them: so much of the area over cells a radius.
@@ -144,5 +144,6 @@ def _part(fit: Fit, finest: dict[str, float]) -> float:
     if fit.stick == fit.slip == 0.0:
         return 1.0
     slip = finest["slip_area"] / finest["contact_area"]
-    result: float = max(1.0 - slip, 0.0) ** fit.stick * max(slip, _HARDLY) ** fit.slip
+    least = _HARDLY if fit.slip < 0.0 else 0.0
+    result: float = max(1.0 - slip, 0.0) ** fit.stick * max(slip, least) ** fit.slip
     return result
