@@ -586,6 +586,15 @@ class Contact:
         return field[:, mask]
 
 
+def test_rigid_slip() -> None:
+    """The paper's Eq. 5, its spin part a little ahead."""
+    rng = np.random.default_rng(8)
+    x, y = rng.normal(size=(2, 5))
+    out = np.full((5, 2), np.nan)
+    tractions.rigid_slip(x, y, 0.3, -0.2, 1.7, 0.1, out)
+    np.testing.assert_allclose(out, np.stack([0.3 - 1.7 * y, 1.7 * (x + 0.1) - 0.2], axis=1), rtol=1e-14, atol=1e-15)
+
+
 @pytest.mark.parametrize("shape", BOXES)
 def test_scatter_traction(shape: tuple[int, int]) -> None:
     c = Contact(shape)

@@ -14,17 +14,21 @@ from rcstudy.mechanics.kernels import stick
 FAR = 10**15  # cells: of a zone without end
 
 
-def test_sizes_and_speeds() -> None:
+def test_rooms_and_speeds() -> None:
     """The component of slip against the traction; none where there is no traction."""
     rng = np.random.default_rng(2)
-    q, s = rng.normal(size=(2, 7, 2))
+    q, s, pressure, slip = *rng.normal(size=(2, 7, 2)), rng.uniform(1.0, 9.0, size=7), rng.random(7) < 0.5
     q[3] = 0.0
-    size, speed = np.full((2, 7), np.nan)
-    stick.sizes_and_speeds(q, s, size, speed)
-    np.testing.assert_allclose(size, np.linalg.norm(q, axis=1), rtol=1e-15)
+    room, speed = np.full((2, 7), np.nan)
+    found = stick.rooms_and_speeds(q, s, slip, 0.4, pressure, room, speed)
+    size = np.linalg.norm(q, axis=1)
+    assert 0 < slip.sum() < 7
+    assert found == pytest.approx((size.max(), size[~slip].max()), rel=1e-15)
+    np.testing.assert_allclose(room, 0.4 * pressure - size, rtol=1e-14)
     for m in range(7):
         direction = -q[m] / size[m] if m != 3 else np.zeros(2)
         assert speed[m] == pytest.approx(s[m] @ direction, abs=1e-14)
+    assert stick.rooms_and_speeds(q, s, np.ones(7, dtype=np.bool_), 0.4, pressure, room, speed)[1] == 0.0
 
 
 def test_border_ahead() -> None:

@@ -326,20 +326,20 @@ class AlignedContact(NormalContact):
         Tractions peak at that border, where they are mu p, or where the pressure does.
         """
         slip = rolling.slip
-        size, speed = np.zeros((2, slip.size))
-        stick.sizes_and_speeds(rolling.q, rolling.s_ahead, size, speed)
+        room, speed = np.zeros((2, slip.size))
+        of_cells = rolling.q, rolling.s_ahead, slip, friction, self.pressure
+        largest, sticking = stick.rooms_and_speeds(*of_cells, room, speed)
         if not slip.any():
-            return 0.0, float(size.max())
-        room = friction * self.pressure - size
+            return 0.0, largest
         ny = self.box.shape[1]
         length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
         of_rows = self._index, self._start, self._count, self._edges
         found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
-        peaks = [friction * self.pressure_max if slip[self._top].any() else float(size.max())]
+        peaks = [friction * self.pressure_max if slip[self._top].any() else largest]
         if found:
             squares = rows.squares_at_borders(*self._profiles, borders[:found])
-            peaks += [friction * rows.peak_at_borders(squares, borders[:found]), float(size[~slip].max())]
+            peaks += [friction * rows.peak_at_borders(squares, borders[:found]), sticking]
         stick.move_oblique(borders, last, length)
         # no border carries more than where the pressure is largest
         return self._slip_area(length, slip), min(max(peaks), friction * self.pressure_max)

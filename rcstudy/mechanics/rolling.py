@@ -209,8 +209,7 @@ def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -
     The paper's Eq. 5; `ahead` (mm) moves the point at which the spin part is taken.
     """
     w = np.empty((x.size, 2))
-    w[:, 0] = creepage.longitudinal - creepage.spin * y
-    w[:, 1] = creepage.lateral + creepage.spin * (x + ahead)
+    tractions.rigid_slip(x, y, creepage.longitudinal, creepage.lateral, creepage.spin, ahead, w)
     return w
 
 

@@ -68,14 +68,28 @@ def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells:
 
 
 @jit
-def sizes_and_speeds(q: np.ndarray, s: np.ndarray, size: np.ndarray, speed: np.ndarray) -> None:
-    """Sizes [m] of tractions q [m, 2] (MPa), and how fast slips s [m, 2] are against them, into speed [m].
+def rooms_and_speeds(
+    q: np.ndarray,
+    s: np.ndarray,
+    slip: np.ndarray,
+    friction: float,
+    pressure: np.ndarray,
+    room: np.ndarray,
+    speed: np.ndarray,
+) -> tuple[float, float]:
+    """Room [m] that tractions q [m, 2] (MPa) leave up to friction times pressure [m], and speed [m] of slips s [m, 2].
 
-    The latter is 0 without traction.
+    The latter is against the traction, 0 without one. Returns the largest traction of all and of the stick cells.
     """
-    for m in range(size.size):
-        size[m] = math.sqrt(q[m, 0] * q[m, 0] + q[m, 1] * q[m, 1])
-        speed[m] = -(s[m, 0] * q[m, 0] + s[m, 1] * q[m, 1]) / size[m] if size[m] > 0.0 else 0.0
+    largest = sticking = 0.0
+    for m in range(room.size):
+        size = math.sqrt(q[m, 0] * q[m, 0] + q[m, 1] * q[m, 1])
+        room[m] = friction * pressure[m] - size
+        speed[m] = -(s[m, 0] * q[m, 0] + s[m, 1] * q[m, 1]) / size if size > 0.0 else 0.0
+        largest = max(largest, size)
+        if not slip[m]:
+            sticking = max(sticking, size)
+    return largest, sticking
 
 
 @jit

@@ -15,6 +15,16 @@ from rcstudy.mechanics.jit import jit
 
 
 @jit
+def rigid_slip(
+    x: np.ndarray, y: np.ndarray, longitudinal: float, lateral: float, spin: float, ahead: float, out: np.ndarray
+) -> None:
+    """Slip of rigid bodies at x, y [m], its spin part taken ahead of x, into out [m, 2]."""
+    for m in range(x.size):
+        out[m, 0] = longitudinal - spin * y[m]
+        out[m, 1] = lateral + spin * (x[m] + ahead)
+
+
+@jit
 def scatter_traction(
     v: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, unit: float, out: np.ndarray
 ) -> None:
