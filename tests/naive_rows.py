@@ -268,7 +268,7 @@ def leaning(borders: dict[int, float], length: list[float]) -> np.ndarray:
         if len(near) == 3:
             slope = (near[j + 1] - near[j - 1]) / 2.0
         elif len(near) == 2:
-            slope = 1.3 * sum(abs(other - x) for other in near.values())
+            slope = sum(abs(other - x) for other in near.values())
         else:
             continue
         shift[j] = min(0.2 * min(abs(slope), 5.0) ** 2 / (length[j] + 1.0), length[j])
@@ -390,10 +390,12 @@ def slip_widths(
     in_parts = rows_that_stick.size and np.ptp(rows_that_stick) + 1 != rows_that_stick.size
     if len(known) < 5 or in_parts or not sticks_ahead[rows_that_stick].all():
         return widths, 0, 0
-    ends = []
     for inner, outward in ((known[0], -1), (known[-1], 1)):
-        beyond = inner + outward
-        if touched[0] < beyond < touched[-1]:
-            widths[beyond] = max(widths[beyond], 2.0 * widths[inner] - widths[inner - outward])
-        ends.append(beyond if touched[0] < beyond < touched[-1] else inner)
-    return widths, ends[0], ends[1]
+        beyond, three = inner + outward, inner - outward * np.arange(3)
+        own = widths[beyond]
+        widths[beyond] = np.polyval(np.polyfit(three, widths[three], 1), beyond)
+        if length[beyond] > 0.0:
+            widths[beyond] = max(widths[beyond], own - 0.5)
+        elif touched[0] < beyond < touched[-1]:
+            widths[beyond] = max(widths[beyond], own)
+    return widths, known[0] - 1, known[-1] + 1

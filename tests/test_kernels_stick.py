@@ -206,7 +206,7 @@ def test_move_oblique() -> None:
     before = np.array([3.0, 4.0, 5.0, 9.0, 2.0, 1.0, 0.3, 8.0])
     length = before.copy()
     stick.move_oblique(borders, last, length)
-    squares = np.array([1.3**2, 1.5**2, 2.6**2, 0.0, 0.0, 0.0, 5.0**2, 5.0**2])
+    squares = np.array([1.0, 1.5**2, 2.0**2, 0.0, 0.0, 0.0, 5.0**2, 5.0**2])
     shift = np.minimum(0.2 * squares / (before + 1.0), before)
     assert shift[6] == 0.3
     np.testing.assert_allclose(length, before - shift, atol=1e-14)
@@ -256,6 +256,16 @@ def test_slip_widths(seed: int) -> None:
     assert list(found) == ends
     if found != (0, 0):
         np.testing.assert_allclose(widths, expected, atol=1e-14)
+
+
+def test_width_beyond() -> None:
+    """On the line through the three beside it, closest to them; wider if its cells tell so."""
+    points = np.array([2.0, 2.6, 2.5])
+    straight = np.polyval(np.polyfit([1.0, 2.0, 3.0], points, 1), 0.0)
+    assert stick.width_beyond(*points, 0.3, True, True) == pytest.approx(straight)
+    assert stick.width_beyond(*points, 4.0, True, True) == 3.5
+    assert stick.width_beyond(*points, 4.0, False, False) == 4.0
+    assert stick.width_beyond(*points, 4.0, False, True) == pytest.approx(straight)
 
 
 def test_slip_widths_of_nothing() -> None:

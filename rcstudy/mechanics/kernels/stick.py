@@ -155,7 +155,7 @@ def move_oblique(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> N
     """Move the borders at the trailing ends of rows to where they are if they do not run across the rows, in place.
 
     They were found too far back by a fifth of the square of the slope, in cells a row, over one more than the zone's
-    length (from the paper's contacts against 512 x 512 cells): as if the zone ended where it does across the border.
+    length (from the paper's contacts against 2048 x 2048 cells): as if the zone ended where it does across the border.
     The neighbours' borders tell the slope. borders, last and length as `stick_rows` leaves them; lengths change alike.
     """
     ny = last.size
@@ -167,8 +167,6 @@ def move_oblique(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> N
         high = j + 1 if j + 1 < ny and last[j + 1] >= 0 else j
         if high > low:
             slope = (borders[last[high], 0] - borders[last[low], 0]) / (high - low)
-            if high - low == 1:
-                slope *= 1.3  # it is the outermost row, and borders bend there
             shift[j] = min(0.2 / (length[j] + 1.0) * min(abs(slope), 5.0) ** 2, length[j])
     for j in range(ny):
         if last[j] >= 0:
@@ -188,14 +186,27 @@ def outermost(chords: np.ndarray) -> tuple[int, int]:
 
 
 @jit
+def width_beyond(near: float, second: float, third: float, own: float, sticks: bool, outermost_row: bool) -> float:
+    """Width (cells) of the slip zone in the row beyond three, nearest first, whose `own` is not to be believed.
+
+    It is on the straight line closest to the three, unless the row tells that it is wider: all of it slips, or, in the
+    contact's outermost row, a part sticks and what does not is wider by more than that is wrong by, half a cell.
+    """
+    straight = (4.0 * near + second - 2.0 * third) / 3.0
+    if sticks:
+        return max(straight, own - 0.5)
+    return straight if outermost_row else max(straight, own)
+
+
+@jit
 def slip_widths(
     length: np.ndarray, slip: np.ndarray, index: np.ndarray, count: np.ndarray, edges: np.ndarray, widths: np.ndarray
 ) -> tuple[int, int]:
     """How much of each row slips, widths [ny] (cells): first and last row for which `area_of_slip` may take it.
 
-    Arguments as in `stick_rows`. Cells of the contact's outermost rows do not tell chords; of the next one outwards all
-    slips, and would if it were wider. No rows (0, 0) where the stick zone has less than five, is in parts, or does not
-    go on to the leading edge.
+    Arguments as in `stick_rows`. Those are the stick zone's rows, without the contact's outermost ones, whose cells do
+    not tell chords, and one more on either side (`width_beyond`). No rows (0, 0) where the stick zone has less than
+    five, is in parts, or does not go on to the leading edge.
     """
     touched_low, touched_high, low, high = -1, -1, -1, -1
     for j in range(length.size):
@@ -215,15 +226,11 @@ def slip_widths(
     low, high = max(low, touched_low + 1), min(high, touched_high - 1)
     if high - low < 4:
         return 0, 0
-    low_inner, high_inner = widths[low], widths[high]
-    low_beyond, high_beyond = 2.0 * low_inner - widths[low + 1], 2.0 * high_inner - widths[high - 1]
-    if touched_low < low - 1:
-        low -= 1
-        widths[low] = max(widths[low], low_beyond)
-    if high + 1 < touched_high:
-        high += 1
-        widths[high] = max(widths[high], high_beyond)
-    return low, high
+    for end, outward, outermost_row in ((low, -1, touched_low), (high, 1, touched_high)):
+        k = end + outward
+        inner = widths[end], widths[end - outward], widths[end - 2 * outward]
+        widths[k] = width_beyond(*inner, widths[k], length[k] > 0.0, k == outermost_row)
+    return low - 1, high + 1
 
 
 @jit
