@@ -10,45 +10,37 @@ contact's and the stick zone's borders happen to lie on it. So `--places 25` tak
 from __future__ import annotations
 
 import argparse
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from rcstudy.cases import expand, normal_problem
+from rcstudy.cases import expand
 from rcstudy.mechanics.scene import Mesh, Scene
-from rcstudy.result import Status
+from rcstudy.result import ESTIMATED, Status
 from rcstudy.solve import solve_group
 from rcstudy.study import load_study
 
-SCALARS = (
-    *("force_x", "force_y", "moment_z", "slip_area", "contact_area"),
-    *("traction_max", "pressure_max", "friction_power"),
-)
 BARS = 0.5, 0.2  # per cent
 WIDEST = 0.06  # by how much windows are smaller and larger
 NIL = 1e-9  # beside the largest of all cases: nothing, by symmetry
 
 
-def scalars(scenes: Iterable[Scene]) -> list[Mapping[str, float]]:
-    """Scalars of each scene; those of one normal problem are solved together."""
-    of_scene: dict[int, Mapping[str, float]] = {}
-    groups: dict[Hashable, list[tuple[int, Scene]]] = {}
-    for k, scene in enumerate(scenes):
-        groups.setdefault(normal_problem(scene), []).append((k, scene))
-    for group in groups.values():
-        for (k, _), result in zip(group, solve_group([scene for _, scene in group]), strict=True):
+def scalars(groups: Iterable[Sequence[Scene]], cells: int, wider: float = 1.0) -> list[dict[str, float]]:
+    """Scalars of each scene on `cells` x `cells` that begin where the contact begins, its window `wider` times as wide.
+
+    groups: scenes of one normal problem each, solved together.
+    """
+    found = []
+    for group in groups:
+        x, y = group[0].mesh.size
+        mesh = Mesh((x * wider, y * wider), (cells, cells))
+        for result in solve_group([replace(scene, mesh=mesh, discretisation="aligned") for scene in group]):
             if result.status != Status.SOLVED:
-                raise SystemExit(f"case {k} is not solved: {result.reason}")
-            of_scene[k] = result.scalars
-    return [of_scene[k] for k in range(len(of_scene))]
-
-
-def on(scene: Scene, cells: int, wider: float) -> Scene:
-    """The scene on `cells` x `cells` that begin where the contact begins, its window `wider` times as wide."""
-    x, y = scene.mesh.size
-    return replace(scene, mesh=Mesh((x * wider, y * wider), (cells, cells)), discretisation="aligned")
+                raise SystemExit(f"not solved, on {cells} cells: {result.reason}")
+            found.append(result.scalars)
+    return found
 
 
 def main() -> None:
@@ -59,17 +51,20 @@ def main() -> None:
     parser.add_argument("--places", type=int, default=1)
     parser.add_argument("--study", type=Path, default=Path(__file__).resolve().parents[1] / "configs" / "paper.yaml")
     options = parser.parse_args()
-    scenes = [case.scene for case in expand(load_study(options.study)).cases]
-    scenes = [scene for scene in scenes if scene.creepage is not None and scene.method == "newton"]
-    reference = scalars(on(scene, options.reference, 1.0) for scene in scenes)
+    groups = []
+    for cases in expand(load_study(options.study)).groups():
+        scenes = [case.scene for case in cases if case.scene.creepage is not None and case.scene.method == "newton"]
+        if scenes:
+            groups.append(scenes)
+    reference = scalars(groups, options.reference)
     factors = 1.0 + np.linspace(-WIDEST, WIDEST, options.places) if options.places > 1 else np.ones(1)
-    print(f"{len(scenes)} cases, against {options.reference} cells; errors: median / 90 % / worst, %")
+    print(f"{len(reference)} cases, against {options.reference} cells; errors: median / 90 % / worst, %")
     for cells in options.cells:
-        found = [scalars(on(scene, cells, wider) for scene in scenes) for wider in factors]
+        found = [scalars(groups, cells, wider) for wider in factors]
         print(f"\n## {cells} cells, {len(factors)} meshes\n")
         print("| scalar | errors | rms | " + " | ".join(f"cases beyond {bar} %" for bar in BARS) + " |")
         print("| --- " * (3 + len(BARS)) + "|")
-        for name in SCALARS:
+        for name in ESTIMATED:
             truth = np.array([of_case[name] for of_case in reference])
             there = abs(truth) > NIL * abs(truth).max()
             values = np.array([[of_case[name] for of_case in mesh] for mesh in found])[:, there]

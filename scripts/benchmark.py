@@ -44,7 +44,7 @@ import pyfftw
 import scipy.fft
 
 from rcstudy import provenance, sweep
-from rcstudy.cases import expand, normal_problem
+from rcstudy.cases import expand
 from rcstudy.mechanics import contact, convolution, influence, layered, normal, proof
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.progress import Silent
@@ -388,17 +388,16 @@ def part_d(options: argparse.Namespace) -> Any:
     """The paper's layered cases, and all of its rolling ones on finer meshes."""
     study = load_study(ROOT / "configs" / "paper.yaml")
     wanted = {"figure_7", "figure_8", "figure_9", "figure_10"}
-    cases = [c for c in expand(study).cases if c.grid in wanted]
-    print(f"## d. The paper's {len(cases)} layered cases, tolerances 1e-6\n")
-    groups: dict[Any, list[Scene]] = {}
-    for case in cases:
-        scene = replace(case.scene, tolerance=Tolerance(1e-6, 1e-6))
-        groups.setdefault(normal_problem(scene), []).append(scene)
-    for scenes in groups.values():
+    layered, rolling = [], []  # scenes, those of one normal problem together
+    for cases in expand(study).groups():
+        layered.append([replace(c.scene, tolerance=Tolerance(1e-6, 1e-6)) for c in cases if c.grid in wanted])
+        rolling.append([c.scene for c in cases if c.scene.creepage is not None and c.scene.method == "newton"])
+    print(f"## d. The paper's {sum(map(len, layered))} layered cases, tolerances 1e-6\n")
+    for scenes in layered:
         list(solve.solve_group(scenes))
     forget()
     begun = Clock()
-    results = [r for scenes in groups.values() for r in solve.solve_group(scenes)]
+    results = [r for scenes in layered for r in solve.solve_group(scenes)]
     each = (Clock() - begun) / len(results)
     found: dict[str, Any] = {"cases": len(results), "milliseconds_a_case": 1e3 * each}
     rows = []
@@ -415,22 +414,21 @@ def part_d(options: argparse.Namespace) -> Any:
     table(["", "median", "worst"], rows)
     bad = Counter(r.status.name for r in results if r.status != Status.SOLVED)
     print(f"{1e3 * each:.2f} ms a case, pressures and coefficients included. Not solved: {dict(bad) or 0}.\n")
-    rolling = [c.scene for c in expand(study).cases if c.scene.creepage is not None and c.scene.method == "newton"]
     found["growth"] = growth(rolling, [n for n in options.cells if n <= 512])
     return found
 
 
-def growth(scenes: list[Scene], meshes: list[int]) -> list[dict[str, Any]]:
-    """Products of the paper's rolling cases by mesh."""
-    print(f"Products of all its {len(scenes)} rolling cases at 1e-6; growth: case by case, over the first mesh.\n")
+def growth(groups: list[list[Scene]], meshes: list[int]) -> list[dict[str, Any]]:
+    """Products of the paper's rolling cases by mesh; groups: those of one normal problem each."""
+    number = sum(map(len, groups))
+    print(f"Products of all its {number} rolling cases at 1e-6; growth: case by case, over the first mesh.\n")
     found: list[dict[str, Any]] = []
     first: np.ndarray | None = None
     for n in meshes:
-        finer = [replace(s, mesh=Mesh(s.mesh.size, (n, n)), tolerance=Tolerance(1e-6, 1e-6)) for s in scenes]
-        groups: dict[Any, list[Scene]] = {}
-        for scene in finer:
-            groups.setdefault(normal_problem(scene), []).append(scene)
-        results = [r for group in groups.values() for r in solve.solve_group(group)]
+        results = []
+        for group in groups:
+            finer = [replace(s, mesh=Mesh(s.mesh.size, (n, n)), tolerance=Tolerance(1e-6, 1e-6)) for s in group]
+            results += solve.solve_group(finer)
         own, coarse = (
             np.array([int(r.scalars[name]) for r in results]) for name in ("operator_products", "coarse_products")
         )
