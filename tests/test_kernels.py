@@ -11,7 +11,6 @@ import ast
 import builtins
 import dis
 import math
-import zlib
 from pathlib import Path
 from types import CodeType
 
@@ -21,8 +20,7 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import rcstudy
-from rcstudy import deflate as deflating
-from rcstudy.mechanics.kernels import arrays, coefficients, coupled, deflate, meshes, pressure, tractions
+from rcstudy.mechanics.kernels import arrays, coefficients, coupled, meshes, pressure, tractions
 from rcstudy.mechanics.scene import Layer, Material
 
 STEEL = Material(210000.0, 0.3)
@@ -909,69 +907,6 @@ def test_gmres_update(k: int) -> None:
     np.testing.assert_allclose(x, z[: k - 1].T @ rest, rtol=1e-12, atol=1e-12)
 
 
-# --- deflate ---
-
-
-def deflated(data: np.ndarray, *, by_words: bool = False) -> bytes:
-    """What the kernel for runs of bytes, or that for runs of words, makes of bytes."""
-    out = np.full(data.size * 9 // 8 + 24, 255, dtype=np.uint8)
-    words = data[: data.size // 8 * 8].view(np.int64)
-    codes = deflating._codes()
-    if by_words:
-        return out[: deflate.deflate_words(data, words, *codes[2:], out)].tobytes()
-    return out[: deflate.deflate_runs(data, words, *codes, out)].tobytes()
-
-
-@pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 7, 8, 9, 16, 31, 257, 258, 259, 260, 261, 262, 516, 517, 520, 1300])
-def test_deflate_runs(n: int) -> None:
-    """Against zlib, for noise, bits, a run inside, a run at the end, and nothing but zeros."""
-    rng = np.random.default_rng(n)
-    inside, at_end = np.zeros(n, dtype=np.uint8), np.full(n, 200, dtype=np.uint8)
-    inside[n // 3 : n // 2] = 7
-    at_end[: n // 2] = rng.integers(0, 256, n // 2)
-    for data in (rng.integers(0, 256, n), rng.integers(0, 2, n), inside, at_end, np.zeros(n)):
-        data = data.astype(np.uint8)
-        assert zlib.decompress(deflated(data)) == data.tobytes()
-
-
-@pytest.mark.parametrize("n", [*range(40), 63, 64, 65, 257, 264, 265, 272, 288, 289, 290, 296, 297, 298, 528, 552, 600])
-def test_deflate_words(n: int) -> None:
-    """Against zlib, for noise, zeros, a run of another word, runs inside and at the ends, single and paired words."""
-    rng = np.random.default_rng(n)
-    noise = rng.integers(0, 256, n).astype(np.uint8)
-    nans = np.resize(np.full(1, np.nan).view(np.uint8), n)
-    inside, around, runs_of_two = noise.copy(), noise.copy(), np.repeat(rng.integers(0, 9, n), 16)[:n].astype(np.uint8)
-    inside[n // 4 : n // 2] = 0
-    around[: n // 3] = nans[: n // 3]
-    around[n // 2 :] = 0
-    for data in (noise, np.zeros(n, dtype=np.uint8), nans, inside, around, around[::-1].copy(), runs_of_two):
-        stream = deflated(data, by_words=True)
-        assert zlib.decompress(stream) == data.tobytes()
-        assert len(stream) <= data.size * 9 // 8 + 24
-
-
-def test_deflate_words_makes_runs_small() -> None:
-    """Of zeros, and of missing values; what is stored grows by no more than the heads of its blocks."""
-    field = np.zeros((64, 64))
-    field[20:40, 24:44] = np.random.default_rng(3).random((20, 20))
-    for missing in (0.0, np.nan):
-        filled = np.where(field == 0.0, missing, field)
-        assert len(deflated(filled.reshape(-1).view(np.uint8), by_words=True)) < 400 * 8 + 21 * 30 + 300
-    rough = np.random.default_rng(4).random(40_000).view(np.uint8)
-    stream = deflated(rough, by_words=True)
-    assert zlib.decompress(stream) == rough.tobytes()
-    assert len(stream) < rough.size + 50
-
-
-def test_adler() -> None:
-    data = np.random.default_rng(5).integers(0, 256, 70_000).astype(np.uint8)
-    for start, stop in ((0, 0), (0, 1), (3, data.size), (0, data.size)):
-        low, high = deflate.adler(data, start, stop, 1, 0)
-        assert high * 65536 + low == zlib.adler32(data[start:stop])
-        middle = (start + stop) // 2
-        assert deflate.adler(data, middle, stop, *deflate.adler(data, start, middle, 1, 0)) == (low, high)
-
-
 # --- pressure and tractions together ---
 
 
@@ -1071,17 +1006,6 @@ def test_move_contact(shape: tuple[int, int]) -> None:
     coupled.move_contact(change, c.slip, c.normal, mu, c.unit, total, p, q)
     np.testing.assert_allclose(p, new_p, rtol=1e-13)
     np.testing.assert_allclose(q, expected, rtol=1e-11, atol=1e-13)
-
-
-@pytest.mark.heavy
-def test_deflate_runs_of_much() -> None:
-    """Sums that would not fit without their modulus; words that are not aligned with the runs."""
-    rng = np.random.default_rng(9)
-    for share in (0.0, 0.5, 0.999, 1.0):
-        data = rng.integers(0, 256, 3_000_001).astype(np.uint8)
-        data[rng.random(data.size) < share] = 0
-        assert zlib.decompress(deflated(data)) == data.tobytes()
-    assert zlib.decompress(deflated(np.full(5_000_003, 255, dtype=np.uint8))) == b"\xff" * 5_000_003
 
 
 # --- rules ---
