@@ -47,6 +47,15 @@ def refuse_foreign(output: Path) -> None:
         raise UserError(f"{output}: there is a file that is no cube; it is not replaced: give another --output")
 
 
+def refuse_other_study(output: Path, study: str) -> None:
+    """Raise UserError if `output` is the cube of a study of another name than `study`, of whatever version."""
+    name = study
+    with contextlib.suppress(Exception), h5py.File(output, "r") as cube:  # a damaged one is replaced, see above
+        name = str(cube.attrs.get("study", study))
+    if name != study:
+        raise UserError(f"{output}: is the cube of another study, {name}; it is not replaced: give another --output")
+
+
 class EarlierCube:
     """A cube opened for its cases. `sha256` is that of the study it was made from; close it after use.
 

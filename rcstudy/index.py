@@ -46,6 +46,11 @@ class Index:
             self.cube.close()
             self.cube = None
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether no case has a result."""
+        return not self._places
+
     def status(self, key: str) -> Status | None:
         """How the case ended; None if it has no result yet."""
         place = self._places.get(key)

@@ -38,7 +38,7 @@ def merge(
     """
     started = time.monotonic()
     expansion = expand(study)
-    with opened(output, expansion.cases, keep_of(study.outputs), tell=tell, take_over=take_over) as store:
+    with opened(output, study.name, expansion.cases, keep_of(study.outputs), tell=tell, take_over=take_over) as store:
         for path in unit_paths(store.folder):
             _check_duplicates(store.index, *_read(path))
         for folder in folders:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy.earlier import EarlierCube, refuse_foreign
+from rcstudy.earlier import EarlierCube, refuse_foreign, refuse_other_study
 from rcstudy.errors import UserError
 from rcstudy.index import Index
 from rcstudy.lock import locked
@@ -203,6 +203,7 @@ class Store:
 @contextlib.contextmanager
 def opened(
     output: Path,
+    study: str,
     cases: Sequence[Case],
     keep: Keep,
     *,
@@ -211,12 +212,13 @@ def opened(
     shard: tuple[int, int] | None = None,
     take_over: bool = False,
 ) -> Iterator[Store]:
-    """The store of the cube `output`, with all results of `cases` in its index that are there already.
+    """The store of the cube `output`, with all results of `cases` of `study` in its index that are there already.
 
     No other sweep can open it meanwhile, but for other shards if this is one. What is damaged is set aside, and
     `tell` told. `fresh`: nothing that is there counts. `take_over`: even if another machine's lock is there.
 
-    Raises UserError when the output cannot be written to, or another process is at work on it.
+    Raises UserError when the output cannot be written to, is the cube of a study of another name that has none of
+    these cases, or another process is at work on it.
     """
     folder = units_folder(output)
     with contextlib.ExitStack() as stack:
@@ -232,6 +234,8 @@ def opened(
                 take_cube(index, output, tell)
             for path in unit_paths(folder):
                 _take_unit(index, path, tell)
+            if index.is_empty and not starts_over(folder):
+                refuse_other_study(output, study)
             store = Store(folder, index)
         except OSError as error:
             raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error

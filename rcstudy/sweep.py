@@ -129,7 +129,14 @@ def run(
         summary = Summary(Path(output), len(cases))
         store = stack.enter_context(
             opened(
-                summary.output, expansion.cases, packing.keep, tell=say, fresh=fresh, shard=shard, take_over=take_over
+                summary.output,
+                study.name,
+                expansion.cases,
+                packing.keep,
+                tell=say,
+                fresh=fresh,
+                shard=shard,
+                take_over=take_over,
             )
         )
         pending = unsolved(cases, store.index)

@@ -56,6 +56,21 @@ def test_cubes_are_replaced_whole_or_damaged(kind: str, tmp_path: Path) -> None:
     assert done.solved == done.cases
 
 
+def test_the_cube_of_another_study_is_replaced_only_on_demand(tmp_path: Path) -> None:
+    """Two studies in files of the same name would have had one cube; a study that was edited keeps its own."""
+    output = tmp_path / "c.nc"
+    first = sweep.run(load_text(tmp_path, SWEPT), output, workers=1, solve=workers.made_up)
+    renamed = SWEPT.replace("study: ", "study: other-")
+    assert sweep.run(load_text(tmp_path, renamed), output, workers=1, solve=workers.made_up).kept == first.cases
+    other = load_text(tmp_path, SWEPT.replace("E: 210000", "E: 200000"))
+    before = output.read_bytes()
+    with pytest.raises(UserError, match="is the cube of another study, "):
+        sweep.run(other, output, workers=1, solve=workers.made_up)
+    assert output.read_bytes() == before
+    done = sweep.run(other, output, workers=1, solve=workers.made_up, fresh=True)
+    assert (done.kept, done.solved) == (0, done.cases)
+
+
 def test_a_device_is_no_output(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="not a file"):
         sweep.run(load_text(tmp_path, SWEPT), Path("/dev/null"), workers=1, solve=workers.made_up)

@@ -309,7 +309,7 @@ def test_small_units_are_put_together(sweeps: Sweeps, monkeypatch: pytest.Monkey
     def sizes() -> list[int]:
         return [len(read_unit(path)[0].entries) for path in unit_paths(sweeps.units)]
 
-    with store.opened(sweeps.output, cases, keep, tell=sweeps.told.append) as opened:
+    with store.opened(sweeps.output, "s", cases, keep, tell=sweeps.told.append) as opened:
         for k, case in enumerate(cases):
             if k == 5:
                 assert sizes() == [3, 1, 1]
