@@ -28,7 +28,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from operator import itemgetter
@@ -230,7 +230,7 @@ class Stopwatch:
     """Seconds spent in parts of the program, without what is spent in other parts called from there."""
 
     def __init__(self) -> None:
-        self.seconds: Counter[str] = Counter()
+        self.seconds: defaultdict[str, float] = defaultdict(float)
         self._stack: list[tuple[str, float]] = []
 
     def wrap(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
