@@ -32,10 +32,7 @@ if TYPE_CHECKING:
     from rcstudy.result import Result
 
 Solve = Callable[[Sequence["Scene"]], Iterator[Any]]
-"""Solves scenes that share a normal problem, a result each, in order; importable by name, so that workers find it.
-
-If it holds results back for a while, it has a `patience` (s), which is set to zero when each is wanted at once.
-"""
+"""Solves scenes that share a normal problem, a result each, in order; importable by name, so that workers find it."""
 
 ATTEMPTS = 2
 """Times a case is tried before the death of its worker is laid at its door."""
@@ -254,8 +251,6 @@ def _work(connection: Connection, preload: str) -> None:
                 for _ in solve(scenes):
                     pass
                 continue
-            if patience == 0.0 and hasattr(solve, "patience"):
-                solve.patience = 0.0
             results, sent = [], time.monotonic()
             for result in solve(scenes):
                 results.append(result)

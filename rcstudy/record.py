@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import struct
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,7 +30,6 @@ FIELDS = tuple(name for name, v in VARIABLES.items() if v.kind == "field")
 _SCALARS, _FIELDS = frozenset(SCALARS), frozenset(FIELDS)
 _KINDS = ("f8", "f4", "i1")  # types of fields; a record has their numbers, from 1 on
 _BEFORE_FIELDS = 8  # numbers of a head
-_PATIENCE = 0.02  # seconds that results may wait to be packed with others
 _MOST_CELLS = 2**28  # of a window, in a file that may be hostile
 
 Region = tuple[int, int, int, int]
@@ -161,32 +159,22 @@ class Record:
 class Packing:
     """A solver whose results are packed where they are solved; importable by name if the solver is.
 
-    Results of a few hundredths of a second are packed after one another, in three quarters of the time it takes when
-    the processor's caches are full of what solves; `patience` (s): none waits longer for others than that.
-
     A result that cannot be packed, because its names or shapes are not those of its scene, becomes an error.
     """
 
     def __init__(self, solve: Callable[[Sequence[Scene]], Iterator[Result]], keep: Keep) -> None:
         self.solve = solve
         self.keep = keep
-        self.patience = _PATIENCE
 
     def __call__(self, scenes: Sequence[Scene]) -> Iterator[Packed]:
         """A packed result a scene, in order."""
         packer = Packer(self.keep)
-        held: list[tuple[Scene, Result]] = []
-        last = time.monotonic()
-        try:
-            for pair in zip(scenes, self.solve(scenes), strict=True):
-                held.append(pair)
-                if time.monotonic() - last >= self.patience:
-                    yield from packer.pack_all(held)
-                    last = time.monotonic()
-        except (Exception, KeyboardInterrupt):
-            yield from packer.pack_all(held)  # what there is counts
-            raise
-        yield from packer.pack_all(held)
+        for scene, result in zip(scenes, self.solve(scenes), strict=True):
+            cells = scene.mesh.cells
+            try:
+                yield packer.pack(result, cells)
+            except ValueError as error:
+                yield packer.pack(Result(Status.ERROR, f"the solver gave no proper result: {error}"), cells)
 
 
 class Packer:
@@ -225,18 +213,6 @@ class Packer:
         status = Status(result.status).value
         head = FORM.head.pack(status, *cells, i0, i1, j0, j1, len(reason), *entries, *numbers)
         return Packed(status, result.reason, b"".join((head, reason, *streams)))
-
-    def pack_all(self, held: list[tuple[Scene, Result]]) -> Iterator[Packed]:
-        """The results of scenes in `held`, or why they are none; they are taken from there one by one."""
-        while held:
-            scene, result = held[0]
-            cells = scene.mesh.cells
-            try:
-                packed = self.pack(result, cells)
-            except ValueError as error:
-                packed = self.pack(Result(Status.ERROR, f"the solver gave no proper result: {error}"), cells)
-            del held[0]
-            yield packed
 
     def _shared(self, pressure: np.ndarray) -> bytes:
         """The stream of `pressure`; that of the last one if it is the same, bit for bit."""

@@ -109,25 +109,6 @@ def test_a_solver_whose_results_are_not_proper() -> None:
     assert "unknown variables ['shoe']" in second.reason
 
 
-@pytest.mark.parametrize(
-    ("patience", "steps"), [(0.0, [1, 2, 3, 4, 5]), (60.0, [5, 5, 5, 5, 5]), (0.04, [3, 3, 3, 5, 5])]
-)
-def test_quick_results_are_packed_together(patience, steps, monkeypatch) -> None:
-    """How many results there were when each is given, if each takes 15 ms."""
-    asked = 0
-
-    def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
-        nonlocal asked
-        for scene in scenes:
-            asked += 1
-            yield synthetic.made_up_result(scene)
-
-    monkeypatch.setattr("rcstudy.record.time.monotonic", lambda: 0.015 * asked)
-    packing = Packing(solve, Keep())
-    packing.patience = patience
-    assert [asked for _ in packing([synthetic.SCENE] * 5)] == steps
-
-
 def test_bytes_that_are_no_record() -> None:
     """Cut anywhere, or with a byte changed: an error of our own or, in numbers and streams, other values at most."""
     body = packed()
