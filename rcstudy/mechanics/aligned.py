@@ -76,6 +76,12 @@ _PRESSED = np.concatenate(
         [1.0042, 1.0036, 1.0033, 1.0033, 1.0036, 1.0041, 1.0048, 1.0058, 1.0069, 1.0080],
     )
 )
+# Borders behind stick zones are found as in a strip of one material. Where waves a few cells long yield more than the
+# shortest ones, as on stiff layers, they are found too far back, on soft ones too far ahead, in cells: by this much
+# times the logarithm of how much more waves of the first wave number (over dx) yield than of the second. From borders
+# of the paper's contacts and of 140 random ones, row by row, against many more cells.
+_BY_LAYERS = 0.09
+_WAVES = np.array([0.4, 1e3])
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 _HALFWAY = 1e-3  # in cells: closer to the middle between two rows both are as close, whatever rounding says
@@ -338,11 +344,20 @@ class AlignedContact(NormalContact):
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [friction * self.pressure_max if slip[self._top].any() else largest]
         if found:
-            squares = rows.squares_at_borders(*self._profiles, borders[:found])
-            peaks += [friction * rows.peak_at_borders(squares, borders[:found]), sticking]
+            # not so for the area: what layers do to the contact's edge makes up for it
+            there = borders[:found].copy()
+            there[last[last >= 0], 0] += self._found_back
+            squares = rows.squares_at_borders(*self._profiles, there)
+            peaks += [friction * rows.peak_at_borders(squares, there), sticking]
         stick.move_oblique(borders, last, length)
         # no border carries more than where the pressure is largest
         return self._slip_area(length, slip), min(max(peaks), friction * self.pressure_max)
+
+    @cached_property
+    def _found_back(self) -> float:
+        """By how much borders behind stick zones are found too far back because of layers, in cells."""
+        yielding = _WAVES * self.influence.traction_responses(_WAVES / self.scene.mesh.spacing[0])[0]
+        return _BY_LAYERS * float(np.log(yielding[0] / yielding[1]))
 
     def _slip_area(self, length: np.ndarray, slip: np.ndarray) -> float:
         """Area of the slip zone (mm^2) from the length [ny] of the stick zone in each row, in cells.
