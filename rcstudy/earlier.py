@@ -53,7 +53,9 @@ def refuse_other_study(output: Path, study: str) -> None:
     with contextlib.suppress(Exception), h5py.File(output, "r") as cube:  # a damaged one is replaced, see above
         name = str(cube.attrs.get("study", study))
     if name != study:
-        raise UserError(f"{output}: is the cube of another study, {name}; it is not replaced: give another --output")
+        raise UserError(
+            f"{output}: is the cube of another study, {name}; it is not replaced: give another --output, or remove it"
+        )
 
 
 class EarlierCube:

@@ -344,7 +344,7 @@ class AlignedContact(NormalContact):
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [friction * self.pressure_max if slip[self._top].any() else largest]
         if found:
-            # not so for the area: what layers do to the contact's edge makes up for it
+            # the area takes them as they are found: what layers do to the contact's edge makes up for it
             there = borders[:found].copy()
             there[last[last >= 0], 0] += self._found_back
             squares = rows.squares_at_borders(*self._profiles, there)
