@@ -70,9 +70,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
         if turn > 1:  # the first change is from none to all
             relaxation = relaxed(relaxation, last, change)
         lift = lift + relaxation * change
-        pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p)
-        pressure.iterations += total.iterations
-        pressure.products += total.products
+        pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p).after(total)
         if pressure.edge or not pressure.converged:
             return NormalContact(scene, influence, pressure), None, partial(_part, lift)
         following = AlignedContact(NormalContact(scene, influence, pressure))

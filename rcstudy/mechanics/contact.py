@@ -25,7 +25,8 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import meshes
-from rcstudy.mechanics.normal import NormalSolution, cell_centres, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import cell_centres, initial_gap, solve_pressure
+from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Scene

@@ -46,16 +46,8 @@ from rcstudy.mechanics.convolution import (
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, coupled, tractions
 from rcstudy.mechanics.krylov import gmres
-from rcstudy.mechanics.normal import (
-    HOPELESS,
-    NormalSolution,
-    at_edge,
-    cell_centres,
-    clear_of_sides,
-    initial_gap,
-    solve_pressure,
-)
-from rcstudy.mechanics.normal_operator import NormalOperator
+from rcstudy.mechanics.normal import HOPELESS, at_edge, cell_centres, clear_of_sides, initial_gap, solve_pressure
+from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
     RollingSolution,
@@ -283,9 +275,9 @@ def solve_coupled(
         contact.solution.iterations + iterations,
         contact.solution.products,
         system.settled and system.residual_normal <= tolerance.normal,
+        system.attainable,
         # where what did not converge reaches says nothing, but of contacts that began there
         at_edge(touched, scene.mesh.cells) and (system.solved or began_at_edge),
-        system.attainable,
     )
     rolling = _tractions(system)
     rolling.iterations, rolling.products, rolling.coarser = iterations, products, coarse
@@ -304,7 +296,7 @@ def _start(scene: Scene, influence: Influence, level: int) -> tuple[NormalContac
     p = interpolated_pressure(coarser.solution.p, scene.mesh.cells)
     dx, dy = scene.mesh.spacing
     p *= scene.load / (float(p.sum()) * dx * dy)
-    guess = NormalSolution(p, coarser.solution.approach, np.inf, 0, 0, converged=False, edge=False)
+    guess = NormalSolution(p, coarser.solution.approach, np.inf, 0, 0, converged=False)
     contact = NormalContact(scene, influence, guess, coarser=coarser)
     return contact, interpolated_tractions(coarser, coarse, contact, scene.friction), coarse
 

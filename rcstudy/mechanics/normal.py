@@ -9,7 +9,7 @@ bend like plates make these slow, and the rim of the contact is then solved for 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -19,8 +19,8 @@ from rcstudy.mechanics.exact import hertz_contact
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
-from rcstudy.mechanics.normal_operator import NormalOperator
-from rcstudy.mechanics.rim import BoxSolution, RimSolver
+from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
+from rcstudy.mechanics.rim import RimSolver
 from rcstudy.mechanics.scene import Layer, Material, Mesh, Scene
 
 _MAX_ITERATIONS = 400
@@ -28,25 +28,6 @@ _MARGIN = 1.35  # of the first box over the estimated semi-axes
 HOPELESS = 0.1  # tolerance over what rounding allows at which no step is taken (residuals end at 0.1 to 20 times that)
 _PLATE = 5.0  # compliance to long waves over that to short ones, from which on the rim is solved for directly
 _PATIENCE = 30  # steps without a smaller residual, where rounding may be what stops them
-
-
-@dataclass
-class NormalSolution:
-    """Pressure `p` [nx, ny] (MPa) on the window, `approach` (mm), and how they were found.
-
-    `residual`: norm of the preconditioned residual over that of p (an estimate of p's relative error); `edge`: the
-    contact touches the window's edge; `converged`: the residual met its tolerance with no cell changing sides;
-    `attainable`: about the least residual that rounding allows.
-    """
-
-    p: np.ndarray
-    approach: float
-    residual: float
-    iterations: int
-    products: int
-    converged: bool
-    edge: bool
-    attainable: float = 0.0
 
 
 def cell_centres(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -127,21 +108,16 @@ def solve_pressure(
         box = Box.around(guess > 0.0)
         box = box.grown(box.shape[0] // 16 + 2, box.shape[1] // 16 + 2, (nx, ny))
     p = guess * (scene.load / (guess.sum() * dx * dy))
-    iterations = products = 0
+    found: NormalSolution | None = None
     while True:
-        found = _on_box(scene, influence, box, gap[box.slices], np.ascontiguousarray(p[box.slices]))
-        iterations += found.iterations
-        products += found.products
+        found = _on_box(scene, influence, box, gap[box.slices], np.ascontiguousarray(p[box.slices])).after(found)
         p = np.zeros((nx, ny))
         p[box.slices] = found.p
         touched = Box.around(p > 0.0)
         if clear_of_sides(touched, box, (nx, ny)):
             break
         box = touched.grown(touched.shape[0] // 2 + 2, touched.shape[1] // 2 + 2, (nx, ny))
-    edge = at_edge(touched, (nx, ny))
-    return NormalSolution(
-        p, found.approach, found.residual, iterations, products, found.converged, edge, found.attainable
-    )
+    return replace(found, p=p, edge=at_edge(touched, (nx, ny)))
 
 
 def clear_of_sides(touched: Box, box: Box, window: tuple[int, int]) -> bool:
@@ -160,12 +136,12 @@ def at_edge(touched: Box, window: tuple[int, int]) -> bool:
     return touched.i0 == 0 or touched.j0 == 0 or touched.i1 == window[0] or touched.j1 == window[1]
 
 
-def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np.ndarray) -> BoxSolution:
+def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np.ndarray) -> NormalSolution:
     """The pressure on one box from pressures `p`, by the method that suits the layers."""
     total = scene.load / (scene.mesh.spacing[0] * scene.mesh.spacing[1])
     tolerance = scene.tolerance.normal
     operator = NormalOperator.of(influence, box.shape)
-    first: BoxSolution | None = None
+    first: NormalSolution | None = None
     if influence.once(("bends", box.shape), lambda: _bends(influence, box.shape)):
         solver = RimSolver(operator, gap, p, total)
         if tolerance >= HOPELESS * solver.attainable:
@@ -173,10 +149,7 @@ def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np
             if first.converged or tolerance < first.attainable:
                 return first
             p = first.p
-    found = _conjugate_gradients(operator, gap, p, total, tolerance)
-    if first is not None:
-        found = found._replace(iterations=found.iterations + first.iterations, products=found.products + first.products)
-    return found
+    return _conjugate_gradients(operator, gap, p, total, tolerance).after(first)
 
 
 def _bends(influence: Influence, shape: tuple[int, int]) -> bool:
@@ -196,7 +169,7 @@ def _bends(influence: Influence, shape: tuple[int, int]) -> bool:
 
 def _conjugate_gradients(
     operator: NormalOperator, gap: np.ndarray, p: np.ndarray, total: float, tolerance: float
-) -> BoxSolution:
+) -> NormalSolution:
     """Bound-constrained conjugate gradients on one box, from pressures `p` to ones of sum `total`."""
     shape = gap.shape
     plan = transform(operator.padded, 1, shape[0])
@@ -239,4 +212,4 @@ def _conjugate_gradients(
             products += 1
         elif scale != 1.0:
             g = gap + scale * (g - gap)
-    return BoxSolution(p, approach, residual, iteration, products, converged, attainable)
+    return NormalSolution(p, approach, residual, iteration, products, converged, attainable)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,32 @@ from rcstudy.mechanics.convolution import convolve, padded_shape, symbols
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.wrapped import positive_normal
+
+
+@dataclass(frozen=True)
+class NormalSolution:
+    """Pressure `p` [nx, ny] (MPa) on a box of cells or the window, `approach` (mm), and how they were found.
+
+    `residual`: norm of the preconditioned residual over that of p (an estimate of p's relative error); `converged`: it
+    met its tolerance with no cell changing sides; `attainable`: about the least residual that rounding allows; `edge`:
+    the contact touches the window's edge.
+    """
+
+    p: np.ndarray
+    approach: float
+    residual: float
+    iterations: int
+    products: int
+    converged: bool
+    attainable: float = 0.0
+    edge: bool = False
+
+    def after(self, earlier: NormalSolution | None) -> NormalSolution:
+        """This one with the iterations and products of an `earlier` one, which it went on from, added to its own."""
+        if earlier is None:
+            return self
+        iterations, products = self.iterations + earlier.iterations, self.products + earlier.products
+        return replace(self, iterations=iterations, products=products)
 
 
 @dataclass(frozen=True)

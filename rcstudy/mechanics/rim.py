@@ -23,30 +23,16 @@ surfaces overlap they enter (the primal-dual active set method: Hintermueller, I
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from rcstudy.mechanics.kernels import arrays, pressure
-from rcstudy.mechanics.normal_operator import NormalOperator
+from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 
 _MAX_SETS = 40  # of cells in contact that are tried
 _MAX_STEPS = 60  # on one set
 _PATIENCE = 8  # steps without a smaller residual
 _FORCING = 0.1  # how far a set that is not the right one is solved, of its first residual
 _LONGEST = 4  # cells of a rim over those along two sides of the box; longer ones are of no contact in one piece
-
-
-class BoxSolution(NamedTuple):
-    """Pressure [nx, ny] (MPa) on a box of cells, and how it was found; see `normal.NormalSolution`."""
-
-    p: np.ndarray
-    approach: float
-    residual: float
-    iterations: int
-    products: int
-    converged: bool
-    attainable: float
 
 
 class RimSolver:
@@ -66,7 +52,7 @@ class RimSolver:
         self.approach = float(self.g[self.p > 0.0].mean())
         self.attainable = operator.attainable(gap, self.g, self.p)
 
-    def solve(self, tolerance: float) -> BoxSolution:
+    def solve(self, tolerance: float) -> NormalSolution:
         """The pressure to `tolerance`, or as far as it goes."""
         inside = (self.p > 0.0) | (self.g < self.approach)
         leaving = np.zeros_like(inside)
@@ -85,7 +71,8 @@ class RimSolver:
             inside = (inside & ~leaving) | entering
         p = np.maximum(self.p, 0.0)
         p *= self.total / p.sum()
-        return BoxSolution(p, self.approach, self.residual, self.iterations, self.products, converged, self.attainable)
+        numbers = self.approach, self.residual, self.iterations, self.products
+        return NormalSolution(p, *numbers, converged, self.attainable)
 
     def _misplaced(self, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Cells [nx, ny] under tension, which are to leave the contact `inside`, and cells that overlap beyond it."""
