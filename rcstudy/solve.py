@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -14,6 +13,7 @@ from rcstudy.estimate import error_estimates
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import Lift, solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions, solve_normal, solve_rolling
+from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
@@ -21,9 +21,6 @@ from rcstudy.mechanics.scene import Scene
 from rcstudy.result import CellState, Result, Status
 
 _UNSETTLED = 1e-2  # of the bound, that tractions on aligned cells may be off by what centring keeps adding
-
-# a process has one set of buffers for its transforms, and one for its linear systems
-_one_at_a_time = threading.Lock()
 
 
 class Refusal(Exception):
@@ -43,7 +40,7 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
     """
     shared: _Shared | None = None
     for scene in scenes:
-        with _one_at_a_time:
+        with ONE_AT_A_TIME:
             start = time.perf_counter()
             try:
                 if scene.conflict:

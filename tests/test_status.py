@@ -16,6 +16,7 @@ from rcstudy.mechanics import normal
 from rcstudy.mechanics.contact import NormalContact, solve_normal
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Mesh, Scene, Tolerance
+from rcstudy.mechanics.window import contact_extent
 from rcstudy.result import VARIABLES, CellState, Result, Status
 from rcstudy.solve import solve_group, solve_scene
 
@@ -51,6 +52,15 @@ def test_threads_take_turns() -> None:
         assert one.status == Status.SOLVED
         np.testing.assert_array_equal(one.fields["traction_x"], other.fields["traction_x"])
         assert one.scalars["force_x"] == other.scalars["force_x"]
+
+
+@pytest.mark.heavy
+def test_threads_fit_windows_by_turns() -> None:
+    """`size: auto` solves for a contact, too."""
+    scenes = [replace(SCENE, load=10.0 + load) for load in range(60)]
+    expected = [contact_extent(scene) for scene in scenes]
+    with ThreadPoolExecutor(4) as threads:
+        assert list(threads.map(contact_extent, scenes)) == expected
 
 
 def test_a_solved_case_is_complete() -> None:
@@ -242,7 +252,7 @@ def tampered_pressure(
 
     def solve(scene: Scene) -> NormalContact:
         contact = original(scene)
-        contact.solution.p = contact.solution.p.copy()
+        contact.solution = replace(contact.solution, p=contact.solution.p.copy())
         tamper(contact)
         return contact
 
@@ -405,7 +415,7 @@ def test_proof_catches_a_wrong_approach(monkeypatch: pytest.MonkeyPatch) -> None
     """The approach off by 1 %, the pressure right: the gap under it is."""
 
     def tamper(contact: NormalContact) -> None:
-        contact.solution.approach *= 0.99
+        contact.solution = replace(contact.solution, approach=0.99 * contact.solution.approach)
 
     failed(tampered_pressure(monkeypatch, tamper), "proof_gap", alone=False)
 
@@ -462,7 +472,7 @@ def impose(contact: NormalContact, cells: np.ndarray) -> None:
     solution = np.linalg.solve(system, right)
     contact.solution.p[:] = 0.0
     contact.solution.p[cells] = solution[:n]
-    contact.solution.approach = float(solution[n])
+    contact.solution = replace(contact.solution, approach=float(solution[n]))
 
 
 def test_proof_catches_tension(monkeypatch: pytest.MonkeyPatch) -> None:

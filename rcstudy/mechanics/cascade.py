@@ -34,12 +34,13 @@ def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
     if 2.0 * min(ax / dx, ay / dy) < (_COARSEST if level < _WANTED else _WORTH):
         return None
     nx, ny = ((n + 1) // 2 for n in scene.mesh.cells)
-    own = scene.tolerance
-    return replace(
-        scene,
-        mesh=Mesh((2.0 * dx * nx, 2.0 * dy * ny), (nx, ny)),
-        tolerance=Tolerance(max(_TOLERANCE.normal, own.normal), max(_TOLERANCE.tangential, own.tangential)),
-    )
+    mesh = Mesh((2.0 * dx * nx, 2.0 * dy * ny), (nx, ny))
+    return replace(scene, mesh=mesh, tolerance=coarser_tolerance(scene.tolerance))
+
+
+def coarser_tolerance(own: Tolerance) -> Tolerance:
+    """The tolerance on coarser meshes of a scene whose `own` one is that."""
+    return Tolerance(max(_TOLERANCE.normal, own.normal), max(_TOLERANCE.tangential, own.tangential))
 
 
 def interpolate(

@@ -6,11 +6,17 @@ by pressure, slip operator.
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from rcstudy.mechanics.cascade import coarser_scene, interpolate, interpolated_pressure, place_among_coarser
+from rcstudy.mechanics.cascade import (
+    coarser_scene,
+    coarser_tolerance,
+    interpolate,
+    interpolated_pressure,
+    place_among_coarser,
+)
 from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
@@ -33,9 +39,13 @@ from rcstudy.mechanics.scene import Creepage, Scene
 
 
 def influence_of(scene: Scene) -> Influence:
-    """The influence coefficients of `scene`'s bodies on its mesh."""
+    """The influence coefficients of `scene`'s bodies on its mesh: those of the last scene if it had the same."""
     reach = 2.5 * float(np.hypot(*scene.mesh.size))
-    return Influence(scene.substrate, scene.layers, scene.counterbody, scene.mesh.spacing, reach)
+    return _influence(scene.substrate, scene.layers, scene.counterbody, scene.mesh.spacing, reach)
+
+
+# studies are solved layer set by layer set (`cases.py`)
+_influence = lru_cache(maxsize=1)(Influence)
 
 
 class NormalContact:
@@ -209,7 +219,7 @@ def solve_rolling(
         return solve_paper_cg(contact.displacement, contact.cells, bound, w, contact.scene.mesh.spacing[0], tolerance)
     coarse: RollingSolution | None = None
     if guess is None and contact.coarser is not None:
-        coarse = solve_rolling(contact.coarser, scene, tolerance=contact.coarser.scene.tolerance.tangential)
+        coarse = solve_rolling(contact.coarser, scene, tolerance=coarser_tolerance(scene.tolerance).tangential)
         guess = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
     rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.neighbours)
     rolling.coarser = coarse

@@ -7,6 +7,7 @@ no product allocates memory.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -21,6 +22,9 @@ from rcstudy.mechanics.kernels import arrays
 
 PLAN_BYTES = 256 * 2**20
 """Held by plans of each kind that are kept: those of one solve on 512 x 512 cells, all of smaller meshes."""
+
+ONE_AT_A_TIME = threading.RLock()
+"""Held by whoever solves something: a process has one set of buffers for transforms, and one for linear systems."""
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ _LOG_STEP = 0.06  # of the grids of alpha and r; half of it changes the coeffici
 _BIAS = -0.5  # makes alpha * D(alpha) / alpha^bias vanish at both ends of the grid, and the transform too
 _LOW, _HIGH = 1e-24, 2e4  # range of alpha, in units of 1/(total thickness) and 1/(thinnest layer)
 _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in polar coordinates
+_KEPT = 16  # symbols and operators on boxes of one mesh; a contact has 2 to 7, where one box is not enough more
 _DISTANT = 30.0  # cells this many sides away get 2 x 2 points instead of 3 x 3
 
 
@@ -101,6 +102,7 @@ class Influence:
         self._tables = radial_tables(substrate, layers, reach + math.hypot(*spacing)) if layers else None
         self._quadrant = self._layer_part = np.zeros((6, 0, 0))
         self._made: dict[Hashable, Any] = {}
+        self._coarser: Influence | None = None
 
     @property
     def layered(self) -> bool:
@@ -125,22 +127,24 @@ class Influence:
         return responses
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
-        """What `make` makes of these coefficients (symbols on some box), made at the first call with `key` and kept."""
-        if key not in self._made:
-            self._made[key] = make()
-        made: T = self._made[key]
+        """What `make` makes of these coefficients (symbols on some box), made at the first call with `key` and kept.
+
+        The last `_KEPT` are: contacts of many sizes have many boxes.
+        """
+        made: T = self._made.pop(key) if key in self._made else make()
+        self._made[key] = made  # as the last one
+        if len(self._made) > _KEPT:
+            del self._made[next(iter(self._made))]
         return made
 
     def coarser(self) -> Influence:
         """The coefficients of cells of twice the size; the tables of the radial functions are shared."""
-        return self.once("coarser", self._coarser)
-
-    def _coarser(self) -> Influence:
-        other = copy(self)
-        other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
-        other._quadrant = other._layer_part = np.zeros((6, 0, 0))
-        other._made = {}
-        return other
+        if self._coarser is None:
+            self._coarser = other = copy(self)
+            other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
+            other._quadrant = other._layer_part = np.zeros((6, 0, 0))
+            other._made = {}
+        return self._coarser
 
     @property
     def slip_under_pressure(self) -> float:
@@ -161,8 +165,9 @@ class Influence:
         """
         have = self._quadrant.shape
         if have[1] < nx or have[2] < ny:
-            self._layer_part = self._grown_layer_part(max(nx, have[1]), max(ny, have[2]))
-            self._quadrant = self._with_half_spaces(self._layer_part)
+            layer_part = self._grown_layer_part(max(nx, have[1]), max(ny, have[2]))
+            # both or none, should memory not suffice
+            self._quadrant, self._layer_part = self._with_half_spaces(layer_part), layer_part
         return self._quadrant
 
     def around(self, padded: tuple[int, int], ahead: int = 0) -> np.ndarray:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from rcstudy.mechanics.contact import influence_of
+from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.normal import cell_centres, estimated_contact, initial_gap, solve_pressure
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
@@ -24,7 +25,8 @@ def contact_extent(scene: Scene) -> tuple[float, float]:
     size = 2.0 * _WIDER * ax, 2.0 * _WIDER * ay
     while True:
         trial = replace(scene, mesh=Mesh(size, (_CELLS, _CELLS)), tolerance=Tolerance(1e-4, 1e-4))
-        solution = solve_pressure(trial, influence_of(trial), initial_gap(trial))
+        with ONE_AT_A_TIME:
+            solution = solve_pressure(trial, influence_of(trial), initial_gap(trial))
         touched = solution.p > 0.0
         edge = touched[[0, -1]].any(), touched[:, [0, -1]].any()
         if not any(edge):
