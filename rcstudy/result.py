@@ -78,10 +78,13 @@ VARIABLES: dict[str, Variable] = {
     "proof_gap": Variable("scalar", "1", "largest |gap| where p > 0, over the approach"),
     "proof_penetration": Variable("scalar", "1", "largest overlap outside the contact, over the approach"),
     "proof_stick": Variable(
-        "scalar", "1", "largest |slip| in a stick cell, over the largest rigid slip", tangential=True
+        "scalar", "1", "largest |slip| in a stick cell, over the largest slip without tractions", tangential=True
     ),
     "proof_slip": Variable(
-        "scalar", "1", "largest |s + |s| q/|q|| in a slip cell, over the largest rigid slip", tangential=True
+        "scalar",
+        "1",
+        "largest |s + |s| q/|q|| in a slip cell, over the largest slip without tractions",
+        tangential=True,
     ),
     "proof_bound": Variable(
         "scalar", "1", "largest excess of |q| over mu p, in slip cells any deviation, over mu p_max", tangential=True

@@ -11,15 +11,17 @@ import numpy as np
 
 from rcstudy.estimate import error_estimates
 from rcstudy.mechanics.aligned import AlignedContact
-from rcstudy.mechanics.aligned_coupled import Lift, solve_aligned_coupled
-from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions, solve_normal, solve_rolling
+from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
+from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
+from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import CellState, Result, Status
 
+_POLISHES = 2  # tenths of the tolerance that are tried where the proof fails by it
 _UNSETTLED = 1e-2  # of the bound, that tractions on aligned cells may be off by what centring keeps adding
 
 
@@ -90,19 +92,9 @@ def _normal_failure(contact: NormalContact) -> Result | None:
 
 def _solve_coupled(scene: Scene) -> Result:
     """Result of `scene` with pressure and tractions consistent with each other."""
-    contact, rolling, lift = _both(scene)
-    failure = _normal_failure(contact)
-    if failure is not None:
-        return failure
-    return _result(contact, scene, rolling, prove_normal(contact, scene, lift))
-
-
-def _both(scene: Scene) -> tuple[NormalContact, RollingSolution | None, Lift]:
-    """Pressure and tractions of `scene` together, and the displacement that the pressure was found under."""
-    if scene.discretisation == "aligned":
-        return solve_aligned_coupled(scene)
-    contact, rolling = solve_coupled(scene)
-    return contact, rolling, lambda box: displacement_by_tractions(contact, rolling, box)
+    contact: NormalContact
+    contact, rolling = solve_aligned_coupled(scene) if scene.discretisation == "aligned" else solve_coupled(scene)
+    return _normal_failure(contact) or _result(contact, scene, rolling)
 
 
 class _Shared:
@@ -111,23 +103,28 @@ class _Shared:
     def __init__(self, scene: Scene) -> None:
         self.contact = solve_normal(scene)
         if _normal_failure(self.contact) is None:
-            self.proof = prove_normal(self.contact, scene)
+            self.contact, self.proof = _polished_pressure(self.contact, scene)
             if scene.discretisation == "aligned":
                 self.contact = AlignedContact(self.contact)
 
     def result(self, scene: Scene) -> Result:
         """Result of `scene` under this pressure."""
         rolling = solve_rolling(self.contact, scene) if scene.creepage is not None else None
-        return _result(self.contact, scene, rolling, dict(self.proof))
+        return _result(self.contact, scene, rolling, self.proof)
 
 
-def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, proof: dict[str, float]) -> Result:
-    """What is found, with its proof and status; `proof`: that of the pressure."""
+def _result(
+    contact: NormalContact,
+    scene: Scene,
+    rolling: RollingSolution | None,
+    proof_of_pressure: dict[str, float] | None = None,
+) -> Result:
+    """What is found, with its proof and status; the pressure's may be known already, else it is that with tractions."""
     fields, scalars = {"pressure": contact.solution.p}, _normal_numbers(contact)
     status, reasons = Status.SOLVED, []
+    proof_of_tractions: dict[str, float] = {}
     if rolling is not None:
-        rolling, more_proof = _polished(contact, scene, rolling)
-        proof |= more_proof
+        rolling, proof_of_tractions = _polished(contact, scene, rolling)
         fields |= _rolling_fields(contact, scene, rolling)
         scalars |= _rolling_numbers(contact, scene, rolling)
         if rolling.unsettled > _UNSETTLED:
@@ -142,6 +139,8 @@ def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
                 f"tractions: residual {rolling.residual:.3g} after {rolling.iterations} iterations, "
                 f"tolerance {scene.tolerance.tangential:g}"
             )
+    proof = proof_of_pressure or prove_normal(contact, scene, None if rolling is None else rolling.q)
+    proof = proof | proof_of_tractions
     levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
     unsettled = rolling.unsettled if rolling is not None else 0.0
     scalars |= error_estimates(scene, contact.cells.shape[0], levels, unsettled)
@@ -149,6 +148,23 @@ def _result(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED
     return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
+
+
+def _polished_pressure(contact: NormalContact, scene: Scene) -> tuple[NormalContact, dict[str, float]]:
+    """The contact without tractions and its proof; as `_polished`."""
+    proof, tolerance = prove_normal(contact, scene), scene.tolerance
+    for _ in range(_POLISHES):
+        if not failures(proof, scene):
+            break
+        tolerance = replace(tolerance, normal=0.1 * tolerance.normal)
+        finer = replace(scene, tolerance=tolerance)
+        solution = solve_pressure(finer, contact.influence, initial_gap(scene), contact.solution.p)
+        if not solution.converged or solution.edge:
+            break
+        solution = solution.after(contact.solution)
+        contact = NormalContact(scene, contact.influence, solution, coarser=contact.coarser)
+        proof = prove_normal(contact, scene)
+    return contact, proof
 
 
 def _polished(
@@ -161,7 +177,7 @@ def _polished(
     tolerance = scene.tolerance.tangential
     s = slips(contact, scene, rolling)
     proof = prove_rolling(contact, scene, rolling, s)
-    for _ in range(2):
+    for _ in range(_POLISHES):
         if scene.method != "newton" or not rolling.converged or not failures(proof, scene):
             break
         tolerance *= 0.1

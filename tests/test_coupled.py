@@ -13,7 +13,7 @@ from contacts import STEEL, solved
 
 from rcstudy.mechanics import coupled
 from rcstudy.mechanics.aligned import AlignedContact
-from rcstudy.mechanics.aligned_coupled import lift_by_moved_rows, solve_aligned_coupled
+from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.convolution import Box, convolve, padded_shape, pressure_quadrants, symbols
 from rcstudy.mechanics.coupled import CoupledOperator, CoupledSystem, solve_coupled
@@ -272,7 +272,7 @@ def test_lift_by_moved_rows() -> None:
             convolve(hat, padded, np.roll(window, moved, axis=0)[box.slices])
             for hat, window in zip(hats, windows, strict=True)
         )
-        lift = lift_by_moved_rows(contact, q, box)
+        lift = contact.lift(q, box)
         assert lift.shape == box.shape
         np.testing.assert_allclose(lift, expected, rtol=0.0, atol=1e-10 * np.abs(expected).max())
 
@@ -282,10 +282,10 @@ def test_lift_by_moved_rows() -> None:
 def test_pressure_belongs_to_tractions_on_aligned_cells(layers: tuple[Layer, ...]) -> None:
     """One more turn changes the pressure by a hundredth of what the tractions on aligned cells changed in it."""
     scene = replace(ALIGNED, layers=layers)
-    contact, rolling, _ = solve_aligned_coupled(scene)
+    contact, rolling = solve_aligned_coupled(scene)
     assert isinstance(contact, AlignedContact) and rolling is not None
     assert contact.solution.converged and rolling.converged
-    gap = initial_gap(scene) + lift_by_moved_rows(contact, rolling.q, Box(0, 28, 0, 28))
+    gap = initial_gap(scene) + contact.lift(rolling.q, Box(0, 28, 0, 28))
     again = solve_pressure(scene, contact.influence, gap, contact.solution.p).p
     on_cells = solve_coupled(scene, contact.influence)[0].solution.p
     change = np.linalg.norm(again - contact.solution.p)

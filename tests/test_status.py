@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,9 +14,10 @@ import pytest
 from contacts import RADIUS, hertz_of, steel, window
 
 from rcstudy.mechanics import normal
+from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.window import contact_extent
 from rcstudy.result import VARIABLES, CellState, Result, Status
 from rcstudy.solve import solve_group, solve_scene
@@ -247,7 +249,8 @@ def tampered_tractions(
 def tampered_pressure(
     monkeypatch: pytest.MonkeyPatch, tamper: Callable[[NormalContact], None], scene: Scene = SCENE
 ) -> Result:
-    """`scene` without creepage, its pressure changed behind the solver's back."""
+    """`scene` without creepage, its pressure changed behind the solver's back, and not solved further for the proof."""
+    monkeypatch.setattr(SOLVE, "_POLISHES", 0)
     original = SOLVE.solve_normal
 
     def solve(scene: Scene) -> NormalContact:
@@ -395,7 +398,34 @@ def test_proof_catches_a_wrong_load(monkeypatch: pytest.MonkeyPatch) -> None:
         return original(replace(scene, load=1.01 * scene.load))
 
     monkeypatch.setattr(SOLVE, "solve_normal", solve)
+    monkeypatch.setattr(SOLVE, "_POLISHES", 0)
     failed(solve_scene(replace(SCENE, tolerance=TAMPERED, creepage=None)), "proof_load")
+
+
+def test_a_pressure_that_misses_its_proof_is_solved_further(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tolerance is kept in the mean, but under a thin incompressible layer some cells' gaps need more."""
+    layer = Layer(10.0, 0.5, 0.02)
+    load = math.pi * layer.G * 0.5**6 / (32.0 * 50.0 * layer.thickness**3)  # for a contact of radius 0.5 mm
+    scene = Scene(Material(1e7, 0.3), (50.0, 50.0), load, Mesh((1.4, 1.4), (96, 96)), (layer,))
+    result = solve_scene(scene)
+    assert result.status == Status.SOLVED
+    monkeypatch.setattr(SOLVE, "_POLISHES", 0)
+    unpolished = solve_scene(scene)
+    failed(unpolished, "proof_gap")
+    assert result.scalars["products_normal"] > unpolished.scalars["products_normal"]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_proof_catches_a_wrong_slip_by_pressure(monkeypatch: pytest.MonkeyPatch, way: Discretisation) -> None:
+    """What the solver takes for the slip by pressure, 1 % too large: the proof finds its own."""
+    scene = replace(SCENE, discretisation=way, tolerance=TAMPERED)
+    assert solve_scene(scene).status == Status.SOLVED
+    contact = AlignedContact if way == "aligned" else NormalContact
+    original = contact.slip_by_pressure.func
+    monkeypatch.setattr(contact, "slip_by_pressure", property(lambda self: 1.01 * original(self)))
+    result = solve_scene(scene)
+    assert result.status == Status.PROOF_FAILED
+    assert {"proof_stick", "proof_slip"} & {reason.split(" ")[0] for reason in result.reason.split("; ")}
 
 
 def test_proof_catches_a_gap_under_pressure(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,6 +34,7 @@ import numpy as np
 
 from rcstudy.mechanics.contact import NormalContact
 from rcstudy.mechanics.convolution import (
+    Box,
     PairOperator,
     padded_shape,
     point_factor,
@@ -175,11 +176,60 @@ class AlignedContact(NormalContact):
         plan.forward()
         plan.hat *= hat
         plan.backward()
-        s = np.ascontiguousarray(plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]].T)
+        return self.eased(np.ascontiguousarray(plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]].T))
+
+    def eased(self, s: np.ndarray) -> np.ndarray:
+        """Slips `s` [m, 2] by pressure, changed in place, without what leading cells make too much of them."""
         dx, dy = self.scene.mesh.spacing
         part = _LEADING * self.influence.slip_under_pressure
         row_cells.ease_leading_cells(self._edges[1], self._index, self.pressure, part, dx / dy, s)
         return s
+
+    @cached_property
+    def displacement_by_pressure(self) -> np.ndarray:
+        """Displacements [2, nx + 1, ny] (mm) along the surface by the pressure on the moved rows, for the proof."""
+        nx, ny = self.box.shape
+        if not self.scene.moves_by_pressure:
+            return np.zeros((2, nx + 1, ny))
+        padded = self._padded
+        hat = self._along_by_pressure(padded)
+        plan = shifted_transform(padded, 2, ny).shifted(self._phase, point_factor(padded[0], hat.shape[1]))
+        plan.real[:] = 0.0
+        plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]] = self.pressure
+        plan.forward()
+        plan.hat *= hat
+        plan.backward()
+        return plan.by_cell[:, : nx + 1].copy()
+
+    def _along_by_pressure(self, padded: tuple[int, int]) -> np.ndarray:
+        """Symbols of displacements along the surface by pressure, waves along x first."""
+        influence = self.influence
+
+        def make() -> np.ndarray:
+            return symbols(pressure_quadrants(influence.around(padded)), padded, x_first=True)
+
+        return influence.once(("along, x first", padded), make)
+
+    def lift(self, q: np.ndarray, box: Box) -> np.ndarray:
+        """u_z (mm, [nx, ny] of `box`) at the cells as they are by tractions `q` [m, 2] on the moved rows.
+
+        As without moved rows: they are moved on the way there and not back. `box` must hold the contact.
+        """
+        padded = padded_shape(box.shape)
+        # first of all: of a contact one row wide the symbols are made in this very plan
+        hat = self._along_by_pressure(padded)
+        corner = self.box.i0 - box.i0, self.box.j0 - box.j0
+        shift = np.zeros(box.shape[1])
+        shift[corner[1] : corner[1] + self.shift.size] = self.shift
+        plan = shifted_transform(padded, 2, box.shape[1])
+        there = plan.shifted(row_phases(padded[0], shift))
+        there.real[:] = 0.0
+        there.by_cell[:, self.cells[:, 0] + corner[0], self.cells[:, 1] + corner[1]] = q.T
+        there.forward()
+        there.hat *= hat
+        plan.backward()
+        lift: np.ndarray = -plan.by_cell[:, : box.shape[0]].sum(axis=0)
+        return lift
 
     @cached_property
     def _phase(self) -> np.ndarray:

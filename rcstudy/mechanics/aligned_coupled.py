@@ -14,15 +14,12 @@ cells they may do so for good, from one set of cells in contact to another: the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from rcstudy.mechanics.aligned import AlignedContact
-from rcstudy.mechanics.contact import NormalContact, displacement_by_tractions, influence_of, solve_rolling
-from rcstudy.mechanics.convolution import Box, padded_shape, pressure_quadrants, row_phases, shifted_transform, symbols
+from rcstudy.mechanics.contact import NormalContact, influence_of, solve_rolling
 from rcstudy.mechanics.coupled import relaxed, solve_coupled
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.rolling import RollingSolution
@@ -36,12 +33,9 @@ _GAIN = 0.4  # part of that which a turn leaves of it, as a rule; where it leave
 _TURN = 1e-2  # how far tractions of a turn that is not the last are solved, over what is left
 KEPT = 5e-4  # what a solution may leave
 
-Lift = Callable[[Box], np.ndarray]
-"""u_z (mm, [nx, ny] of a box) by tractions."""
 
-
-def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution | None, Lift]:
-    """Pressure and tractions of `scene` on aligned cells, and the lift of the surface by these tractions.
+def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution | None]:
+    """Pressure and tractions of `scene` on aligned cells.
 
     No tractions if the pressure has no solution within the window or to its tolerance: see `contact.solution`.
     """
@@ -50,8 +44,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     eased = replace(scene, tolerance=Tolerance(max(own.normal, _START), max(own.tangential, _START)))
     start, rolling = solve_coupled(eased, influence)
     if start.solution.edge or not start.solution.converged:
-        unsolved = NormalContact(scene, influence, start.solution)
-        return unsolved, None, lambda box: displacement_by_tractions(start, rolling, box)
+        return NormalContact(scene, influence, start.solution), None
     contact, total, spent = AlignedContact(start), start.solution, rolling
     coarser = contact.coarser
     rolling = solve_rolling(contact, scene, tolerance=max(own.tangential, _FIRST))
@@ -62,7 +55,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     for turn in range(_MAX_TURNS):
         box = contact.box.grown(contact.box.shape[0] // 8 + 2, contact.box.shape[1] // 8 + 2, scene.mesh.cells)
         last, change = change, -lift
-        change[box.slices] += lift_by_moved_rows(contact, rolling.q, box)
+        change[box.slices] += contact.lift(rolling.q, box)
         within = change[contact.solution.p > 0.0]
         before, error = error, float(np.ptp(within)) / max(abs(contact.solution.approach), 1e-300)
         if turn > 0 and error <= (_ENOUGH if error < _GAIN * before else KEPT):
@@ -72,7 +65,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
         lift = lift + relaxation * change
         pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p).after(total)
         if pressure.edge or not pressure.converged:
-            return NormalContact(scene, influence, pressure), None, partial(_part, lift)
+            return NormalContact(scene, influence, pressure), None
         following = AlignedContact(NormalContact(scene, influence, pressure))
         following.coarser = coarser
         spent.iterations += rolling.iterations
@@ -88,38 +81,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     rolling.coarser = coarse
     rolling.iterations += spent.iterations
     rolling.products += spent.products
-    return contact, rolling, lambda box: lift_by_moved_rows(contact, rolling.q, box)
-
-
-def _part(lift: np.ndarray, box: Box) -> np.ndarray:
-    """The part of `lift` [nx, ny] on `box`."""
-    return lift[box.slices]
-
-
-def lift_by_moved_rows(contact: AlignedContact, q: np.ndarray, box: Box) -> np.ndarray:
-    """u_z (mm, [nx, ny] of `box`) at the cells as they are by tractions `q` [m, 2] on the moved rows.
-
-    As `contact.displacement_by_tractions`: rows are moved on the way there and not back. `box` must hold the contact.
-    """
-    padded = padded_shape(box.shape)
-
-    def make() -> np.ndarray:
-        return symbols(pressure_quadrants(contact.influence.around(padded)), padded, x_first=True)
-
-    # first of all: of a contact one row wide the symbols are made in this very plan
-    hat = contact.influence.once(("lift, x first", padded), make)
-    corner = contact.box.i0 - box.i0, contact.box.j0 - box.j0
-    shift = np.zeros(box.shape[1])
-    shift[corner[1] : corner[1] + contact.shift.size] = contact.shift
-    plan = shifted_transform(padded, 2, box.shape[1])
-    there = plan.shifted(row_phases(padded[0], shift))
-    there.real[:] = 0.0
-    there.by_cell[:, contact.cells[:, 0] + corner[0], contact.cells[:, 1] + corner[1]] = q.T
-    there.forward()
-    there.hat *= hat
-    plan.backward()
-    lift: np.ndarray = -plan.by_cell[:, : box.shape[0]].sum(axis=0)
-    return lift
+    return contact, rolling
 
 
 def _carried_over(contact: AlignedContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:

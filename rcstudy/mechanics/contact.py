@@ -122,6 +122,38 @@ class NormalContact:
         along = pressure_quadrants(self.influence.around(padded, ahead=1))
         return difference_symbols(along, padded, self.influence.spacing[0])
 
+    @cached_property
+    def displacement_by_pressure(self) -> np.ndarray:
+        """Displacements [2, nx + 1, ny] (mm) along the surface by the pressure, on the box and a row ahead of it.
+
+        For the proof: `slip_by_pressure` is found without them. Zero for quasi-identical bodies.
+        """
+        p = np.pad(self.solution.p[self.box.slices], ((0, 1), (0, 0)))
+        if not self.scene.moves_by_pressure:
+            return np.zeros((2, *p.shape))
+        padded = padded_shape(p.shape)
+        return np.stack([convolve(hat, padded, p) for hat in self._along_by_pressure(padded)])
+
+    def _along_by_pressure(self, padded: tuple[int, int]) -> np.ndarray:
+        """Symbols of displacements along the surface by pressure."""
+        influence = self.influence
+        return influence.once(("along", padded), lambda: symbols(pressure_quadrants(influence.around(padded)), padded))
+
+    def eased(self, s: np.ndarray) -> np.ndarray:
+        """Slips `s` [m, 2] by pressure without what cells make too much of them: `aligned.py`."""
+        return s
+
+    def lift(self, q: np.ndarray, box: Box) -> np.ndarray:
+        """u_z (mm, [nx, ny] of `box`) by tractions `q` [m, 2], by reciprocity: u_z by q_x is minus u_x by p, mirrored.
+
+        `box` must hold the contact; zero for quasi-identical bodies.
+        """
+        padded = padded_shape(box.shape)
+        out = np.zeros(box.shape)
+        for component, hat in enumerate(self._along_by_pressure(padded)):
+            out -= convolve(hat, padded, self.spread(q[:, component])[box.slices])
+        return out
+
     @property
     def operator(self) -> SlipOperator:
         """Slip by tractions on the box."""
@@ -241,16 +273,3 @@ def interpolated_tractions(
     fine, _ = interpolate(values, mask, contact.cells, place)
     guess: np.ndarray = fine * (friction * contact.pressure)[:, None]
     return guess
-
-
-def displacement_by_tractions(contact: NormalContact, rolling: RollingSolution, box: Box) -> np.ndarray:
-    """u_z (mm, [nx, ny] of `box`) that the tractions cause, by reciprocity: u_z by q_x is minus u_x by p, mirrored.
-
-    `box` must hold the contact; zero for quasi-identical bodies.
-    """
-    padded, influence = padded_shape(box.shape), contact.influence
-    hats = influence.once(("lift", padded), lambda: symbols(pressure_quadrants(influence.around(padded)), padded))
-    out = np.zeros(box.shape)
-    for component, hat in enumerate(hats):
-        out -= convolve(hat, padded, contact.spread(rolling.q[:, component])[box.slices])
-    return out

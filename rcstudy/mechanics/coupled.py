@@ -30,7 +30,6 @@ from rcstudy.mechanics import newton
 from rcstudy.mechanics.cascade import coarser_scene, interpolated_pressure
 from rcstudy.mechanics.contact import (
     NormalContact,
-    displacement_by_tractions,
     influence_of,
     interpolated_tractions,
     solve_normal,
@@ -330,7 +329,7 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
         if not box.holds(contact.box):
             box = contact.box.grown(contact.box.shape[0] // 4 + 2, contact.box.shape[1] // 4 + 2, scene.mesh.cells)
         last, change = change, -lift
-        change[box.slices] += displacement_by_tractions(contact, rolling, box)
+        change[box.slices] += contact.lift(rolling.q, box)
         before = error if turn > 0 else np.inf
         error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap - lift, 0.0))
         turn += 1

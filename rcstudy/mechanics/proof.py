@@ -1,19 +1,19 @@
 """The proof that goes with every solution, computed apart from the solvers.
 
 Displacements come from the influence coefficients by convolutions of their own (displacements first, differences after;
-a larger box for the gap), not from the operators, residuals or active sets that the solvers keep.
+a larger box for the gap), not from the operators and residuals that the solvers keep. Which cells slip is what the
+solution says, and is held to. On aligned cells it takes over where their rows are, the pressure on them, what leading
+cells make too much of slips by pressure, and what `centring.py` added to the slip in a few cells.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 
 from rcstudy.mechanics.aligned_coupled import KEPT
 from rcstudy.mechanics.centring import slip_at_centres
 from rcstudy.mechanics.contact import NormalContact
-from rcstudy.mechanics.convolution import Box, convolve, padded_around, symbols
+from rcstudy.mechanics.convolution import convolve, padded_around, symbols
 from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
@@ -24,13 +24,11 @@ _ROOM = 100.0
 _FLOOR = 1e-9
 
 
-def prove_normal(
-    contact: NormalContact, scene: Scene, lift: Callable[[Box], np.ndarray] | None = None
-) -> dict[str, float]:
+def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = None) -> dict[str, float]:
     """Load balance, gap under pressure and overlap outside the contact, all relative (keys of `result.VARIABLES`).
 
     The gap h + u_z - approach is computed on the contact's box and half as much again on each side; farther out h
-    grows and u_z falls. `lift`: u_z (mm, [nx, ny] of a box) by tractions, with `coupling: full`.
+    grows and u_z falls. `q` [m, 2]: tractions (MPa) that lift the surface, with `coupling: full`.
     """
     dx, dy = scene.mesh.spacing
     size = contact.box.shape
@@ -40,8 +38,8 @@ def prove_normal(
     quadrant = contact.influence.around(padded)
     gap = initial_gap(scene)[box.slices] - contact.solution.approach
     gap += convolve(symbols([(quadrant[0], (1, 1))], padded)[0], padded, p)
-    if lift is not None:
-        gap += lift(box)
+    if q is not None:
+        gap += contact.lift(q, box)
     inside = p > 0.0
     scale = abs(contact.solution.approach)
     return {
@@ -57,11 +55,17 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
 
     With `discretisation: aligned` that of slip cells at their centres.
     """
-    dx = scene.mesh.spacing[0]
-    i, j = contact.cells[:, 0], contact.cells[:, 1]
-    w = contact.known_slip(scene)
-    u = contact.displacement.on_box(rolling.q, contact.cells)
-    result: np.ndarray = w + np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
+    if scene.creepage is None:
+        raise ValueError("a scene without creepage has no slip")
+    i, j = contact.cells.T
+
+    def slip(u: np.ndarray) -> np.ndarray:
+        s: np.ndarray = (u[:, i, j] - u[:, i + 1, j]).T / scene.mesh.spacing[0]
+        return s
+
+    result = contact.rigid_slip(scene.creepage, scene.spin_point)
+    result += contact.eased(slip(contact.displacement_by_pressure))
+    result += slip(contact.displacement.on_box(rolling.q, contact.cells))
     return (
         result
         if contact.neighbours is None
