@@ -74,6 +74,16 @@ ALIGNED: dict[str, Fit] = {
 }
 
 
+# Of what layers too thin for the cells do to the contact's area, for which their shift of the edge makes up: parts that
+# may be left, and that forces, which know nothing of it, may be off.
+_BY_LAYERS = {
+    "contact_area": 0.4,
+    "contact_radius": 0.2,
+    "force_x": 0.3,
+    "force_y": 0.3,
+    "moment_z": 0.15,
+    "friction_power": 0.3,
+}
 _NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
 _HARDLY = 0.01  # part of the contact that slips, at least, where less of it means more noise
 _ROUNDING = 1e-9
@@ -83,12 +93,13 @@ _UNSEEN = 0.3
 
 
 def error_estimates(
-    scene: Scene, cells: int, levels: Sequence[dict[str, float]], unsettled: float = 0.0
+    scene: Scene, cells: int, levels: Sequence[dict[str, float]], unsettled: float = 0.0, by_layers: float = 0.0
 ) -> dict[str, float]:
     """`<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
 
     `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact;
-    `unsettled`: by how much of their bounds tractions are off (`RollingSolution`).
+    `unsettled`: by how much of their bounds tractions are off (`RollingSolution`); `by_layers`: the part of the
+    contact's area that layers too thin for the cells take or add (`AlignedContact.beyond_edges`).
     """
     finest = levels[0]
     per_radius = math.sqrt(cells / math.pi)
@@ -115,6 +126,7 @@ def error_estimates(
             estimate = math.hypot(fit.c * difference, noise + pull)
             estimate += fit.excess * max(difference - _FAR * noise, 0.0)
         off = tolerance + (unsettled if fit.scale.startswith("friction") else 0.0)
+        off += _BY_LAYERS.get(name, 0.0) * abs(by_layers)
         out[f"{name}_error"] = estimate + off * scale
     slip = finest.get("slip_area")
     if slip is not None and slip == finest["contact_area"]:

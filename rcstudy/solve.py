@@ -143,7 +143,8 @@ def _result(
     proof = proof | proof_of_tractions
     levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
     unsettled = rolling.unsettled if rolling is not None else 0.0
-    scalars |= error_estimates(scene, contact.cells.shape[0], levels, unsettled)
+    by_layers = contact.beyond_edges / contact.area
+    scalars |= error_estimates(scene, contact.cells.shape[0], levels, unsettled, by_layers)
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED

@@ -19,8 +19,8 @@ Hence:
 - slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
-- the contact's area is that within its edge, found between cells in each row and column (`kernels/outline.py`); the
-  part of it that slips lies between the borders of the stick zone and the edge behind them (`kernels/stick.py`).
+- the contact's area is that within its edge, found between cells in each row and column (`kernels/outline.py`) and
+  moved by what layers thinner than cells do to it (`skins.py`); the part of it that slips lies between the borders of the stick zone and the edge behind them (`kernels/stick.py`).
 
 Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
 in stick cells, direction and slip in slip cells.
@@ -28,6 +28,7 @@ in stick cells, direction and slip in slip cells.
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
@@ -50,6 +51,7 @@ from rcstudy.mechanics.kernels import outline, row_cells, rows, stick
 from rcstudy.mechanics.normal import cell_centres
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
+from rcstudy.mechanics.skins import BORDERS, EDGES, shift_by_layers
 
 _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
 _SPIN_POINT = 0.5  # in cells ahead of the centre
@@ -77,12 +79,6 @@ _PRESSED = np.concatenate(
         [1.0042, 1.0036, 1.0033, 1.0033, 1.0036, 1.0041, 1.0048, 1.0058, 1.0069, 1.0080],
     )
 )
-# Borders behind stick zones are found as in a strip of one material. Where waves a few cells long yield more than the
-# shortest ones, as on stiff layers, they are found too far back, on soft ones too far ahead, in cells: by this much
-# times the logarithm of how much more waves of the first wave number (over dx) yield than of the second. From borders
-# of the paper's contacts and of 140 random ones, row by row, against many more cells.
-_BY_LAYERS = 0.09
-_WAVES = np.array([0.4, 1e3])
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 _HALFWAY = 1e-3  # in cells: closer to the middle between two rows both are as close, whatever rounding says
@@ -307,14 +303,27 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def area(self) -> float:
-        """Area of the contact (mm^2), within its edges: those by parabolas, moved by what these miss."""
+        """Area of the contact (mm^2), within its edges: by parabolas, moved by what these and thin layers miss."""
         return self._outlined - self._lifted
 
     @cached_property
     def _outlined(self) -> float:
         """Area (mm^2) within the edges, be there contact or not."""
         dx, dy = self.scene.mesh.spacing
-        return self._area_within(bent=True) * dx * dy
+        return self._area_within(bent=True) * dx * dy + self.beyond_edges
+
+    @cached_property
+    def beyond_edges(self) -> float:
+        """Area (mm^2) between the edges that cells find and those that layers make (`skins.py`); that of an ellipse."""
+        if not self.influence.layered:
+            return 0.0
+        spacing = self.scene.mesh.spacing
+        by_x, by_y = (side * shift_by_layers(self.influence.normal_response, side, EDGES) for side in spacing)
+        _, tips = self._chords
+        b = 0.5 * float(tips[1] - tips[0]) * spacing[1]
+        a = self._area_by_parabolas * spacing[0] * spacing[1] / (math.pi * b)
+        outline = math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))  # Ramanujan 1914
+        return outline * (by_x * b + by_y * a) / (a + b)
 
     @cached_property
     def _lifted(self) -> float:
@@ -396,7 +405,7 @@ class AlignedContact(NormalContact):
         if found:
             # the area takes them as they are found: what layers do to the contact's edge makes up for it
             there = borders[:found].copy()
-            there[last[last >= 0], 0] += self._found_back
+            there[last[last >= 0], 0] -= self._border_shift
             squares = rows.squares_at_borders(*self._profiles, there)
             peaks += [friction * rows.peak_at_borders(squares, there), sticking]
         stick.move_oblique(borders, last, length)
@@ -404,10 +413,11 @@ class AlignedContact(NormalContact):
         return self._slip_area(length, slip), min(max(peaks), friction * self.pressure_max)
 
     @cached_property
-    def _found_back(self) -> float:
-        """By how much borders behind stick zones are found too far back because of layers, in cells."""
-        yielding = _WAVES * self.influence.traction_responses(_WAVES / self.scene.mesh.spacing[0])[0]
-        return _BY_LAYERS * float(np.log(yielding[0] / yielding[1]))
+    def _border_shift(self) -> float:
+        """By how many cells the borders behind stick zones lie farther back than they are found."""
+        if not self.influence.layered:
+            return 0.0
+        return shift_by_layers(lambda k: self.influence.traction_responses(k)[0], self.scene.mesh.spacing[0], BORDERS)
 
     def _slip_area(self, length: np.ndarray, slip: np.ndarray) -> float:
         """Area of the slip zone (mm^2) from the length [ny] of the stick zone in each row, in cells.

@@ -202,6 +202,11 @@ class NormalContact:
         dx, dy = self.scene.mesh.spacing
         return len(self.cells) * dx * dy
 
+    @property
+    def beyond_edges(self) -> float:
+        """Area (mm^2) that thin layers add to what cells find: `aligned.py`."""
+        return 0.0
+
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), that of its cells, and the largest traction (MPa)."""
         dx, dy = self.scene.mesh.spacing
