@@ -182,10 +182,7 @@ def _polished(
         if scene.method != "newton" or not rolling.converged or not failures(proof, scene):
             break
         tolerance *= 0.1
-        further = solve_rolling(contact, scene, rolling.q, tolerance)
-        further.iterations += rolling.iterations
-        further.products += rolling.products
-        further.coarser = rolling.coarser
+        further = solve_rolling(contact, scene, rolling.q, tolerance).after(rolling)
         if not further.converged:
             break
         rolling = further

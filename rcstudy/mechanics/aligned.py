@@ -20,7 +20,8 @@ Hence:
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
   half behind and one and a half ahead (`centring.py`);
 - the contact's area is that within its edge, found between cells in each row and column (`kernels/outline.py`) and
-  moved by what layers thinner than cells do to it (`skins.py`); the part of it that slips lies between the borders of the stick zone and the edge behind them (`kernels/stick.py`).
+  moved by what layers thinner than cells do to it (`skins.py`); the part of it that slips lies between the borders of
+  the stick zone and the edge behind them (`kernels/stick.py`).
 
 Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
 in stick cells, direction and slip in slip cells.
@@ -87,12 +88,14 @@ _HALFWAY = 1e-3  # in cells: closer to the middle between two rows both are as c
 class AlignedContact(NormalContact):
     """A contact for the tractions on rows of cells that begin where the contact begins.
 
-    In place of the mesh's cells in contact it has `cells` of rows moved by `shift` [ny] cells along x.
+    In place of the mesh's cells in contact it has `cells` of rows moved by `shift` [ny] cells along x. `coarser`: other
+    than made from that of `contact`.
     """
 
-    def __init__(self, contact: NormalContact) -> None:
+    def __init__(self, contact: NormalContact, coarser: NormalContact | None = None) -> None:
         box = contact.box.grown(1, 0, contact.scene.mesh.cells)
-        coarser = AlignedContact(contact.coarser) if contact.coarser is not None else None
+        if coarser is None and contact.coarser is not None:
+            coarser = AlignedContact(contact.coarser)
         super().__init__(contact.scene, contact.influence, contact.solution, box, coarser)
         self._p = p = np.ascontiguousarray(self.solution.p[box.slices])
         ny = p.shape[1]

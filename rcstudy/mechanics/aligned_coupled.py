@@ -45,10 +45,8 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     start, rolling = solve_coupled(eased, influence)
     if start.solution.edge or not start.solution.converged:
         return NormalContact(scene, influence, start.solution), None
-    contact, total, spent = AlignedContact(start), start.solution, rolling
-    coarser = contact.coarser
-    rolling = solve_rolling(contact, scene, tolerance=max(own.tangential, _FIRST))
-    coarse = rolling.coarser
+    contact = AlignedContact(start)
+    rolling = solve_rolling(contact, scene, tolerance=max(own.tangential, _FIRST)).after(rolling)
     gap = initial_gap(scene)
     lift, change = np.zeros(gap.shape), np.zeros(gap.shape)
     relaxation, error = 1.0, np.inf
@@ -63,24 +61,17 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
         if turn > 1:  # the first change is from none to all
             relaxation = relaxed(relaxation, last, change)
         lift = lift + relaxation * change
-        pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p).after(total)
+        pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p).after(contact.solution)
         if pressure.edge or not pressure.converged:
             return NormalContact(scene, influence, pressure), None
-        following = AlignedContact(NormalContact(scene, influence, pressure))
-        following.coarser = coarser
-        spent.iterations += rolling.iterations
-        spent.products += rolling.products
+        following = AlignedContact(NormalContact(scene, influence, pressure), contact.coarser)
         last_turn = _GAIN * error <= _ENOUGH
         tolerance = own.tangential if last_turn else max(own.tangential, min(_FIRST, _TURN * error))
-        rolling = solve_rolling(following, scene, _carried_over(contact, rolling.q, following), tolerance)
-        contact, total = following, pressure
+        guess = _carried_over(contact, rolling.q, following)
+        rolling = solve_rolling(following, scene, guess, tolerance).after(rolling)
+        contact = following
     if rolling.converged and rolling.residual > own.tangential:  # turns ended sooner than was to be expected
-        spent.iterations += rolling.iterations
-        spent.products += rolling.products
-        rolling = solve_rolling(contact, scene, rolling.q)
-    rolling.coarser = coarse
-    rolling.iterations += spent.iterations
-    rolling.products += spent.products
+        rolling = solve_rolling(contact, scene, rolling.q).after(rolling)
     return contact, rolling
 
 

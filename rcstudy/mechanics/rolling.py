@@ -34,7 +34,7 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import cycle, repeat
 
 import numpy as np
@@ -93,6 +93,14 @@ class RollingSolution:
     coarser: RollingSolution | None = None
     centring: np.ndarray | None = None
     unsettled: float = 0.0
+
+    def after(self, earlier: RollingSolution) -> RollingSolution:
+        """This one with the iterations and products of an `earlier` one, which it went on from, added to its own.
+
+        If it did not start from a coarser mesh itself the earlier one did.
+        """
+        iterations, products = self.iterations + earlier.iterations, self.products + earlier.products
+        return replace(self, iterations=iterations, products=products, coarser=self.coarser or earlier.coarser)
 
     @property
     def coarse_products(self) -> int:
@@ -396,11 +404,18 @@ def solve_tractions(
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
     looks, unsettled = _look_again(state)
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
-    q, s = on_bound(state.q, system.slip, system.normal, bound), system.lawful
-    residual = state.residual * tolerance
-    products, solved = system.products, state.solved
-    steps = iterations + looks
-    return RollingSolution(q, s, system.slip, residual, steps, products, solved, state.s, None, system.kept, unsettled)
+    return RollingSolution(
+        q=on_bound(state.q, system.slip, system.normal, bound),
+        s=system.lawful,
+        slip=system.slip,
+        residual=state.residual * tolerance,
+        iterations=iterations + looks,
+        products=system.products,
+        converged=state.solved,
+        s_ahead=state.s,
+        centring=system.kept,
+        unsettled=unsettled,
+    )
 
 
 def _look_again(state: _Tractions) -> tuple[int, float]:
@@ -411,7 +426,7 @@ def _look_again(state: _Tractions) -> tuple[int, float]:
     steps, before = 0, np.inf
     while state.system.kept is not None and state.solved:
         unsettled = state.system.unsettled(state.q, state.s)
-        if before < np.inf and not _SETTLED < unsettled < 0.5 * before:
+        if not _SETTLED < unsettled < 0.5 * before:
             return steps, unsettled
         before = unsettled
         state.look_again()
