@@ -84,6 +84,7 @@ _BY_LAYERS = {
     "moment_z": 0.15,
     "friction_power": 0.3,
 }
+_TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
 _NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
 _HARDLY = 0.01  # part of the contact that slips, at least, where less of it means more noise
 _ROUNDING = 1e-9
@@ -104,6 +105,8 @@ def error_estimates(
     finest = levels[0]
     per_radius = math.sqrt(cells / math.pi)
     force = scene.friction * scene.load
+    if "traction_max" in finest:  # where friction is far more than is needed, tractions are what they are
+        force = min(force, _TRACTIONS * finest["traction_max"] * finest["contact_area"])
     power = max(force * _fastest(scene.creepage, finest["contact_radius"]), finest.get("friction_power", 0.0))
     moment = force * finest["contact_radius"]
     scales = {"friction force": force, "friction moment": moment, "friction power": power, **finest}
@@ -134,7 +137,12 @@ def error_estimates(
     elif slip == 0.0 and finest["traction_max"] > 0.0:
         out["slip_area_error"] = max(out["slip_area_error"], _UNSEEN / per_radius * finest["contact_area"])
         # and what pressure it has, that goes like the root of the distance from the edge
-        out["friction_power_error"] = max(out["friction_power_error"], (_UNSEEN / per_radius) ** 1.5 * power)
+        unseen = (_UNSEEN / per_radius) ** 1.5 * power
+        if (
+            scene.discretisation == "kalker" and not scene.moves_by_pressure
+        ):  # has no power where no cell slips, yet what is put in goes there
+            unseen = max(unseen, _put_in(scene.creepage, finest))
+        out["friction_power_error"] = max(out["friction_power_error"], unseen)
     elif slip and scene.discretisation == "aligned" and len(levels) > 1:
         # its borders are found within the contact's edge
         out["slip_area_error"] = math.hypot(out["slip_area_error"], out["contact_area_error"])
@@ -149,6 +157,14 @@ def _fastest(creepage: Creepage | None, radius: float) -> float:
     if creepage is None:
         return 0.0
     return math.hypot(creepage.longitudinal, creepage.lateral) + abs(creepage.spin) * radius
+
+
+def _put_in(creepage: Creepage | None, finest: dict[str, float]) -> float:
+    """Power (N, per unit rolling speed) that creepages put in, which friction takes where bodies are alike."""
+    if creepage is None:
+        return 0.0
+    by_forces = finest["force_x"] * creepage.longitudinal + finest["force_y"] * creepage.lateral
+    return abs(by_forces + finest["moment_z"] * creepage.spin)
 
 
 def _part(fit: Fit, finest: dict[str, float]) -> float:

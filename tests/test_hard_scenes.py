@@ -208,6 +208,21 @@ def test_estimate_of_a_traction_where_the_pressure_is_largest():
     assert there["traction_max_error"] == 0.5 * there["pressure_max_error"]
 
 
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_estimates_where_friction_is_more_than_is_needed(discretisation):
+    """Once nothing slips more of it changes neither numbers nor bars; and what creepages put in must go somewhere."""
+    scene = steel(Mesh((1.0, 1.0), (40, 40)), creepage=Creepage(0.001, 0.0, 0.003))
+    much, more = (
+        solved(replace(scene, friction=friction, discretisation=discretisation)).scalars for friction in (1e3, 1e5)
+    )
+    assert more["slip_area"] == 0.0
+    for name in ESTIMATED:
+        assert more[f"{name}_error"] == pytest.approx(much[f"{name}_error"], rel=0.02)
+    assert more["force_x_error"] < 0.2 * abs(more["force_x"])
+    put_in = abs(0.001 * more["force_x"] + 0.003 * more["moment_z"])
+    assert abs(more["friction_power"] - put_in) <= 1.001 * more["friction_power_error"]
+
+
 def test_estimate_of_the_slip_area():
     """On aligned cells its noise goes with the root of what slips, beside the contact's own; all, if all slips."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))

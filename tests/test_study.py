@@ -394,6 +394,10 @@ def test_scene_from_mapping_of_no_mapping():
             "8:3: grids.g: materials, radius or load too extreme for a window to be fitted to the contact",
         ),
         (
+            "scene: {layers: [{E: 1e-17 Es, nu: 0.5, thickness: 1e-8}], mesh: {size: auto}}, axes: {friction: [1]}",
+            "8:3: grids.g: materials, radius or load too extreme for a window to be fitted to the contact",
+        ),
+        (
             "scene: {creepage: {spin: 1}}, axes: {method: [newton, paper-cg], coupling: [one-way, full]}",
             "8:3: grids.g: method paper-cg is for coupling one-way only (case method=paper-cg, coupling=full)",
         ),

@@ -77,6 +77,8 @@ def _estimate(
     semi_axes = (0.0, 0.0)
     for _ in range(60):
         compliance = frequency_response(substrate, layers, alpha)[0] + extra / alpha
+        if not compliance[0] > 0.0:
+            raise FloatingPointError("moduli so far apart that rounding leaves nothing of what the layers yield")
         modulus = float(2.0 / (compliance * alpha)[0])
         semi_axes = hertz_contact(radius, load, modulus).a
         previous, size = size, math.sqrt(semi_axes[0] * semi_axes[1])
