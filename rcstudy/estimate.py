@@ -138,9 +138,8 @@ def error_estimates(
         out["slip_area_error"] = max(out["slip_area_error"], _UNSEEN / per_radius * finest["contact_area"])
         # and what pressure it has, that goes like the root of the distance from the edge
         unseen = (_UNSEEN / per_radius) ** 1.5 * power
-        if (
-            scene.discretisation == "kalker" and not scene.moves_by_pressure
-        ):  # has no power where no cell slips, yet what is put in goes there
+        # kalker's cells have no power where none slips, yet what is put in goes somewhere
+        if scene.discretisation == "kalker" and not scene.moves_by_pressure:
             unseen = max(unseen, _put_in(scene.creepage, finest))
         out["friction_power_error"] = max(out["friction_power_error"], unseen)
     elif slip and scene.discretisation == "aligned" and len(levels) > 1:

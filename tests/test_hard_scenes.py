@@ -218,7 +218,7 @@ def test_estimates_where_friction_is_more_than_is_needed(discretisation):
     assert more["slip_area"] == 0.0
     for name in ESTIMATED:
         assert more[f"{name}_error"] == pytest.approx(much[f"{name}_error"], rel=0.02)
-    assert more["force_x_error"] < 0.2 * abs(more["force_x"])
+    assert more["force_x_error"] < 0.3 * abs(more["force_x"])
     put_in = abs(0.001 * more["force_x"] + 0.003 * more["moment_z"])
     assert abs(more["friction_power"] - put_in) <= 1.001 * more["friction_power_error"]
 
