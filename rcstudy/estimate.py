@@ -5,18 +5,19 @@ With S(h) a scalar on cells of size h and D = max(|S(h) - S(2h)|, |S(2h) - S(4h)
     sqrt((c D)^2 + (noise + pull)^2) + x max(D - 6 noise, 0) + tolerance scale,
     noise = (k part + k1) N^(-3/2) scale,   pull = f mu part N^(-3/2) scale,   part = (1 - slip)^m slip^n,
 
-N being the cells per radius of the contact, slip the part of it that slips. c D is what a method of some order makes of
-the difference between two meshes; half the difference one mesh up guards against two meshes that agree by chance (where
-there is none, D is `_NO_GUARD` times the first). The noise is that of edges that fall between cells, which no
-difference of two meshes shows reliably; what comes from the stick zone's border depends on how large that zone is.
-Under full coupling pressures have their share, the pull, of what friction mu does. Differences far beyond the noise
-show a mesh too coarse for what the bodies do, such as layers thinner than a cell: then a multiple of them counts. A
-contact too small for a coarser mesh gets k0 scale/N, what 19 of 20 such contacts kept. The constants were set on 1200
-random contacts with `aligned` and 850 with `kalker`, 350 and 600 of them wild, against meshes four times finer, and
-checked on others (`scripts/error_bars.py`).
+N being the cells per radius of the contact (along their longer side), slip the part of it that slips. c D is what a
+method of some order makes of the difference between two meshes; half the difference one mesh up guards against two
+meshes that agree by chance (where there is none, D is `_NO_GUARD` times the first). The noise is that of edges that
+fall between cells, which no difference of two meshes shows reliably; what comes from the stick zone's border depends on
+how large that zone is. Under full coupling pressures have their share, the pull, of what friction mu does. Differences
+far beyond the noise show a mesh too coarse for what the bodies do, such as layers thinner than a cell: then a multiple
+of them counts. A contact too small for a coarser mesh gets k0 scale/N, what 19 of 20 such contacts kept. The constants
+were set on 1200 random contacts with `aligned` and 850 with `kalker`, 350 and 600 of them wild, against meshes four
+times finer, and checked on others (`scripts/error_bars.py`).
 
 The slip area on aligned cells shares the error of the contact's, in quadrature, and a traction that is largest where
-the pressure is has that one's; where nothing is seen to slip, `_UNSEEN` of a cell may.
+the pressure is has that one's; where nothing is seen to slip, `_UNSEEN` of a cell may. To estimates on aligned cells
+comes what is hidden from all meshes alike (`Hidden`): layers and slip zones narrower than their cells.
 """
 
 from __future__ import annotations
@@ -24,8 +25,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from rcstudy.mechanics.scene import Creepage, Scene
+from rcstudy.mechanics.unseen import Unseen
+
+
+class Hidden(NamedTuple):
+    """What differences between meshes do not show: nothing, where cells are not aligned.
+
+    `unsettled`: by how much of their bounds tractions are off (`RollingSolution`); `by_layers`: the part of the
+    contact's area that layers too thin for the cells take or add (`AlignedContact.beyond_edges`); `slip`: what slip
+    zones too narrow for the cells change (`mechanics/unseen.py`).
+    """
+
+    unsettled: float = 0.0
+    by_layers: float = 0.0
+    slip: Unseen = Unseen()
 
 
 @dataclass(frozen=True)
@@ -84,6 +100,7 @@ _BY_LAYERS = {
     "moment_z": 0.15,
     "friction_power": 0.3,
 }
+_NARROW = 1.5  # times what slip zones at the leading edge hide
 _TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
 _NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
 _HARDLY = 0.01  # part of the contact that slips, at least, where less of it means more noise
@@ -94,16 +111,18 @@ _UNSEEN = 0.3
 
 
 def error_estimates(
-    scene: Scene, cells: int, levels: Sequence[dict[str, float]], unsettled: float = 0.0, by_layers: float = 0.0
+    scene: Scene, cells: int, levels: Sequence[dict[str, float]], hidden: Hidden | None = None
 ) -> dict[str, float]:
     """`<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
 
     `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact;
-    `unsettled`: by how much of their bounds tractions are off (`RollingSolution`); `by_layers`: the part of the
-    contact's area that layers too thin for the cells take or add (`AlignedContact.beyond_edges`).
+    `hidden`: what differences between them do not show.
     """
     finest = levels[0]
-    per_radius = math.sqrt(cells / math.pi)
+    hidden = hidden or Hidden()
+    dx, dy = scene.mesh.spacing
+    # of oblong cells the longer sides count
+    per_radius = math.sqrt(cells * min(dx / dy, dy / dx) / math.pi)
     force = scene.friction * scene.load
     if "traction_max" in finest:  # where friction is far more than is needed, tractions are what they are
         force = min(force, _TRACTIONS * finest["traction_max"] * finest["contact_area"])
@@ -128,12 +147,15 @@ def error_estimates(
             noise, pull = (fit.k * part + fit.rest) * unit, fit.coupled * pulling * part * unit
             estimate = math.hypot(fit.c * difference, noise + pull)
             estimate += fit.excess * max(difference - _FAR * noise, 0.0)
-        off = tolerance + (unsettled if fit.scale.startswith("friction") else 0.0)
-        off += _BY_LAYERS.get(name, 0.0) * abs(by_layers)
+        off = tolerance + (hidden.unsettled if fit.scale.startswith("friction") else 0.0)
+        off += _BY_LAYERS.get(name, 0.0) * abs(hidden.by_layers)
         out[f"{name}_error"] = estimate + off * scale
     slip = finest.get("slip_area")
-    if slip is not None and slip == finest["contact_area"]:
+    all_slips = slip is not None and slip == finest["contact_area"]
+    if all_slips:
         out["slip_area_error"] = out["contact_area_error"]
+        if _turns_within(scene.creepage, finest["contact_radius"]):
+            out["slip_area_error"] += 2.0 * dx * dy  # that may stick around the pole of spin
     elif slip == 0.0 and finest["traction_max"] > 0.0:
         out["slip_area_error"] = max(out["slip_area_error"], _UNSEEN / per_radius * finest["contact_area"])
         # and what pressure it has, that goes like the root of the distance from the edge
@@ -148,6 +170,14 @@ def error_estimates(
     if slip and finest["traction_max"] >= (1.0 - _ROUNDING) * scene.friction * finest["pressure_max"]:
         # it is largest where the pressure is
         out["traction_max_error"] = max(out["traction_max_error"], scene.friction * out["pressure_max_error"])
+    if slip is not None and hidden.slip.force > 0.0:
+        fastest = _fastest(scene.creepage, finest["contact_radius"])
+        out["force_x_error"] += _NARROW * abs(hidden.slip.force_x)
+        out["force_y_error"] += _NARROW * abs(hidden.slip.force_y)
+        out["moment_z_error"] += _NARROW * abs(hidden.slip.moment_z)
+        out["friction_power_error"] += _NARROW * (hidden.slip.force * fastest + hidden.slip.power)
+        out["traction_max_error"] += 0.5 * hidden.slip.force / finest["contact_area"]
+        out["slip_area_error"] += 0.0 if all_slips else 0.8 * hidden.slip.area
     return out
 
 
@@ -156,6 +186,11 @@ def _fastest(creepage: Creepage | None, radius: float) -> float:
     if creepage is None:
         return 0.0
     return math.hypot(creepage.longitudinal, creepage.lateral) + abs(creepage.spin) * radius
+
+
+def _turns_within(creepage: Creepage | None, radius: float) -> bool:
+    """Whether the rigid slip vanishes within `radius` (mm)."""
+    return creepage is not None and math.hypot(creepage.longitudinal, creepage.lateral) < abs(creepage.spin) * radius
 
 
 def _put_in(creepage: Creepage | None, finest: dict[str, float]) -> float:

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rcstudy.estimate import error_estimates
+from rcstudy.estimate import Hidden, error_estimates
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
@@ -142,9 +142,10 @@ def _result(
     proof = proof_of_pressure or prove_normal(contact, scene, None if rolling is None else rolling.q)
     proof = proof | proof_of_tractions
     levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
-    unsettled = rolling.unsettled if rolling is not None else 0.0
-    by_layers = contact.beyond_edges / contact.area
-    scalars |= error_estimates(scene, contact.cells.shape[0], levels, unsettled, by_layers)
+    hidden = Hidden(by_layers=contact.beyond_edges / contact.area)
+    if rolling is not None:
+        hidden = hidden._replace(unsettled=rolling.unsettled, slip=contact.unseen_slip(rolling, scene.friction))
+    scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden)
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED

@@ -53,6 +53,7 @@ from rcstudy.mechanics.normal import cell_centres
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.skins import BORDERS, EDGES, shift_by_layers
+from rcstudy.mechanics.unseen import Unseen, unseen_slip
 
 _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
 _SPIN_POINT = 0.5  # in cells ahead of the centre
@@ -387,6 +388,13 @@ class AlignedContact(NormalContact):
         k = np.clip(np.rint(self._start[j] - x).astype(np.int64), 0, self._count[j] - 1)
         numbers: np.ndarray = self._index[k, j]
         return numbers
+
+    def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
+        """What slip zones hide that are narrower than a cell."""
+        if not self.scene.moves_by_pressure:
+            return Unseen()
+        rows = self._index, self._edges[1], *self.centres
+        return unseen_slip(rows, rolling.q, rolling.slip, self.pressure, friction, _EDGE, self.influence)
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa).

@@ -36,6 +36,7 @@ from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Scene
+from rcstudy.mechanics.unseen import Unseen
 
 
 def influence_of(scene: Scene) -> Influence:
@@ -206,6 +207,10 @@ class NormalContact:
     def beyond_edges(self) -> float:
         """Area (mm^2) that thin layers add to what cells find: `aligned.py`."""
         return 0.0
+
+    def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
+        """What error bars have to know beside the differences between meshes: `aligned.py`."""
+        return Unseen()
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), that of its cells, and the largest traction (MPa)."""
