@@ -10,8 +10,10 @@ import pytest
 import xarray as xr
 from contacts import STEEL
 from studies import CONFIGS
+from workers import made_up
 
-from rcstudy import accuracy
+from rcstudy import accuracy, sweep
+from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.report.precision import QUANTITIES, REFERENCE, Row, Setting, schemes, settings
@@ -136,6 +138,25 @@ def test_cube_of_another_study_is_refused(reported, tmp_path):
     path.write_text(STUDY.replace("load: 100", "load: 90"))
     with pytest.raises(UserError, match="the cube is not of this study as it is now"):
         accuracy.run(load_study(path), tmp_path, cube=folder / "solutions.nc")
+
+
+def test_of_both_discretisations_on_the_finest_mesh_aligned_cells_are_the_reference(tmp_path):
+    """Whichever comes first; the summary names it."""
+    tight = "{normal: 1.0e-9, tangential: 1.0e-9}"
+    axes = f"mesh.cells: [[12, 12], [18, 18]], discretisation: [kalker, aligned], tolerance: [{tight}]"
+    path = tmp_path / "both.yaml"
+    path.write_text(f"{STUDY.partition('grids:')[0]}grids:\n  both:\n    axes: {{{axes}}}\n")
+    study = load_study(path)
+    sweep.run(study, tmp_path / "both.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "both.nc") as tree:
+        rows = accuracy.report_rows(accuracy.measured(study, tree))
+    assert [(r.cells, r.discretisation) for r in rows if r.reference] == [(18, "aligned")]
+    assert "(18 cells along a side, `aligned`, 1e-09)" in " ".join(summary_text(rows, settings(rows), []).split())
+    rows += [row(16, 1e-5, 0.01, problem=1, reference=True), row(16, 1e-5, 0.01, problem=2)]
+    words = (
+        "(18 cells along a side, `aligned`, 1e-09 for 1 of them; 16 cells along a side, `kalker`, 1e-05 for 1 of them; "
+    )
+    assert f"{words}none for 1 of them)" in " ".join(summary_text(rows, settings(rows), []).split())
 
 
 @pytest.mark.parametrize(("fine", "coarse"), [(24, 12), (18, 12), (7, 5), (16, 16)])

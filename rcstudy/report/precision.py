@@ -26,7 +26,7 @@ SOLVER = "solver_"
 """Prefix of the errors against the same mesh's tightest solution."""
 
 REFERENCE = "reference_"
-"""Prefix of the reference's own error, as its difference from the solution with half as many cells along a side."""
+"""Prefix of the reference's own error, as its difference from the next coarser mesh."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Row:
 
     `problem` numbers the problems; `cells` along x; `radius`: cells per contact radius; `products` of the traction
     solver on all meshes; `seconds` of the whole solve. Errors are by QUANTITIES, and with the prefixes SOLVER and
-    REFERENCE; each may be absent.
+    REFERENCE; each may be absent. `reference`: whether the case is the reference of its problem.
     """
 
     grid: str
@@ -53,6 +53,7 @@ class Row:
     iterations_tangential: float
     seconds: float
     errors: dict[str, float] = field(default_factory=dict)
+    reference: bool = False
 
     @property
     def solved(self) -> bool:
@@ -66,7 +67,7 @@ class Row:
 
     @property
     def compared(self) -> bool:
-        """Whether the case has errors: the reference has none."""
+        """Whether the case has errors: none on the reference's mesh has."""
         return np.isfinite(self.error("pressure")).item()
 
     def error(self, name: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -56,7 +57,9 @@ def errors_table(rows: Sequence[Row]) -> Table:
     caption = (
         "Error of every case against the converged reference of its problem, and the solver's own error (against the "
         "tightest solution on the same mesh); products on all meshes, preconditioner included; processor time of the "
-        "whole solve. Empty where the case is the reference, or has no numbers, or where the quantity is nil."
+        "whole solve. Empty where the case has no numbers or the quantity is nil; errors also on the mesh of the "
+        "reference, or where the problem has none; solver's errors also where the case is itself the tightest "
+        "solution, or there is none."
     )
     return caption, columns, listed
 
@@ -123,13 +126,14 @@ def summary_text(
         "",
         *_paragraph(
             f"{len(rows)} cases of {len({r.problem for r in rows})} problems. Errors are differences from each "
-            "problem's finest mesh with the tightest tolerance, each relative to its own value (force: the vector, to "
-            "its magnitude). Pressure and tractions are compared on the case's own mesh in the L2 norm, the "
-            "reference's cells averaged over each of its cells. The pressure does not depend on the discretisation of "
-            "the slip, but for full coupling. Aligned cells find their tractions on moved rows and store them at the "
-            "mesh's own cell centres: what that interpolation loses counts as their error. Forces, moment, friction "
-            "power, slip area and largest traction come from the moved rows themselves. Seconds are processor time of "
-            "one whole solve, coefficients and pressure included."
+            "problem's reference, its solved case on the finest mesh with the tightest tolerance "
+            f"({_references(rows)}), each relative to its own value (force: the vector, to its magnitude). Pressure "
+            "and tractions are compared on the case's own mesh in the L2 norm, the reference's cells averaged over "
+            "each of its cells. The pressure does not depend on the discretisation of the slip, but for full coupling. "
+            "Aligned cells find their tractions on moved rows and store them at the mesh's own cell centres: what that "
+            "interpolation loses counts as their error. Forces, moment, friction power, slip area and largest traction "
+            "come from the moved rows themselves. Seconds are processor time of one whole solve, coefficients and "
+            "pressure included."
         ),
         "",
         "## Which setting",
@@ -161,6 +165,19 @@ def summary_text(
         *_unsolved(rows),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _references(rows: Sequence[Row]) -> str:
+    """What the references are, each kind once, with the number of its problems unless all have the same."""
+    kinds = Counter((r.cells, r.discretisation, r.tolerance) for r in rows if r.reference)
+    missing = len({r.problem for r in rows}) - kinds.total()
+    several = len(kinds) + (missing > 0) > 1
+    parts = [
+        f"{cells} cells along a side, `{discretisation}`, {tolerance:.0e}"
+        + (f" for {count} of them" if several else "")
+        for (cells, discretisation, tolerance), count in kinds.items()
+    ]
+    return "; ".join([*parts, f"none for {missing} of them"] if missing else parts)
 
 
 def _paragraph(text: str) -> list[str]:
@@ -298,11 +315,11 @@ def _reference(rows: Sequence[Row]) -> list[str]:
         "## How good the references are",
         "",
         *_paragraph(
-            "Largest differences of the references from the same discretisation with half as many cells along a side: "
+            "Largest differences of the references from the same discretisation on the next coarser mesh: "
             + "; ".join(f"{QUANTITIES[name]} {100 * worst_of(found):.2g} %" for name, found in doubts.items())
-            + ". Errors of first order halve from mesh to mesh, so that this is what a reference may be off by, and "
-            "errors much below it are not known. Of the two fields it is what the finest mesh shows; averaged over "
-            "larger cells it is less."
+            + ". Errors of first order halve with the size of cells, so that against half as many along a side this is "
+            "what a reference may be off by, and errors much below it are not known. Of the two fields it is what the "
+            "finest mesh shows; averaged over larger cells it is less."
         ),
     ]
 
