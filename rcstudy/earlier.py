@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 from rcstudy.cube_writer import checksum
 from rcstudy.deflate import compress
 from rcstudy.errors import UserError
-from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, cell_centres
+from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Layout, cell_centres
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
@@ -94,6 +94,13 @@ class EarlierCube:
             for flat, (key, status) in enumerate(zip(grid.keys, grid.statuses, strict=True)):
                 yield key, status, number, flat
 
+    def missing(self, groups: Mapping[str, Layout]) -> list[str]:
+        """The paths of all variables and dimensions of `groups`, by name ("": the root), that are not there."""
+        names = {group: {*layout.dims, *(item.name for item in layout.items)} for group, layout in groups.items()}
+        return [
+            path for group in names for name in sorted(names[group]) if (path := f"{group}/{name}") not in self._file
+        ]
+
     def record(self, grid: int, flat: int, scene: Scene) -> Record:
         """The record of a case, whose scene is `scene`. Raises DamagedRecord when there is something wrong with it."""
         try:
@@ -136,12 +143,14 @@ class _EarlierGrid:
             self._region(index, scene.mesh) if self.fields else (0, *scene.mesh.cells[:1], 0, *scene.mesh.cells[1:])
         )
         fields = {}
-        for name, dataset in self.fields.items():
+        for name in FIELDS if self.fields else ():
             if scene.creepage is None and VARIABLES[name].tangential:
                 continue
-            packed = _field(dataset, index, region)
+            packed = _field(self.fields[name], index, region) if name in self.fields else None
             if packed is not None:
                 fields[name] = packed
+            elif status == Status.SOLVED:
+                raise DamagedRecord(f"{name} is missing")
         return Record(status, self.reasons[flat], scene.mesh.cells, region, numbers, fields)
 
     def _number(self, name: str, flat: int) -> float:

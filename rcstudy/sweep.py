@@ -19,7 +19,7 @@ from rcstudy import cluster, pool, provenance, threads
 from rcstudy.assemble import Assembly
 from rcstudy.batch import make_batches, solve_batch, warm_up_scenes
 from rcstudy.errors import UserError
-from rcstudy.layout import case_label
+from rcstudy.layout import case_label, lay_out
 from rcstudy.progress import Progress, Silent
 from rcstudy.record import Keep, Packed, Packer, Packing
 from rcstudy.result import Result, Status
@@ -140,7 +140,7 @@ def run(
             )
         )
         pending = unsolved(cases, store.index)
-        if pending or not _is_published(store, study, expansion, shard):
+        if pending or not _is_published(store, study, expansion, shard, say):
             if damaged := store.index.check_cube():
                 say(f"{output}: {damaged} of its cases are damaged and solved again")
                 pending = unsolved(cases, store.index)
@@ -201,14 +201,25 @@ def failures(expansion: Expansion, cases: Sequence[Case], index: Index) -> list[
     return found
 
 
-def _is_published(store: Store, study: Study, expansion: Expansion, shard: tuple[int, int] | None) -> bool:
-    """Whether the cube is that of this very study, with nothing of it in units."""
+def _is_published(
+    store: Store, study: Study, expansion: Expansion, shard: tuple[int, int] | None, say: Callable[[str], None]
+) -> bool:
+    """Whether the cube is that of this very study, with all that it should have and nothing of it in units.
+
+    Its values are not read. `say` is told when it has not all.
+    """
     cube = store.index.cube
     if shard is not None:
         return True
     if cube is None or cube.sha256 != study.sha256:
         return False
-    return store.is_empty and all(store.index.in_cube(case.key) for case in expansion.cases)
+    if not store.is_empty or not all(store.index.in_cube(case.key) for case in expansion.cases):
+        return False
+    layouts, root = lay_out(expansion, fields=study.outputs.fields, precision=study.outputs.precision)
+    missing = cube.missing({"": layouts[0]} if root is None else {"": root, **{own.name: own for own in layouts}})
+    if missing:
+        say(f"{', '.join(missing)} missing in the cube, which is made again")
+    return not missing
 
 
 @contextlib.contextmanager
