@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD
+from rcstudy.streams import prepare_streams
 from rcstudy.threads import limit_threads
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ def main() -> None:
     Leaves at once when all is done and closed: to forget ten thousand cases one by one takes a fifth of a second.
     """
     limit_threads()
+    prepare_streams()
     code: str | int | None = EXIT_INTERRUPTED
     try:
         with _workers(sys.argv[1:]) as processes:

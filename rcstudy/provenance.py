@@ -51,7 +51,8 @@ def version(distribution: str) -> str:
 
 def _command() -> str:
     program = Path(sys.argv[0]).name
-    return shlex.join([*(["python", "-m", "rcstudy"] if program == "__main__.py" else [program]), *sys.argv[1:]])
+    words = shlex.join([*(["python", "-m", "rcstudy"] if program == "__main__.py" else [program]), *sys.argv[1:]])
+    return words.encode(errors="backslashreplace").decode()  # names of files need not be UTF-8, attributes do
 
 
 def _hdf5_version() -> str:

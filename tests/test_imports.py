@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parent.parent / "rcstudy"
 ORDER = [
     "rcstudy.errors",
     "rcstudy.threads",
+    "rcstudy.streams",
     "rcstudy.result",
     "rcstudy.mechanics",
     "rcstudy.yamltree",

@@ -7,9 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import pytest
 import workers
-from studies import SWEPT, load_text
+from studies import BASE, SWEPT, load_text
 
 from rcstudy import sweep
 from rcstudy.errors import UserError
@@ -37,8 +38,6 @@ def test_nothing_but_a_cube_is_replaced(name: str, tmp_path: Path) -> None:
 
 
 def test_foreign_files_of_hdf5_are_not_replaced(tmp_path: Path) -> None:
-    import h5py
-
     study = load_text(tmp_path, SWEPT)
     with h5py.File(tmp_path / "other.nc", "w") as file:
         file["numbers"] = [1.0, 2.0]
@@ -91,3 +90,31 @@ def test_output_that_nobody_takes(tmp_path: Path) -> None:
         done = run(tmp_path, shell)
         assert done.returncode in (code, 141) if "head" in shell else done.returncode == code, (shell, done)
         assert done.stderr == said, shell
+
+
+@pytest.mark.heavy
+def test_text_that_an_output_cannot_encode(tmp_path: Path) -> None:
+    """Labels and names of files in other scripts, or in none: escaped, with the exit code of what was done."""
+    load_text(tmp_path, f"{BASE}  g:\n    cases: [{{label: 5 €}}]\n")
+    for shell, said in (
+        ("$R sweep s.yaml --workers 1 -q -o ü.nc", r"; \xfc.nc: "),
+        ("$R show ü.nc", r"5 \u20ac"),
+        ("cp s.yaml $'caf\\xe9.yaml' && $R sweep $'caf\\xe9.yaml' --workers 1 -q", r"; caf\udce9.nc: "),
+    ):
+        done = run(tmp_path, f"export PYTHONIOENCODING=ascii; {shell}")
+        assert (done.returncode, done.stderr) == (0, ""), shell
+        assert said in done.stdout, shell
+    with h5py.File(tmp_path / os.fsdecode(b"caf\xe9.nc")) as file:
+        assert file.attrs["command"] == r"python -m rcstudy sweep 'caf\udce9.yaml' --workers 1 -q"
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("elsewhere", ["2>&-", "2>/dev/full", ">&- 2>&- <&-"])
+def test_messages_that_nobody_takes_change_nothing(elsewhere: str, tmp_path: Path) -> None:
+    load_text(tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n")
+    assert run(tmp_path, f"$R sweep s.yaml --workers 1 {elsewhere}").returncode == 0
+    assert run(tmp_path, f"$R sweep s.yaml --workers 2 --fresh {elsewhere}").returncode == 0
+    assert run(tmp_path, f"$R sweep none.yaml --workers 1 {elsewhere}").returncode == 2
+    hard = "{method: paper-cg, creepage: {longitudinal: 0.001}, tolerance: {tangential: 1.0e-12}}"
+    load_text(tmp_path, f"{BASE}  g:\n    scene: {hard}\n    axes: {{load: [50]}}\n")
+    assert run(tmp_path, f"$R sweep s.yaml --workers 1 {elsewhere}").returncode == 3

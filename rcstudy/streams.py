@@ -1,0 +1,36 @@
+"""Standard output and error as a command needs them: whatever they can take, no message makes a command fail."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import sys
+from typing import Any
+
+
+def prepare_streams() -> None:
+    """Escape what a stream cannot encode, and let messages that standard error does not take be lost.
+
+    Standard streams that are closed are given to the null device: else the next file that is opened, perhaps a cube,
+    would have their number, and be written what libraries tell of errors.
+    """
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+    encoding = sys.stderr.encoding if sys.stderr is not None else "utf-8"
+    buffered = io.BufferedWriter(_Heedless(2, "w", closefd=False))
+    sys.stderr = io.TextIOWrapper(buffered, encoding, "backslashreplace", line_buffering=True)
+
+
+class _Heedless(io.FileIO):
+    """A file that takes everything, also what cannot be written: on a full disk, or when nobody reads any more."""
+
+    def write(self, data: Any, /) -> int:
+        with contextlib.suppress(OSError):
+            super().write(data)
+        return len(data)
