@@ -31,6 +31,7 @@ from rcstudy.cases import Case, expand
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
+from rcstudy.publish import replacing
 from rcstudy.report.precision import REFERENCE, SOLVER, Row, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import errors_table, settings_table, summary_text
@@ -331,7 +332,8 @@ def write_report(entries: Sequence[Entry], out: Path, formats: Sequence[str]) ->
         paths += save(quantities_figure(rows), out, "quantities", formats)
         paths += save(tolerances_figure(rows), out, "tolerances", formats)
     summary = out / "summary.md"
-    summary.write_text(summary_text(rows, chosen, coupling_errors(entries)), encoding="utf-8")
+    with replacing(summary) as temporary:
+        temporary.write_text(summary_text(rows, chosen, coupling_errors(entries)), encoding="utf-8")
     return [*paths, summary]
 
 
@@ -390,7 +392,6 @@ def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Pa
     import xarray as xr
 
     from rcstudy.cube import grids
-    from rcstudy.publish import replacing
 
     engine: Any = "netcdf4" if find_spec("netCDF4") is not None else "h5netcdf"  # the former is ten times as fast
     nodes: dict[str, xr.Dataset] = {}

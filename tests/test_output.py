@@ -118,3 +118,15 @@ def test_messages_that_nobody_takes_change_nothing(elsewhere: str, tmp_path: Pat
     hard = "{method: paper-cg, creepage: {longitudinal: 0.001}, tolerance: {tangential: 1.0e-12}}"
     load_text(tmp_path, f"{BASE}  g:\n    scene: {hard}\n    axes: {{load: [50]}}\n")
     assert run(tmp_path, f"$R sweep s.yaml --workers 1 {elsewhere}").returncode == 3
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("command", ["tables", "figures --formats png", "figures --formats pdf"])
+def test_a_disk_that_is_full(command: str, tmp_path: Path) -> None:
+    """It is the output that is at fault, and nothing is left of it; files are limited to a kilobyte in its place."""
+    sweep.run(load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    done = run(tmp_path, f"ulimit -f 1; $R {command} c.nc -o out")
+    assert done.returncode == 2
+    assert done.stderr.startswith("out/")
+    assert done.stderr.endswith(": cannot be written: File too large\n")
+    assert not [path for path in (tmp_path / "out").iterdir() if path.stat().st_size in (0, 1024)]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rcstudy.errors import UserError
+from rcstudy.publish import replacing
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
@@ -96,7 +98,10 @@ def check_formats(formats: Sequence[str]) -> None:
 
 
 def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[Path]:
-    """Write `figure` as out/stem.<format> without dates or versions, so that equal data give equal files."""
+    """Write `figure` as out/stem.<format> without dates or versions, so that equal data give equal files.
+
+    UserError when a file cannot be written.
+    """
     engine = figure.get_layout_engine()
     assert engine is not None
     for _ in range(2):  # the first time square panels are not yet where their titles' room is reckoned from
@@ -105,15 +110,18 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
     paths = []
     for kind in formats:
         path = out / f"{stem}.{kind}"
+        drawn = BytesIO()  # what Matplotlib makes of a full disk is no OSError at all times
         if kind == "png":
-            _save_png(figure, path)
+            _save_png(figure, drawn)
         else:
-            figure.savefig(path, format=kind, dpi=DPI, metadata=_METADATA[kind])
+            figure.savefig(drawn, format=kind, dpi=DPI, metadata=_METADATA[kind])
+        with replacing(path) as temporary:
+            temporary.write_bytes(drawn.getvalue())
         paths.append(path)
     return paths
 
 
-def _save_png(figure: Figure, path: Path) -> None:
+def _save_png(figure: Figure, file: BytesIO) -> None:
     """Write a PNG of 256 colours: a third of the size, and no difference to the eye."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
@@ -127,7 +135,7 @@ def _save_png(figure: Figure, path: Path) -> None:
     nearest = np.argmin(((colours[:, None] - palette) ** 2).sum(axis=2), axis=1).astype(np.uint8)
     image = Image.frombytes("P", pixels.shape[1::-1], nearest[inverse].tobytes())
     image.putpalette(palette.ravel().tolist())
-    image.save(path, optimize=True, dpi=(DPI, DPI))
+    image.save(file, "PNG", optimize=True, dpi=(DPI, DPI))
 
 
 def _palette(pixels: np.ndarray) -> np.ndarray:

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from rcstudy.publish import replacing
+
 Value = str | float | int
 
 LONG = 40
@@ -56,13 +58,14 @@ def write_table(
 ) -> list[Path]:
     """Write `rows` as out/stem.csv, .md and .tex; missing numbers (NaN, absent keys) are left empty.
 
-    Numbers have nine significant digits in the CSV and the form `Column.form` elsewhere. Returns the three paths.
+    Numbers have nine significant digits in the CSV and the form `Column.form` elsewhere.
+    Returns the three paths. UserError when a file cannot be written.
     """
     texts = {"csv": None, "md": _markdown(caption, columns, rows), "tex": _latex(stem, caption, columns, rows)}
     paths = []
     for kind, text in texts.items():
         path = out / f"{stem}.{kind}"
-        with path.open("w", encoding="utf-8", newline="") as file:
+        with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
             if text is not None:
                 file.write(text)
             else:
