@@ -227,7 +227,8 @@ class GridReader:
                 self.problems.add(node, "a list of at least one value")
             else:
                 known[path] = node
-        self._check_axes_together(known)
+        for path in self._overlapping(known):
+            del known[path]  # its values would be taken for equal to each other, which they are not
         entries = {path: self._entries(path, node) for path, node in known.items()}
         firsts = {path: found[0] for path, found in entries.items() if found}
         base = self._expanded(firsts)
@@ -242,8 +243,10 @@ class GridReader:
         self._check_product(plan, entries)
         return plan
 
-    def _check_axes_together(self, axes: Mapping[str, Node]) -> None:
+    def _overlapping(self, axes: Mapping[str, Node]) -> set[str]:
+        """The axes that set a part of what another sets; other axes that cannot stand together are reported only."""
         assert self.axes is not None
+        found = set()
         if len(axes) > MAX_AXES:
             self.problems.add(self.axes.at_key(), f"at most {MAX_AXES} axes in a grid", value=f"{len(axes)} axes")
         for one, other in itertools.combinations(axes, 2):
@@ -252,11 +255,13 @@ class GridReader:
                 one
             ):
                 self.problems.add(place, f"axes of different settings; axis {one} sets this too", value="axis")
+                found.add(max(one, other, key=lambda path: len(keys_to(path))))
             elif one.split(".")[-1] == other.split(".")[-1]:
                 name = one.split(".")[-1]
                 self.problems.add(place, f"axes of different names; axis {one} is named {name} too", value="axis")
             elif "layers" in (one, other) and (one in COATING_KEYS or other in COATING_KEYS):
                 self.problems.add(place, "either layers or a coating (layer_count, thickness, ...)", value="axis")
+        return found
 
     def _entries(self, path: str, node: Node) -> list[_Entry]:
         """The values of an axis with their own labels; those that are none are reported and left out."""

@@ -289,6 +289,19 @@ def test_bad_grids(refused, grid, line):
     assert any(one.startswith(f"s.yaml:{line}") for one in found), found
 
 
+@pytest.mark.parametrize(
+    "axes",
+    [
+        "creepage.spin: [0, 0.01], creepage: [{spin: 1}]",
+        "mesh: [{cells: [8, 8], size: [2, 2]}], mesh.cells: [[8, 8], [9, 9]]",
+    ],
+)
+def test_axes_that_set_the_same_have_no_other_error(refused, axes):
+    """The values of one were put into those of the other, and said to be all the same."""
+    (line,) = refused(BASE + f"  g: {{axes: {{{axes}}}}}\n")
+    assert "axis: axes of different settings; axis" in line
+
+
 def test_all_errors_are_found_at_once_in_the_order_of_the_file(refused):
     text = BASE.replace("load: 100", "load: -100") + (
         "  g: {axes: {friction: [0], creepage: [{spin: x}]}, colour: red}\n"
