@@ -70,13 +70,15 @@ class Difference:
 @dataclass
 class Comparison:
     """Outcome: `structure` holds differences other than of numbers, `bad` all that exceed their tolerance,
-    `worst` the largest difference of each variable, `cases` the number of cases compared."""
+    `worst` the largest difference of each variable, `cases` the number of cases compared, `unmatched` the patterns of
+    tolerances that match no case."""
 
     structure: list[str] = field(default_factory=list)
     bad: list[Difference] = field(default_factory=list)
     worst: dict[str, Difference] = field(default_factory=dict)
     cases: int = 0
     flips: int = 0
+    unmatched: list[str] = field(default_factory=list)
 
     @property
     def same(self) -> bool:
@@ -108,6 +110,7 @@ class Comparison:
             lines += [f"  {_line(d)}" for d in within[:limit]]
         if self.flips:
             lines.append(f"{self.flips} cells at the bound stick in one cube and slip in the other (allowed)")
+        lines += [f"no case matches {pattern}: its tolerances are not used" for pattern in self.unmatched]
         found = "same" if self.same else "DIFFERENT"
         lines.append(f"{found}: {self.cases} cases compared, {len(self.bad)} values differ by too much")
         return "\n".join(lines)
@@ -141,6 +144,7 @@ def compare(
     for name in ours:
         if name not in theirs:
             outcome.structure.append(f"{name}: not in the reference")
+    outcome.unmatched = tolerances.unmatched([f"{n}/{label}" for n in theirs for label in theirs[n][LABEL].values.flat])
     slack: dict[str, float] = {}
     for name in theirs:
         if name in ours:

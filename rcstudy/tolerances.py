@@ -13,17 +13,19 @@ A file of tolerances::
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator
+from pydantic import BeforeValidator, Field, PlainValidator
 
 from rcstudy.errors import UserError
+from rcstudy.layout import LAYER_SETTINGS, SETTINGS
 from rcstudy.quantities import Real, Whole, Words, refusal
+from rcstudy.result import VARIABLES
 from rcstudy.spec import Spec, validate
-from rcstudy.yamltree import Problems, parse, read_text
+from rcstudy.yamltree import Problems, find, parse, read_text, suggest
 
 _Rtol = Annotated[float, PlainValidator(Real("a number from 0 to 1", lambda v: 0.0 <= v <= 1.0))]
 _Flips = Annotated[int, PlainValidator(Whole("a whole number from 0 to 1000", 0, 1000))]
@@ -32,19 +34,19 @@ _Pattern = Annotated[
 ]
 
 
-class _Variables:
-    """A mapping of variables to tolerances."""
+class _Mapping:
+    """A mapping of variables to tolerances, which are validated one by one."""
 
     allowed = "a mapping of names of variables to numbers from 0 to 1"
 
-    def __call__(self, value: Any) -> dict[str, float]:
+    def __call__(self, value: Any) -> Any:
         if not isinstance(value, dict):
             raise refusal(self.allowed)
-        real = Real(self.allowed, lambda v: 0.0 <= v <= 1.0)
-        return {str(name): real(number) for name, number in value.items()}
+        return value
 
 
-_Named = Annotated[dict[str, float], PlainValidator(_Variables())]
+_Named = Annotated[dict[str, _Rtol], BeforeValidator(_Mapping())]
+_NUMBERS = (*(name for name, variable in VARIABLES.items() if variable.kind != "text"), *SETTINGS, *LAYER_SETTINGS)
 
 
 class Rule(Spec):
@@ -89,6 +91,10 @@ class Tolerances(Spec):
         ]
         return self.model_copy(update={"variables": {**self.variables, **variables}, "cases": cases, **flips})
 
+    def unmatched(self, cases: Collection[str]) -> list[str]:
+        """The patterns that match none of `cases`, each ``grid/label``."""
+        return [rule.match for rule in self.cases if not any(fnmatchcase(case, rule.match) for case in cases)]
+
     def named(self) -> set[str]:
         """All variables that a tolerance is given for."""
         return set(self.variables).union(*(rule.variables for rule in self.cases))
@@ -97,7 +103,17 @@ class Tolerances(Spec):
 def load_tolerances(path: Path | str) -> Tolerances:
     """Read a file of tolerances; UserError says where and what is wrong."""
     problems = Problems(str(path))
-    found = validate(Tolerances, parse(read_text(path), problems), problems)
+    root = parse(read_text(path), problems, "a mapping of tolerances, {} for the default")
+    found = validate(Tolerances, root, problems)
+    rules = find(root, ("cases",)).value if root.is_mapping else []
+    for node in (root, *(rules if isinstance(rules, list) else ())):
+        named = find(node, ("variables",))
+        for name, value in named.value.items() if named is not node and named.is_mapping else ():
+            if name not in _NUMBERS:
+                hint = suggest(name, _NUMBERS).partition("allowed")[0]
+                problems.add(
+                    value.at_key(), f"{hint}a name of one of a cube's fields or numbers", value="unknown variable"
+                )
     problems.check()
     if found is None:
         raise AssertionError("unreachable: a file without model has problems")

@@ -237,8 +237,8 @@ def read_text(path: str | Path) -> str:
         ) from error
 
 
-def parse(text: str, problems: Problems) -> Node:
-    """The tree of the one document in `text`.
+def parse(text: str, problems: Problems, whole: str = "a study: keys study, scene and grids") -> Node:
+    """The tree of the one document in `text`; `whole` says what is allowed where there is none.
 
     Values that cannot be taken (tags, duplicate keys) go to `problems` and the rest is still read; UserError for text
     that is not YAML at all, empty, more than one document, or beyond the bounds above.
@@ -269,7 +269,7 @@ def parse(text: str, problems: Problems) -> Node:
         problems.at(1, 1, "not YAML", "", shorten(f"{type(error).__name__}: {error}", 200))
     if builder.root is None:
         if not problems.found:
-            problems.at(1, 1, "the file is empty", "", "a study: keys study, scene and grids")
+            problems.at(1, 1, "the file is empty", "", whole)
         problems.check()
         raise AssertionError("unreachable: check() raised")
     return builder.root

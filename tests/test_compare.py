@@ -432,6 +432,13 @@ def test_tolerances_by_variable_and_case(tmp_path: Path, reference: Path) -> Non
         assert outcome(other, reference, Tolerances(cases=[rule])).same == same, pattern
 
 
+def test_patterns_that_match_no_case_are_told(reference: Path) -> None:
+    rules = [Rule(match=pattern) for pattern in ("tiny/*creepage=f", "tiny/creepage=f", "*")]
+    found = outcome(reference, reference, Tolerances(cases=rules))
+    assert found.same
+    assert found.text().startswith("no case matches tiny/creepage=f: its tolerances are not used\nsame: ")
+
+
 def test_a_tolerance_for_what_is_not_there(reference: Path) -> None:
     with pytest.raises(UserError, match="traction_z"):
         outcome(reference, reference, Tolerances(variables={"traction_z": 0.1}))
@@ -468,7 +475,15 @@ def test_tolerances_from_a_file(tmp_path: Path) -> None:
     [
         ("default: 2\n", "t.yaml:1:10: default: 2: a number from 0 to 1"),
         ("defualt: 1e-6\n", "did you mean default"),
-        ("variables: {force_x: tight}\n", "variables"),
+        ("variables: {force_x: tight}\n", "t.yaml:1:22: variables.force_x: tight: a number from 0 to 1"),
+        ("variables: {force_x: 1, load: 2}\n", "t.yaml:1:31: variables.load: 2: a number from 0 to 1"),
+        ("variables: [force_x]\n", "t.yaml:1:12: variables: [force_x]: a mapping of names of variables to numbers"),
+        ("variables: {force: 1}\n", "t.yaml:1:13: variables.force: unknown variable: did you mean force_"),
+        (
+            "cases: [{match: x}, {match: y, variables: {q: 1}}]\n",
+            "t.yaml:1:44: cases[1].variables.q: unknown variable: a name of one of a cube's fields or numbers",
+        ),
+        ("# nothing\n", "t.yaml:1:1: the file is empty: a mapping of tolerances, {} for the default"),
         ("state_flips: 1.5\n", "a whole number"),
         ("cases: [{variables: {force_x: 1}}]\n", "match"),
         ("default: 1e-6\ndefault: 1e-5\n", "t.yaml:2:1"),
