@@ -141,6 +141,8 @@ class Words:
         self.allowed, self._test, self._longest = allowed, test, longest
 
     def __call__(self, value: Any) -> str:
+        if as_number(value) is not None:
+            raise refusal(f"{self.allowed}; a number in quotes")
         if not isinstance(value, str) or len(value) > self._longest or not self._test(value):
             raise refusal(self.allowed)
         return value

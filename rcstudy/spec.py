@@ -238,7 +238,11 @@ class StudySpec(Spec):
     study: Annotated[
         str,
         PlainValidator(
-            Words("a name of letters, digits, '_', '-' and '.'", lambda v: bool(_FILE_NAME.fullmatch(v)), MAX_NAME)
+            Words(
+                f"a name of at most {MAX_NAME} letters, digits, '_', '-' and '.', the first a letter or digit",
+                lambda v: bool(_FILE_NAME.fullmatch(v)),
+                MAX_NAME,
+            )
         ),
     ]
     description: Text = ""

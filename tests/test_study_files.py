@@ -8,6 +8,7 @@ from studies import BASE, CONFIGS, refusal
 from rcstudy import yamltree
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
+from rcstudy.spec import StudySpec, allowed_at
 from rcstudy.study import Study, load_study
 
 
@@ -33,7 +34,9 @@ def refused(tmp_path):
         (b"study: s\nscene: \xff\n", "2:8: byte 0xff: the file must be UTF-8 text"),
         ("study: s\xe9\nx: \xe9".encode("latin-1"), "1:9: byte 0xe9: the file must be UTF-8 text"),
         ("[" * 100_000, "1:33: nesting: at most 32 deep"),
-        ("study: ../../etc\n", "1:8: study: ../../etc: a name of letters, digits"),
+        ("study: ../../etc\n", "1:8: study: ../../etc: a name of at most 100 letters, digits"),
+        ("study: _s\n", "1:8: study: _s: a name of at most 100 letters, digits, '_', '-' and '.', the first"),
+        ("study: 1\n", f"1:8: study: 1: {allowed_at(StudySpec, 'study')}; a number in quotes"),
         ("study: s\nscene: 1\n", "2:8: scene: 1: a mapping of scene keys"),
         ("study: s\nscene: {load: 1}\ngrids: {}\n", "3:8: grids: {}: a mapping of at least one named grid"),
         ("study: s\noutputs: {fields: 1}\n", "2:19: outputs.fields: 1: true or false"),
