@@ -50,7 +50,8 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     except UserError:
         raise
     except Exception as error:  # whatever HDF5, h5netcdf or xarray make of a file that is not theirs
-        raise UserError(f"{path}: not a readable rcstudy cube: {_first_line(error)}") from error
+        damaged = "" if isinstance(error, OSError) else "damaged, a dimension may be missing: "
+        raise UserError(f"{path}: not a readable rcstudy cube: {damaged}{_first_line(error)}") from error
     try:
         schema = tree.attrs.get(SCHEMA_ATTRIBUTE)
         if schema is None:

@@ -51,7 +51,8 @@ def refuse_other_study(output: Path, study: str) -> None:
     """Raise UserError if `output` is the cube of a study of another name than `study`, of whatever version."""
     name = study
     with contextlib.suppress(Exception), h5py.File(output, "r") as cube:  # a damaged one is replaced, see above
-        name = str(cube.attrs.get("study", study))
+        found = cube.attrs.get("study", study)
+        name = found.decode() if isinstance(found, bytes) else str(found)  # bytes: saved again by another program
     if name != study:
         raise UserError(
             f"{output}: is the cube of another study, {name}; it is not replaced: give another --output, or remove it"

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 import synthetic
+import xarray as xr
 from cubes import write_cube
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -145,6 +146,21 @@ def test_what_no_cube_holds_is_refused_unread(
     finally:
         tracemalloc.stop()
     assert not (tmp_path / "t").exists()
+
+
+def test_a_cube_that_another_program_saved_is_refused(good: Path, tmp_path: Path) -> None:
+    with xr.open_dataset(good) as cube:
+        cube.load().to_netcdf(tmp_path / "c.nc", engine="netcdf4")
+    with pytest.raises(UserError, match="_Netcdf4Coordinates: saved again by another program, cubes are not taken"):
+        open_cube(tmp_path / "c.nc")
+
+
+def test_a_dimension_that_is_gone_is_told(good: Path, tmp_path: Path) -> None:
+    shutil.copy(good, tmp_path / "c.nc")
+    with h5py.File(tmp_path / "c.nc", "r+") as file:
+        del file["creepage"]
+    with pytest.raises(UserError, match="not a readable rcstudy cube: damaged, a dimension may be missing: "):
+        open_cube(tmp_path / "c.nc")
 
 
 def test_cubes_hold_nothing_foreign(good: Path, tmp_path: Path) -> None:

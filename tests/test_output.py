@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 import workers
 from studies import BASE, SWEPT, load_text
@@ -67,6 +68,17 @@ def test_the_cube_of_another_study_is_replaced_only_on_demand(tmp_path: Path) ->
         sweep.run(other, output, workers=1, solve=workers.made_up)
     assert output.read_bytes() == before
     done = sweep.run(other, output, workers=1, solve=workers.made_up, fresh=True)
+    assert (done.kept, done.solved) == (0, done.cases)
+
+
+def test_the_same_study_in_a_cube_that_another_program_saved(tmp_path: Path) -> None:
+    """netCDF's library stores text of attributes otherwise: it is of no use, but of no other study."""
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    sweep.run(study, output, workers=1, solve=workers.made_up)
+    with h5py.File(output, "r+") as file:
+        file.attrs["study"] = np.bytes_(study.name)
+        del file["loads"].attrs["numbers_sha256"]
+    done = sweep.run(study, output, workers=1, solve=workers.made_up)
     assert (done.kept, done.solved) == (0, done.cases)
 
 
