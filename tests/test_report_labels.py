@@ -176,3 +176,16 @@ def test_values_stand_as_the_study_wrote_them(tmp_path: Path, monkeypatch: pytes
         ("E1 = 105000 MPa", "0.002 mm"),
         ("E1 = 2 Es", "0.002 mm"),
     ]
+
+
+def test_letters_that_the_font_lacks_are_told_once(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    recwarn: pytest.WarningsRecorder,
+) -> None:
+    with opened(tmp_path, make_grid("g", labelled(monkeypatch, ("接触", "नमस्ते")))) as grid, style():
+        texts(overview_figure(grid))
+        warnings.warn("another", stacklevel=1)
+    assert caplog.messages == ["labels have letters that the font of the figures lacks: they are drawn as boxes"]
+    assert [str(warning.message) for warning in recwarn] == ["another"]

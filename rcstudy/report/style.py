@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
@@ -79,7 +80,21 @@ def style() -> Iterator[None]:
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
+        with _missing_letters_told():
+            yield
+
+
+@contextmanager
+def _missing_letters_told() -> Iterator[None]:
+    """One line in place of Matplotlib's for every letter and every time it is drawn, if the font lacks any."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.filterwarnings("always", ".*missing from font")
         yield
+    others = [w for w in caught if "missing from font" not in str(w.message)]
+    if len(others) < len(caught):
+        log.warning("labels have letters that the font of the figures lacks: they are drawn as boxes")
+    for w in others:
+        warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 
 
 def traction_colours() -> Colormap:
