@@ -175,8 +175,8 @@ def _outcome(done: Summary, part: str = "") -> int:
         _say(f"{failure.grid}: {failure.label}: {word}: {failure.reason}")
     if done.failed > _SHOWN_FAILURES:
         _say(f"... and {done.failed - _SHOWN_FAILURES} more that are not solved")
-    solved = done.cases - done.kept
-    each = f" ({duration(done.seconds / solved)} a case)" if solved else ""
+    tried = done.cases - done.kept
+    each = f" ({duration(done.seconds / tried)} a case)" if done.solved > done.kept else ""
     text = f"{part}{done.solved} of {done.cases} cases solved in {duration(done.seconds)}{each}"
     text += f", {done.kept} of them before" if done.kept else ""
     if part:

@@ -59,7 +59,7 @@ def merge(
         failed = failures(expansion, expansion.cases, store.index)
         store.clear()
     count = len(expansion.cases)
-    return Summary(output, count, time.monotonic() - started, failed, kept=count)
+    return Summary(output, count, time.monotonic() - started, failed, kept=count - len(failed))
 
 
 def _take_folder(index: Index, folder: Path) -> None:
