@@ -129,9 +129,9 @@ class Index:
             self._put(key, (status, number, offset, length))
 
     def _put(self, key: str, place: tuple[Status, int, int, int]) -> None:
-        """A failure never takes the place of a solution; else what comes later counts."""
+        """A failure never takes the place of a solution; else units count before the cube, later ones before others."""
         before = self._places.get(key)
-        if before is None or before[0] != Status.SOLVED or place[0] == Status.SOLVED:
+        if before is None or _rank(place) >= _rank(before):
             self._places[key] = place
 
     def record(self, key: str) -> Record:
@@ -153,3 +153,7 @@ class Index:
         descriptor = os.open(self._units[unit][0], os.O_RDONLY | os.O_CLOEXEC)
         self._open[unit] = descriptor
         return descriptor
+
+
+def _rank(place: tuple[Status, int, int, int]) -> tuple[bool, int]:
+    return place[0] == Status.SOLVED, place[1]

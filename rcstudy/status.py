@@ -25,9 +25,10 @@ def report(study: Study, output: Path) -> str:
     notes: list[str] = []
     index = Index(cases, keep_of(study.outputs))
     try:
+        size, count, damaged = _take_units(index, folder)  # first: a sweep removes them once its cube is there
         if not starts_over(folder):
             take_cube(index, output, notes.append)
-        size, count = _take_units(index, folder, notes)
+        notes += damaged
         rows = _rows([grid.name for grid in study.grids], cases, index)
         in_cube = sum(index.in_cube(case.key) for case in cases)
     finally:
@@ -43,8 +44,11 @@ def report(study: Study, output: Path) -> str:
     return "\n".join(lines)
 
 
-def _take_units(index: Index, folder: Path, notes: list[str]) -> tuple[int, int]:
-    """Note all units; bytes and number of those that are whole. A running sweep may put some together meanwhile."""
+def _take_units(index: Index, folder: Path) -> tuple[int, int, list[str]]:
+    """Note all units; bytes and number of those that are whole, and what to tell of others.
+
+    A running sweep may put some together meanwhile.
+    """
     for _ in range(_TRIES):
         size = count = 0
         damaged = []
@@ -60,8 +64,7 @@ def _take_units(index: Index, folder: Path, notes: list[str]) -> tuple[int, int]
         except FileNotFoundError:
             continue
         break
-    notes += damaged
-    return size, count
+    return size, count, damaged
 
 
 def _rows(names: list[str], cases: tuple[Case, ...], index: Index) -> list[tuple[str, int, int, int, int]]:

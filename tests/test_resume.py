@@ -18,7 +18,7 @@ import synthetic
 import workers
 from studies import CASES, SWEPT
 
-from rcstudy import index, lock, publish, store, sweep
+from rcstudy import index, lock, publish, status, store, sweep
 from rcstudy.cases import expand, scene_record
 from rcstudy.cube import case_table, grids, open_cube
 from rcstudy.errors import UserError
@@ -622,6 +622,28 @@ def test_status(sweeps: Sweeps) -> None:
     assert "14 of them are in the cube" in text
     sweeps.run(2, fresh=True)
     assert "total        14         2         0        12" in report(sweeps.study, sweeps.output)
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+@pytest.mark.parametrize("name", ["starts_over", "take_cube", "unit_paths", "read_unit"])
+def test_status_while_the_cube_is_published(
+    sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch, name: str, fresh: bool
+) -> None:
+    """After any look at the disk: no case is missing that was solved before."""
+    if fresh:
+        sweeps.run()
+    sweeps.run(9, fresh=fresh)
+    original = getattr(status, name)
+
+    def publishing(*arguments: object) -> object:
+        found = original(*arguments)
+        monkeypatch.setattr(status, name, original)
+        sweeps.run()
+        return found
+
+    monkeypatch.setattr(status, name, publishing)
+    text = report(sweeps.study, sweeps.output)
+    assert any(f"total        14        {solved}         0" in text for solved in (" 9", "14")), text
 
 
 def test_failures_are_listed_with_a_study_each(sweeps: Sweeps, tmp_path: Path) -> None:
