@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
 
 _BATCHES_PER_WORKER = 4  # so that workers end at about the same time
-_SMALLEST_SPLIT, _LARGEST_BATCH = 8, 64  # cases; a batch that is split has its pressure solved again
+SMALLEST_SPLIT, LARGEST_BATCH = 8, 64  # cases; a batch that is split has its pressure solved again
 
 
 def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
@@ -25,7 +25,7 @@ def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
         limit = len(cases)
     else:
         share = -(-len(cases) // (_BATCHES_PER_WORKER * workers))
-        limit = min(max(share, _SMALLEST_SPLIT), _LARGEST_BATCH)
+        limit = min(max(share, SMALLEST_SPLIT), LARGEST_BATCH)
     batches: list[list[Case]] = []
     last = None
     for case in cases:

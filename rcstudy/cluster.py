@@ -24,6 +24,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rcstudy.batch import LARGEST_BATCH, SMALLEST_SPLIT
 from rcstudy.errors import UserError
 from rcstudy.pool import ATTEMPTS
 from rcstudy.remote import differences, examine, notes_on, solve_parcel
@@ -38,9 +39,7 @@ _FETCH_SECONDS = 1.0  # before a look whether the worker that holds the results 
 _LOOK_SECONDS = 0.5  # between looks at which workers there are
 _PARCELS_HELD = 2  # by a worker: the one it solves, and one to go on with
 _SHARES = 4  # parcels a worker there should at least be, so that all end at about the same time
-_LARGEST_PARCEL = 64  # cases
 _PARCEL_CELLS = 64 * 64 * 64  # of all cases of a parcel: some 0.3 s of work, or one case
-_SMALLEST_SPLIT = 8  # cases; the pressure of a batch that is split is solved again
 
 
 @dataclass(frozen=True)
@@ -298,9 +297,9 @@ class _Deal:
         if not self.waiting:
             return None
         cells = max(1, _PARCEL_CELLS // _cells(self.waiting[0][0]))
-        room = max(1, min(_LARGEST_PARCEL, cells, self.left // (_SHARES * len(self.workers))))
+        room = max(1, min(LARGEST_BATCH, cells, self.left // (_SHARES * len(self.workers))))
         first = self.waiting.popleft()
-        split = min(max(room, _SMALLEST_SPLIT), cells)
+        split = min(max(room, SMALLEST_SPLIT), cells)
         if len(first) > split:
             self.waiting.appendleft(first[split:])
             first = first[:split]
