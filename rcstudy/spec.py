@@ -12,6 +12,7 @@ from typing import Annotated, Any, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
 
+from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, Scene, Tolerance
 from rcstudy.quantities import LENGTH, MODULUS, Choice, Flag, Quantity, Real, Relative, Whole, Words, refusal
 from rcstudy.result import VARIABLES
 from rcstudy.yamltree import Node, Problems, child_path, find, plain, suggest
@@ -144,9 +145,9 @@ class LayerSpec(MaterialSpec):
 class CreepageSpec(Spec):
     """Creepages (-) and spin (rad/mm)."""
 
-    longitudinal: Slide = 0.0
-    lateral: Slide = 0.0
-    spin: Spin = 0.0
+    longitudinal: Slide = Creepage.longitudinal
+    lateral: Slide = Creepage.lateral
+    spin: Spin = Creepage.spin
 
 
 class MeshSpec(Spec):
@@ -163,12 +164,12 @@ class MeshSpec(Spec):
 class ToleranceSpec(Spec):
     """Stopping tolerances."""
 
-    normal: Fraction = 1e-5
-    tangential: Fraction = 1e-7
+    normal: Fraction = Tolerance.normal
+    tangential: Fraction = Tolerance.tangential
 
 
 class SceneSpec(Spec):
-    """One rolling contact as written in a study; defaults are those of rcstudy.mechanics.scene.Scene."""
+    """One rolling contact as written in a study."""
 
     substrate: SubstrateSpec
     layers: Annotated[
@@ -182,17 +183,17 @@ class SceneSpec(Spec):
         tuple[Radius, Radius], BeforeValidator(_Pair("a number above 0, in mm, or two [Rx, Ry]", single=True))
     ]
     load: Annotated[float, PlainValidator(Real("a number above 0, in N", _positive))]
-    friction: Annotated[float, PlainValidator(Real("a number above 0", _positive))] = 1.0
+    friction: Annotated[float, PlainValidator(Real("a number above 0", _positive))] = Scene.friction
     creepage: Annotated[
         CreepageSpec | None, BeforeValidator(_WordOr("none", "none or {longitudinal, lateral, spin}"))
     ] = None
     mesh: MeshSpec
-    coupling: Annotated[str, PlainValidator(Choice("one-way", "full"))] = "one-way"
-    method: Annotated[str, PlainValidator(Choice("newton", "paper-cg"))] = "newton"
-    discretisation: Annotated[str, PlainValidator(Choice("kalker", "aligned"))] = "kalker"
+    coupling: Annotated[str, PlainValidator(Choice(*get_args(Coupling)))] = Scene.coupling
+    method: Annotated[str, PlainValidator(Choice(*get_args(Method)))] = Scene.method
+    discretisation: Annotated[str, PlainValidator(Choice(*get_args(Discretisation)))] = Scene.discretisation
     spin_point: Annotated[
         float, PlainValidator(Real("a number from -0.5 to 0.5, in cells", lambda v: abs(v) <= 0.5))
-    ] = 0.0
+    ] = Scene.spin_point
     tolerance: ToleranceSpec = ToleranceSpec()
 
 
