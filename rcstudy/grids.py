@@ -102,10 +102,6 @@ class GridPlan:
         """The scene of the case at `index`."""
         return build(self.parts(index))
 
-    def label(self, index: tuple[int, ...]) -> str:
-        """The case in words, such as `thickness=0.25 a, creepage=a`."""
-        return ", ".join(f"{axis.name}={axis.labels[i]}" for axis, i in zip(self.axes, index, strict=True))
-
 
 @dataclass
 class _Entry:

@@ -15,6 +15,7 @@ from rcstudy import sweep
 from rcstudy.build import scene_hertz, with_part
 from rcstudy.cube import case_table, open_cube
 from rcstudy.grids import AxisPlan, GridPlan
+from rcstudy.layout import case_label
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.report.solver import PROOFS
 from rcstudy.result import VARIABLES, Status
@@ -92,7 +93,7 @@ def chosen(study: Study) -> GridPlan:
     for grid in study.grids:
         wanted = SOLVED.get(grid.name, []) + REFUSED.get(grid.name, [])
         for index in grid.indices():
-            label = grid.label(index).removeprefix("case=")
+            label = case_label(grid, index)
             if label in wanted:
                 parts = grid.parts(index)
                 cells = tuple(min(n, CELLS) for n in parts["mesh"]["cells"])
@@ -214,7 +215,7 @@ def test_the_summary_has_a_row_a_grid_and_one_for_all(tmp_path: Path) -> None:
 def test_published_tables_are_of_these_cases(study: Study) -> None:
     """Every case in its order, and the README's counts those of the table."""
     rows = pd.read_csv(PUBLISHED / "solver.csv")
-    expected = [(g.name, g.label(index).removeprefix("case=")) for g in study.grids for index in g.indices()]
+    expected = [(g.name, case_label(g, index)) for g in study.grids for index in g.indices()]
     assert list(zip(rows.grid, rows.case, strict=True)) == expected
     words = " ".join((PUBLISHED / "README.md").read_text(encoding="utf-8").split())
     counts = rows.status.value_counts()

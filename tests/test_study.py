@@ -145,7 +145,6 @@ def test_case_list(load):
     assert bare.layers == ()
     assert (coated.creepage, bare.creepage) == (None, Creepage(0, 0, 0.01))
     assert study.grids[0].axes[0].labels == ("coated", "thick", "bare")
-    assert study.grids[0].label((2,)) == "case=bare"
 
 
 def test_labels(load):
