@@ -115,6 +115,13 @@ class Expansion:
         for _, group in itertools.groupby(self.cases, key=lambda case: normal_problem(case.scene)):
             yield tuple(group)
 
+    def by_grid(self) -> dict[str, list[Case]]:
+        """The cases of each grid, by its name."""
+        found: dict[str, list[Case]] = {grid.name: [] for grid in self.grids}
+        for case in self.cases:
+            found[case.grid].append(case)
+        return found
+
 
 def scene_record(scene: Scene) -> dict[str, Any]:
     """`scene` as a mapping of plain values with the keys of a study's `scene:`, all in absolute units."""

@@ -41,10 +41,7 @@ def writing(
     """
     outputs = study.outputs
     layouts, root = lay_out(expansion, fields=outputs.fields, precision=outputs.precision, cropped=cropped)
-    of_grid: dict[str, list[Case]] = {layout.name: [] for layout in layouts}
-    for case in expansion.cases:
-        of_grid[case.grid].append(case)
-    stored = {name: regions(cases, (cropped or {}).get(name)) for name, cases in of_grid.items()}
+    stored = {name: regions(cases, (cropped or {}).get(name)) for name, cases in expansion.by_grid().items()}
     with replacing(path) as temporary, SteadyFile(temporary) as storage, _created(storage) as file:
         cube = CubeWriter(study, file, storage, layouts, root, stored)
         yield cube

@@ -312,9 +312,7 @@ def lay_out(
 
     Raises UserError where a grid's name is also the name of a variable, or an axis's is.
     """
-    of_grid: dict[str, list[Case]] = {grid.name: [] for grid in expansion.grids}
-    for case in expansion.cases:
-        of_grid[case.grid].append(case)
+    of_grid = expansion.by_grid()
     layouts = [
         grid_layout(g, of_grid[g.name], fields=fields, precision=precision, cropped=(cropped or {}).get(g.name))
         for g in expansion.grids

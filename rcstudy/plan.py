@@ -97,17 +97,10 @@ def _most_cells(cases: Sequence[Case]) -> int:
     return math.prod(max(case.scene.mesh.cells[k] for case in cases) for k in (0, 1))
 
 
-def _of_grids(expansion: Expansion) -> dict[str, list[Case]]:
-    cases: dict[str, list[Case]] = {grid.name: [] for grid in expansion.grids}
-    for case in expansion.cases:
-        cases[case.grid].append(case)
-    return cases
-
-
 def estimate(study: Study, expansion: Expansion) -> Estimate:
     """Counts and costs of `study`; `expansion` is its expansion."""
     groups = list(expansion.groups())
-    of_grid = _of_grids(expansion)
+    of_grid = expansion.by_grid()
     cell_bytes = {grid: _cell_bytes(cases, study.outputs) for grid, cases in of_grid.items()}
     seconds = filled = 0.0
     for group in groups:
@@ -135,7 +128,7 @@ def plan_report(study: Study) -> str:
     """The expanded grids, shared work, and estimated memory, file size and time of `study`, as lines of text."""
     expansion = expand(study)
     total = estimate(study, expansion)
-    of_grid = _of_grids(expansion)
+    of_grid = expansion.by_grid()
     grids = len(study.grids)
     lines = [f"study {study.name}: {_count(total.cases, 'case')} in {_count(grids, 'grid')}"]
     if study.description:
