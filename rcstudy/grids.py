@@ -386,9 +386,5 @@ def default_label(value: Any, position: int) -> str:
 
 def letters(position: int) -> str:
     """a, b, ... z, aa, ab, ... for 0, 1, 2, ..."""
-    word = ""
-    position += 1
-    while position:
-        position, digit = divmod(position - 1, 26)
-        word = string.ascii_lowercase[digit] + word
-    return word
+    head, tail = divmod(position, 26)
+    return (letters(head - 1) if head else "") + string.ascii_lowercase[tail]

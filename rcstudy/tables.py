@@ -11,18 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy.report import measures
-from rcstudy.report.paper import PaperCase, is_paper_grid, paper_cases, select
+from rcstudy.report.paper import MAPS, PaperCase, is_paper_grid, paper_cases, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
 from rcstudy.report.statements import comparisons_table, statements_table
 from rcstudy.report.views import CaseView, GridView, creepage_text, grids, layers_text, thickness_text
-from rcstudy.report.writers import Column, Value, write_table
+from rcstudy.report.writers import Column, Table, Value, write_table
 
 if TYPE_CHECKING:
     import xarray as xr
-
-MAPS = (7, 8, 9, 10)
-"""The paper's figures that its Tables 1 and 2 describe."""
 
 RESULTS = (
     Column("layers", "Layers"),
@@ -69,10 +66,6 @@ def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
     paths += write_table(out, "solver", *cases_table(found.values()))
     paths += write_table(out, "solver_summary", *summary_table(list(found.values())))
     return paths
-
-
-Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
-"""Caption, columns, rows."""
 
 
 def layer_table(cases: Sequence[PaperCase]) -> Table:

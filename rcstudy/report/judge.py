@@ -11,16 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from rcstudy.report import measures
-from rcstudy.report.paper import PaperCase, along_thickness, compliant_and_stiff, select
+from rcstudy.report.paper import MAPS, PaperCase, along_thickness, compliant_and_stiff, select
 from rcstudy.report.statements import Comparison
 from rcstudy.report.views import CaseView, creepage_text, layers_text, thickness_text
 
 Measure = Callable[[CaseView], float]
 Cases = Sequence[PaperCase]
 Pairs = Iterator[tuple[PaperCase, PaperCase]]
-
-MAPS = (7, 8, 9, 10)
-"""The figures of section 3.3."""
 
 ALMOST_SYMMETRIC = 0.1
 """Share of a traction's odd part (`measures.asymmetry`) below which it is called almost symmetric."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from string import ascii_lowercase
 from typing import Any
 
+from rcstudy.grids import letters
 from rcstudy.report.views import CaseView, GridView
 
 AXES: dict[str, frozenset[str]] = {
@@ -27,6 +27,9 @@ AXES: dict[str, frozenset[str]] = {
 
 BARE = "figure_3_bare"
 """The uncoated case of Figure 3: one case, pressure only."""
+
+MAPS = (7, 8, 9, 10)
+"""The figures of section 3.3, which the paper's Tables 1 and 2 describe."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +66,6 @@ def figure_number(grid: GridView) -> int:
     return int(grid.name.split("_")[1])
 
 
-def letter(position: int) -> str:
-    """Letter of the panel at `position`: a to z, then aa, ab, ..."""
-    head, tail = divmod(position, 26)
-    return (letter(head - 1) if head else "") + ascii_lowercase[tail]
-
-
 def panel_letter(case: CaseView) -> str:
     """Letter of the panel that shows `case`, as the paper counts them; empty for the uncoated case of Figure 3.
 
@@ -83,13 +80,13 @@ def panel_letter(case: CaseView) -> str:
     size = dict(zip(grid.axes, grid.shape, strict=True))
     match figure_number(grid):
         case 3:
-            return letter(at["layer_count"])
+            return letters(at["layer_count"])
         case 4:
             return str(case.at("creepage"))
         case 5 | 6:
-            return letter(at["modulus"] * size["thickness"] + at["thickness"])
+            return letters(at["modulus"] * size["thickness"] + at["thickness"])
         case _:
-            return letter(at["modulus"] * size["creepage"] + at["creepage"])
+            return letters(at["modulus"] * size["creepage"] + at["creepage"])
 
 
 def paper_cases(grids: Mapping[str, GridView]) -> list[PaperCase]:

@@ -10,7 +10,6 @@ from rcstudy.report import measures
 from rcstudy.report.judge import (
     ALMOST_SYMMETRIC,
     BEHIND,
-    MAPS,
     MUCH,
     SIGNIFICANT,
     SIMILAR,
@@ -35,7 +34,7 @@ from rcstudy.report.judge import (
     top_of_trailing_end,
     upper,
 )
-from rcstudy.report.paper import along_creepage, select
+from rcstudy.report.paper import MAPS, along_creepage, select
 from rcstudy.report.statements import Statement
 
 SYMMETRY = f"odd part of the traction, |q(x,y) - q(x,-y)| / (2 |q|) in L2 norms, below {ALMOST_SYMMETRIC:g}"

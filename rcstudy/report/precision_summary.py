@@ -20,13 +20,10 @@ from rcstudy.report.precision import (
     shown_tolerance,
     worst_of,
 )
-from rcstudy.report.writers import Column, Value
+from rcstudy.report.writers import Column, Table, Value
 
 _FAR = 10_000
 """Cells along a side that no solve will have."""
-
-Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
-"""Caption, columns, rows."""
 
 
 def errors_table(rows: Sequence[Row]) -> Table:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from rcstudy.report.views import CaseView, GridView
-from rcstudy.report.writers import Column, Value
+from rcstudy.report.writers import Column, Table, Value
 from rcstudy.result import VARIABLES, Status
 
 PROOFS = tuple(name for name in VARIABLES if name.startswith("proof_"))
@@ -39,9 +39,6 @@ SUMMARY = (
     Column("most_case", "in case", wide=0.2),
     Column("seconds", "Seconds", form=".2g"),
 )
-
-Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
-"""Caption, columns, rows."""
 
 
 def cases_table(found: Iterable[GridView]) -> Table:

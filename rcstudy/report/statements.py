@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from rcstudy.report.paper import PaperCase
-from rcstudy.report.writers import Column, Value
+from rcstudy.report.writers import Column, Table, Value
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,7 @@ def remark(statement: Statement, cases: Sequence[PaperCase]) -> str:
     return " ".join(parts)
 
 
-def statements_table(
-    statements: Sequence[Statement], cases: Sequence[PaperCase]
-) -> tuple[str, Sequence[Column], list[dict[str, Value]]]:
+def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]) -> Table:
     """Caption, columns and rows: one row a statement with its verdict."""
     columns = (
         Column("number", "No."),
@@ -134,9 +132,7 @@ def statements_table(
     return caption, columns, rows
 
 
-def comparisons_table(
-    statements: Sequence[Statement], cases: Sequence[PaperCase]
-) -> tuple[str, Sequence[Column], list[dict[str, Value]]]:
+def comparisons_table(statements: Sequence[Statement], cases: Sequence[PaperCase]) -> Table:
     """Caption, columns and rows: one row a comparison, with the number of its statement."""
     columns = (
         Column("number", "No."),

@@ -53,6 +53,10 @@ class Column:
     wide: float = 0.0
 
 
+Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
+"""Caption, columns, rows."""
+
+
 def write_table(
     out: Path, stem: str, caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]
 ) -> list[Path]:
