@@ -20,19 +20,20 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from rcstudy.batch import warm_up_scenes
 from rcstudy.cases import Case, expand
+from rcstudy.cube import case_dims, engine, grids, open_cube
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.publish import replacing
-from rcstudy.report.precision import REFERENCE, SOLVER, Row, settings
+from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, Row, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import errors_table, settings_table, summary_text
 from rcstudy.report.style import check_formats, save, style
@@ -40,22 +41,8 @@ from rcstudy.report.writers import write_table
 from rcstudy.result import Result, Status
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from rcstudy.progress import Progress
     from rcstudy.study import Study
-
-ERRORS: dict[str, str] = {
-    "pressure": "pressure, L2, over that of the pressure",
-    "pressure_max": "largest pressure, relative",
-    "traction": "tractions, L2, over that of the tractions",
-    "traction_max": "largest traction, relative",
-    "force": "tangential force (vector), over its magnitude",
-    "moment": "spin moment, relative",
-    "friction_power": "friction power, relative",
-    "slip_area": "slip area, relative",
-}
-"""The errors reported, all dimensionless, and what each is relative to (the reference's)."""
 
 # axes that a problem's name in words leaves out
 _OF_SOLVING = ("coupling", "cells", "mesh", "tolerance", "normal", "tangential", "discretisation", "spin_point")
@@ -116,8 +103,7 @@ class Entry:
         return self._case_of(self.dataset[name]).values[()]
 
     def _case_of(self, variable: xr.DataArray) -> xr.DataArray:
-        dims = str(self.dataset.attrs["axes"]).split()
-        return variable.isel(dict(zip(dims, self.case.index, strict=True)))
+        return variable.isel(dict(zip(case_dims(self.dataset), self.case.index, strict=True)))
 
     def stress(self) -> np.ndarray:
         """Pressure and tractions x, y on the window, MPa: [3, nx, ny]."""
@@ -167,7 +153,6 @@ def run(
     UserError when the cube is not of this study, stores no fields, or no problem of it has a solved reference.
     """
     from rcstudy import sweep
-    from rcstudy.cube import open_cube
 
     check_formats(formats)
     if not study.outputs.fields:
@@ -197,8 +182,6 @@ def run(
 
 def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
     """All cases of an opened cube of `study` with their errors, in the order of grids and indices."""
-    from rcstudy.cube import grids
-
     datasets = grids(tree)
     cases = expand(study).cases
     if any(not _holds(datasets.get(case.grid), case) for case in cases):
@@ -219,19 +202,18 @@ def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
 
 def _holds(dataset: xr.Dataset | None, case: Case) -> bool:
     """Whether a grid of a cube, if there is one, has `case` at its place."""
-    if dataset is None or len(case.index) != len(str(dataset.attrs["axes"]).split()):
+    if dataset is None or len(case.index) != len(case_dims(dataset)):
         return False
     keys = dataset["case_key"]
     return all(i < n for i, n in zip(case.index, keys.shape, strict=True)) and keys.values[case.index] == case.key
 
 
 def _entry(case: Case, dataset: xr.Dataset) -> Entry:
-    dims = set(str(dataset.attrs["axes"]).split())
-    at = dict(zip(str(dataset.attrs["axes"]).split(), case.index, strict=True))
+    at = dict(zip(case_dims(dataset), case.index, strict=True))
     values = {
         str(name): float(variable.isel(at))
         for name, variable in dataset.data_vars.items()
-        if set(variable.dims) == dims and variable.dtype.kind in "fi"
+        if set(variable.dims) == at.keys() and variable.dtype.kind in "fi"
     }
     return Entry(case, dataset, values)
 
@@ -389,17 +371,12 @@ def _ratio(size: Any, scale: Any, nil: float = 0.0) -> float:
 
 def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Path:
     """The cube's grids without their fields, each case with its errors (`error_<name>`, `solver_error_<name>`)."""
-    import xarray as xr
-
-    from rcstudy.cube import grids
-
-    engine: Any = "netcdf4" if find_spec("netCDF4") is not None else "h5netcdf"  # the former is ten times as fast
     nodes: dict[str, xr.Dataset] = {}
     for name, dataset in grids(tree).items():
         own = [e for e in entries if e.case.grid == name]
         if not own:
             continue
-        dims = tuple(str(dataset.attrs["axes"]).split())
+        dims = case_dims(dataset)
         slim = dataset[[n for n in _KEPT if n in dataset.variables]]
         slim = slim.drop_vars([n for n in slim.coords if not set(slim[n].dims) <= set(dims)]).load()
         for prefix, words in (
@@ -420,5 +397,5 @@ def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Pa
     }
     nodes["/"] = xr.Dataset(attrs=attrs)
     with replacing(path) as temporary:
-        xr.DataTree.from_dict(nodes).to_netcdf(temporary, engine=engine)
+        xr.DataTree.from_dict(nodes).to_netcdf(temporary, engine=engine())
     return path

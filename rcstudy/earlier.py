@@ -17,7 +17,7 @@ import numpy as np
 
 from rcstudy.cube_writer import checksum
 from rcstudy.deflate import compress
-from rcstudy.errors import UserError
+from rcstudy.errors import UserError, first_line
 from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Layout, cell_centres
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
@@ -73,7 +73,7 @@ class EarlierCube:
         except OSError as error:
             raise ValueError("it is no file of HDF5, or damaged") from error
         except Exception as error:  # as below
-            raise ValueError(_first_line(error)) from error
+            raise ValueError(first_line(error)) from error
         try:
             attrs = self._file.attrs
             if attrs.get(SCHEMA_ATTRIBUTE) != SCHEMA or attrs.get("solver_version") != SOLVER_VERSION:
@@ -83,7 +83,7 @@ class EarlierCube:
             self.grids = [_EarlierGrid(group) for group in found if "axes" in group.attrs]
         except Exception as error:  # whatever h5py and NumPy make of a damaged or hostile file
             self._file.close()
-            raise ValueError(_first_line(error)) from error
+            raise ValueError(first_line(error)) from error
 
     def close(self) -> None:
         """Close the file."""
@@ -109,7 +109,7 @@ class EarlierCube:
         except DamagedRecord:
             raise
         except Exception as error:  # as above
-            raise DamagedRecord(_first_line(error)) from error
+            raise DamagedRecord(first_line(error)) from error
 
 
 class _EarlierGrid:
@@ -195,7 +195,3 @@ def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region) -> Pac
     if (np.isnan(inner) if dtype.startswith("f") else inner == MISSING).all():
         return None
     return PackedField(dtype, bytes(stream) if held == shape else compress(np.ascontiguousarray(inner)))
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).strip() or type(error).__name__).splitlines()[0]

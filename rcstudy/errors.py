@@ -14,3 +14,8 @@ EXIT_UNHEARD = 141
 
 class UserError(Exception):
     """Bad input (exit code 2): the message says where, what, and what is allowed."""
+
+
+def first_line(error: Exception) -> str:
+    """What an error says in its first line, its type if it says nothing."""
+    return (str(error).strip() or type(error).__name__).splitlines()[0]

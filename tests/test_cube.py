@@ -47,7 +47,7 @@ def leftovers(folder: Path) -> list[str]:
 @pytest.fixture(params=ENGINES)
 def engine_in_use(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """`open_cube` with either engine."""
-    monkeypatch.setattr(cube_module, "_engine", lambda: request.param)
+    monkeypatch.setattr(cube_module, "engine", lambda: request.param)
     return request.param
 
 

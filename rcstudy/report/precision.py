@@ -10,17 +10,22 @@ import numpy as np
 TARGETS = (0.01, 0.001, 0.0001)
 """The errors for which settings are looked up."""
 
-QUANTITIES: dict[str, str] = {
-    "pressure": "pressure (L2)",
-    "pressure_max": "largest pressure",
-    "traction": "tractions (L2)",
-    "traction_max": "largest traction",
-    "force": "force",
-    "moment": "moment",
-    "friction_power": "friction power",
-    "slip_area": "slip area",
+_WORDS = {
+    "pressure": ("pressure (L2)", "pressure, L2, over that of the pressure"),
+    "pressure_max": ("largest pressure", "largest pressure, relative"),
+    "traction": ("tractions (L2)", "tractions, L2, over that of the tractions"),
+    "traction_max": ("largest traction", "largest traction, relative"),
+    "force": ("force", "tangential force (vector), over its magnitude"),
+    "moment": ("moment", "spin moment, relative"),
+    "friction_power": ("friction power", "friction power, relative"),
+    "slip_area": ("slip area", "slip area, relative"),
 }
+
+QUANTITIES = {name: short for name, (short, _) in _WORDS.items()}
 """The errors reported and their names in tables and figures."""
+
+ERRORS = {name: words for name, (_, words) in _WORDS.items()}
+"""The same, all dimensionless, with what each is relative to (the reference's)."""
 
 SOLVER = "solver_"
 """Prefix of the errors against the same mesh's tightest solution."""
