@@ -28,7 +28,6 @@ def merge(
     *,
     tell: Callable[[str], None] = lambda text: None,
     take_over: bool = False,
-    command: str | None = None,
 ) -> Summary:
     """Write the cube `output` of `study` from the units beside it and those in `folders`, which stay as they are.
 
@@ -55,7 +54,7 @@ def merge(
                 + more
             )
         with Assembly(output, study, expansion, store) as cube:
-            cube.finish(provenance.collect(command), started)
+            cube.finish(provenance.collect(), started)
         failed = failures(expansion, expansion.cases, store.index)
         store.clear()
     count = len(expansion.cases)

@@ -35,9 +35,9 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeVar
 
-os.environ.update(
-    dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
-)
+from rcstudy.threads import THREAD_VARIABLES, available_cores
+
+os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
 
 import numpy as np
 import pyfftw
@@ -50,7 +50,6 @@ from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tole
 from rcstudy.progress import Silent
 from rcstudy.result import Status
 from rcstudy.study import load_study
-from rcstudy.threads import available_cores
 
 solve = importlib.import_module("rcstudy.solve")  # the package's own `solve` is a function
 ROOT = Path(__file__).resolve().parent.parent

@@ -35,7 +35,7 @@ scene:
   substrate: {{E: 210000, nu: 0.3}}
   radius: 50
   load: 100
-  mesh: {{size: [2, 2], cells: [{cells}, {cells}]}}
+  mesh: {{size: [2, 2], cells: [64, 64]}}
 grids:
   coated:
     axes:
@@ -46,11 +46,10 @@ grids:
 CREEPAGES = 25
 
 
-def study_text(cases: int, cells: int = 64, part: slice = slice(None)) -> str:
+def study_text(cases: int, part: slice = slice(None)) -> str:
     """A study of about so many layered cases, 25 creepages a pressure, or a `part` of it."""
     count = max(1, round(cases / (2 * CREEPAGES)))
     return STUDY.format(
-        cells=cells,
         thickness=", ".join(f"{0.25 + 0.75 * k / max(count - 1, 1):.6f} a" for k in range(count)[part]),
         creepage=", ".join(
             f"{{longitudinal: {0.0004 * (k % 5 + 1):.4f}, lateral: {0.0005 * (k // 5):.4f}, "

@@ -19,9 +19,6 @@ from scipy.special import j0, j1
 
 from rcstudy.mechanics.scene import Layer, Material
 
-# displacement, then stress; the sign of each coefficient under x -> -x and under y -> -y
-PARITY = {"zz": (1, 1), "xx": (1, 1), "yy": (1, 1), "xy": (-1, -1), "xp": (-1, 1), "yp": (1, -1)}
-
 Field = Callable[[float, float], float]
 
 
