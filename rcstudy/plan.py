@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Material, Scene
+from rcstudy.progress import duration
 from rcstudy.result import VARIABLES
 from rcstudy.study import Outputs, Study
 
@@ -144,7 +145,7 @@ def plan_report(study: Study) -> str:
         f"  layer sets       {total.layer_sets}, influence coefficients computed once each",
         f"  memory, about    {_bytes(total.worker_bytes)} a worker, {_bytes(total.parent_bytes)} the main process",
         f"  cube, about      {_bytes(total.file_bytes)} ({stored}, {_bytes(total.field_bytes)} before compression)",
-        f"  time, about      {_seconds(total.seconds)} of one core, divided among the workers",
+        f"  time, about      {duration(total.seconds)} of one core, divided among the workers",
         "",
         f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction solution,"
         f" and {PRESSURE_CELL_SECONDS * 1e6:g} and {TRACTION_CELL_SECONDS * 1e6:g} us more for each cell in contact;",
@@ -213,11 +214,3 @@ def _bytes(number: float) -> str:
             return f"{number:.3g} {unit}"
         number /= 1000.0
     return f"{number:.3g} TB"
-
-
-def _seconds(number: float) -> str:
-    if number < 90.0:
-        return f"{number:.2g} s"
-    if number < 5400.0:
-        return f"{number / 60.0:.2g} min"
-    return f"{number / 3600.0:.3g} h"
