@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rcstudy.cases import expand, scene_record
 from rcstudy.cube import grids, open_cube
@@ -75,18 +75,10 @@ def _study(name: str, heading: str, scene: Scene) -> str:
     """A study file of one case; `heading` becomes a comment."""
     lines = [f"# {line}" for line in textwrap.wrap("".join(c if c.isprintable() else " " for c in heading), 110)]
     lines += [f"study: {name}", "scene:"]
-    lines += [f"  {key}: {_flow(value)}" for key, value in scene_record(scene).items()]
+    # JSON is YAML, too, and has floats to their last bit
+    lines += [f"  {key}: {json.dumps(value)}" for key, value in scene_record(scene).items()]
     lines += ["grids:", "  failed:", "    cases:", "      - {label: failed}"]
     return "\n".join(lines) + "\n"
-
-
-def _flow(value: Any) -> str:
-    """A plain value as YAML on one line; floats to their last bit."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_flow, value)) + "]"
-    return str(value)
 
 
 def listing(found: Sequence[FailedCase]) -> str:
