@@ -38,9 +38,10 @@ from synthetic import (
 
 from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
+from rcstudy.grids import letters
 from rcstudy.report import measures
 from rcstudy.report.overview import case_maps, overview_figure
-from rcstudy.report.paper import AXES, letter
+from rcstudy.report.paper import AXES
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.statements import Comparison, numbers, verdict
 from rcstudy.report.style import LINES, style
@@ -278,7 +279,7 @@ def test_panels_beyond_z_come_after_it(tmp_path: Path) -> None:
     grid = make_grid("figure_5", thickness_axis(ratios), modulus_axis(), creepage_axis({"a": CREEPAGES["a"]}))
     with synthetic_tree(tmp_path, assemble(make_study(), (grid, grid_cases(grid, SCENE)))) as opened:
         titles = [ax.get_title(loc="left") for ax in panels(draw(opened, "figure_5"))]
-    assert [t.split()[0] for t in titles] == [f"({letter(k)})" for k in range(28)]
+    assert [t.split()[0] for t in titles] == [f"({letters(k)})" for k in range(28)]
 
 
 def test_on_the_x_axis_is_the_middle_row_or_the_mean_of_two() -> None:
@@ -518,7 +519,7 @@ def test_writer_escapes_and_rounds(tmp_path: Path) -> None:
 
 
 def test_letters_go_on_after_z() -> None:
-    assert [letter(i) for i in (0, 11, 25, 26, 53, 702)] == ["a", "l", "z", "aa", "bb", "aaa"]
+    assert [letters(i) for i in (0, 11, 25, 26, 53, 702)] == ["a", "l", "z", "aa", "bb", "aaa"]
 
 
 # statements
