@@ -168,8 +168,8 @@ def normal_problem(scene: Scene) -> Hashable:
 
 
 def layer_set(scene: Scene) -> Hashable:
-    """What the influence coefficients of the coated body depend on."""
-    return (scene.substrate, scene.layers, scene.mesh)
+    """What the influence coefficients depend on."""
+    return (scene.substrate, scene.layers, scene.counterbody, scene.mesh)
 
 
 def expand(study: Study) -> Expansion:
