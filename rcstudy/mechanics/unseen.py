@@ -69,7 +69,7 @@ def unseen_slip(
     (mm) of the cells' centres; `theta`: from a leading cell's centre to the edge (in cells).
     """
     dx, dy = influence.spacing
-    k = slip_by_pressure_over_tractions(influence) / (math.pi * friction)
+    k = influence.once("beta", lambda: slip_by_pressure_over_tractions(influence)) / (math.pi * friction)
     if abs(k) < _LEAST:
         return Unseen()
     sums = np.zeros(5)
