@@ -125,12 +125,14 @@ def timed(scenes: Sequence[Scene]) -> Iterator[Result]:
     3 to 5 ms in the first layered solve of a process. So every time is that of a whole solve, coefficients and pressure
     included; and processor time hardly depends on what else the machine does.
     """
+    from rcstudy.mechanics.contact import forget_influence
     from rcstudy.solve import solve_scene
 
     for scene in scenes:
         fastest, spent, repeats = np.inf, 0.0, 0
         result = Result(Status.ERROR)
         while repeats == 0 or (spent < _REPEAT_SECONDS and repeats < _REPEATS):
+            forget_influence()
             begun = time.process_time()
             result = solve_scene(scene)
             seconds = time.process_time() - begun

@@ -15,6 +15,7 @@ from workers import made_up
 from rcstudy import accuracy, sweep
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
+from rcstudy.mechanics.contact import influence_of
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.report.precision import QUANTITIES, REFERENCE, Row, Setting, schemes, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
@@ -184,13 +185,19 @@ def test_problem_is_what_remains_without_the_way_of_solving():
 
 
 def test_times_are_those_of_whole_solves(monkeypatch):
-    calls = []
-    monkeypatch.setattr(
-        import_module("rcstudy.solve"), "solve_scene", lambda scene: calls.append(scene) or Result(Status.SOLVED)
-    )
+    """The influence coefficients, too, are made in each."""
+    calls, made = [], []
+
+    def solve(scene):
+        calls.append(scene)
+        made.append(influence_of(scene))
+        return Result(Status.SOLVED)
+
+    monkeypatch.setattr(import_module("rcstudy.solve"), "solve_scene", solve)
     scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)))
     results = list(accuracy.timed([scene, scene]))
     assert len(calls) == 2 * accuracy._REPEATS  # nothing is solved in no time: as often as it may
+    assert len(set(map(id, made))) == len(calls)
     assert all(0.0 <= r.scalars["solve_seconds"] < 0.1 for r in results)
 
 

@@ -49,6 +49,11 @@ def influence_of(scene: Scene) -> Influence:
 _influence = lru_cache(maxsize=1)(Influence)
 
 
+def forget_influence() -> None:
+    """Let the next solution make its influence coefficients itself: for timing."""
+    _influence.cache_clear()
+
+
 class NormalContact:
     """The pressure of a contact and what follows from it for every creepage. Nothing in it changes once made.
 
