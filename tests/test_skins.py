@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -13,8 +14,9 @@ from scipy.integrate import quad
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal
 from rcstudy.mechanics.layered import frequency_response
-from rcstudy.mechanics.scene import Layer, Mesh
+from rcstudy.mechanics.scene import Coupling, Creepage, Layer, Mesh
 from rcstudy.mechanics.skins import EDGES, shift_by_layers
+from rcstudy.result import Status
 from rcstudy.solve import solve_scene
 
 STEEL = steel(Mesh((1.0, 1.0), (8, 8)), counterbody=None).substrate
@@ -40,6 +42,21 @@ def test_shift_is_the_integral_of_the_response(modulus: float, thickness: float)
     expected = sum(parts) / (math.pi * low * dx)
     assert more < 30.0
     assert shift_by_layers(response, dx, EDGES) == pytest.approx(expected, rel=2e-2, abs=1e-5)
+
+
+@pytest.mark.parametrize("coupling", get_args(Coupling))
+def test_plates_on_a_few_cells(coupling: Coupling) -> None:
+    """Thousands of times as stiff and a tenth of a cell to a cell thick: edges moved by the integral crossed once."""
+    for modulus, thickness in ((4000.0, 0.07), (7000.0, 0.047), (1800.0, 0.0175)):
+        layers = (Layer(modulus * STEEL.E, 0.3, thickness),)
+        scene = steel(Mesh((1.2, 1.0), (8, 7)), counterbody=None, layers=layers, creepage=Creepage(0.001))
+        for load in (0.3, 20.0):
+            scene = replace(scene, load=load, discretisation="aligned", coupling=coupling)
+            result = solve_scene(scene)
+            assert result.status in (Status.SOLVED, Status.REFUSED)
+            if result.status == Status.SOLVED:
+                assert result.scalars["contact_area"] > 0.5 * (1.2 / 8) * (1.0 / 7)
+                assert all(map(math.isfinite, result.scalars.values()))
 
 
 def test_without_layers_nothing_is_shifted() -> None:

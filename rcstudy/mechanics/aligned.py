@@ -82,6 +82,7 @@ _PRESSED = np.concatenate(
     )
 )
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
+_MOST_BEYOND = 0.25  # of the area that cells find, that layers make it larger or smaller: of contacts of a few cells
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 _HALFWAY = 1e-3  # in cells: closer to the middle between two rows both are as close, whatever rounding says
 
@@ -324,10 +325,12 @@ class AlignedContact(NormalContact):
         spacing = self.scene.mesh.spacing
         by_x, by_y = (side * shift_by_layers(self.influence.normal_response, side, EDGES) for side in spacing)
         _, tips = self._chords
+        area = self._area_by_parabolas * spacing[0] * spacing[1]
         b = 0.5 * float(tips[1] - tips[0]) * spacing[1]
-        a = self._area_by_parabolas * spacing[0] * spacing[1] / (math.pi * b)
+        a = area / (math.pi * b)
         outline = math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))  # Ramanujan 1914
-        return outline * (by_x * b + by_y * a) / (a + b)
+        beyond = outline * (by_x * b + by_y * a) / (a + b)
+        return min(max(beyond, -_MOST_BEYOND * area), _MOST_BEYOND * area)
 
     @cached_property
     def _lifted(self) -> float:

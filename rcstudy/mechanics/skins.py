@@ -30,6 +30,7 @@ BORDERS = 0.7
 _SOFT = 0.2  # power of what waves at the cut yield more than long ones
 _FILM = 30.0  # times as much
 _LONG = 0.05  # radians a cell
+_FARTHEST = 0.3  # cells that an edge is moved at most: under plates on few cells the integral tells nothing
 
 # int f(ln(k/cut)) cut/k^2 dk is int f(s) exp(-s) ds; what is beyond e^30 cells is nothing
 _LOGS, _WEIGHTS = np.polynomial.laguerre.laggauss(16)
@@ -51,4 +52,4 @@ def shift_by_layers(response: Callable[[np.ndarray], np.ndarray], spacing: float
     cut *= more**_SOFT
     yielding = g(cut * _OVER)
     shift = float(_WEIGHTS @ np.log(yielding[1:] / yielding[0])) / (math.pi * cut)
-    return shift * min(1.0, _FILM / more) ** 2
+    return min(max(shift * min(1.0, _FILM / more) ** 2, -_FARTHEST), _FARTHEST)
