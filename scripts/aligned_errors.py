@@ -24,7 +24,7 @@ from rcstudy.study import load_study
 
 BARS = 0.5, 0.2  # per cent
 WIDEST = 0.06  # by how much windows are smaller and larger
-NIL = 1e-9  # beside the largest of all cases: nothing, by symmetry
+NIL = 1e-5  # beside the largest of all cases: nothing, by symmetry, but for what tolerances leave
 
 
 def scalars(groups: Iterable[Sequence[Scene]], cells: int, wider: float = 1.0) -> list[dict[str, float]]:
