@@ -440,6 +440,18 @@ def test_a_mirrored_scene_has_the_mirrored_solution():
     assert two.scalars["force_y"] == pytest.approx(-one.scalars["force_y"], rel=1e-7)
 
 
+def test_rows_that_end_halfway_between_cells_are_moved_alike():
+    """The outermost rows are moved by half a cell here, and rounding does not decide to which side."""
+    layers = (Layer(420000.0, 0.3, 0.0633224627),)
+    scene = steel(Mesh((1.0, 1.0), (32, 32)), layers=layers, creepage=Creepage(0.002), discretisation="aligned")
+    scene = replace(scene, counterbody=None, tolerance=Tolerance(1e-9, 1e-9))
+    contact = AlignedContact(solve_normal(scene))
+    assert np.abs(contact.shift).max() > 0.5 - aligned._HALFWAY
+    np.testing.assert_allclose(contact.shift, contact.shift[::-1], atol=1e-9)
+    result = solved(scene)
+    assert abs(result.scalars["force_y"]) < 1e-9 * abs(result.scalars["force_x"])
+
+
 def test_creepages_of_one_pressure_do_not_feel_each_other():
     a = hertz_of().a[0]
     scene = steel(window((a, a), (15.0, 15.0)), creepage=SLOPING, counterbody=None, discretisation="aligned")

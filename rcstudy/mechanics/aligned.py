@@ -84,7 +84,7 @@ _PRESSED = np.concatenate(
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
 _MOST_BEYOND = 0.25  # of the area that cells find, that layers make it larger or smaller: of contacts of a few cells
 _LEAST = 1e-9  # least pressure of a cell, over the largest
-_HALFWAY = 1e-3  # in cells: closer to the middle between two rows both are as close, whatever rounding says
+_HALFWAY = 1e-3  # in cells: closer to the middle between two, either or both are taken, whatever rounding says
 
 
 class AlignedContact(NormalContact):
@@ -109,7 +109,7 @@ class AlignedContact(NormalContact):
         # a row shorter than twice theta cells has one cell, in its middle
         self._start = np.where(touched, np.maximum(front - _EDGE, 0.5 * (back + front)), 0.0)
         self._count = np.where(touched, np.maximum(1, np.ceil(self._start - back)), 0).astype(np.int64)
-        leading = np.rint(self._start).astype(np.int64)
+        leading = np.rint(self._start - _HALFWAY).astype(np.int64)
         self.shift = self._start - leading
         number = int(self._count.sum())
         # ordered as everywhere: rows of constant x first
