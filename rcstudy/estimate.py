@@ -151,12 +151,12 @@ def error_estimates(
         off += _BY_LAYERS.get(name, 0.0) * abs(hidden.by_layers)
         out[f"{name}_error"] = estimate + off * scale
     slip = finest.get("slip_area")
-    all_slips = slip is not None and slip == finest["contact_area"]
+    all_slips = slip is not None and slip == finest["contact_area"] and hidden.slip.missing == 0.0
     if all_slips:
         out["slip_area_error"] = out["contact_area_error"]
         if _turns_within(scene.creepage, finest["contact_radius"]):
             out["slip_area_error"] += 2.0 * dx * dy  # that may stick around the pole of spin
-    elif slip == 0.0 and finest["traction_max"] > 0.0:
+    elif slip == hidden.slip.missing and finest["traction_max"] > 0.0:  # of what cells show nothing slips
         out["slip_area_error"] = max(out["slip_area_error"], _UNSEEN / per_radius * finest["contact_area"])
         # and what pressure it has, that goes like the root of the distance from the edge
         unseen = (_UNSEEN / per_radius) ** 1.5 * power
@@ -177,7 +177,7 @@ def error_estimates(
         out["moment_z_error"] += _NARROW * abs(hidden.slip.moment_z)
         out["friction_power_error"] += _NARROW * (hidden.slip.force * fastest + hidden.slip.power)
         out["traction_max_error"] += 0.5 * hidden.slip.force / finest["contact_area"]
-        out["slip_area_error"] += 0.0 if all_slips else 0.8 * hidden.slip.area
+        out["slip_area_error"] += 0.0 if all_slips else 0.4 * hidden.slip.area
     return out
 
 

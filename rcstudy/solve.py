@@ -19,6 +19,7 @@ from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
+from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
 
 _POLISHES = 2  # tenths of the tolerance that are tried where the proof fails by it
@@ -123,10 +124,13 @@ def _result(
     fields, scalars = {"pressure": contact.solution.p}, _normal_numbers(contact)
     status, reasons = Status.SOLVED, []
     proof_of_tractions: dict[str, float] = {}
+    hidden = Hidden(by_layers=contact.beyond_edges / contact.area)
     if rolling is not None:
         rolling, proof_of_tractions = _polished(contact, scene, rolling)
         fields |= _rolling_fields(contact, scene, rolling)
-        scalars |= _rolling_numbers(contact, scene, rolling)
+        unseen = contact.unseen_slip(rolling, scene.friction)
+        scalars |= _rolling_numbers(contact, scene, rolling, unseen)
+        hidden = hidden._replace(unsettled=rolling.unsettled, slip=unseen)
         if rolling.unsettled > _UNSETTLED:
             status = Status.NOT_CONVERGED
             reasons.append(
@@ -142,9 +146,6 @@ def _result(
     proof = proof_of_pressure or prove_normal(contact, scene, None if rolling is None else rolling.q)
     proof = proof | proof_of_tractions
     levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
-    hidden = Hidden(by_layers=contact.beyond_edges / contact.area)
-    if rolling is not None:
-        hidden = hidden._replace(unsettled=rolling.unsettled, slip=contact.unseen_slip(rolling, scene.friction))
     scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden)
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
@@ -203,7 +204,8 @@ def _coarser_numbers(
             if rolling.coarser is None:
                 return
             rolling = rolling.coarser
-            scalars |= _rolling_numbers(coarser, scene, rolling)
+            unseen = coarser.unseen_slip(rolling, scene.friction)
+            scalars |= _rolling_numbers(coarser, scene, rolling, unseen)
         yield scalars
         coarser = coarser.coarser
 
@@ -235,7 +237,9 @@ def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSoluti
     }
 
 
-def _rolling_numbers(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> dict[str, float]:
+def _rolling_numbers(
+    contact: NormalContact, scene: Scene, rolling: RollingSolution, unseen: Unseen
+) -> dict[str, float]:
     """Scalars that follow from the tractions on the mesh of `contact`."""
     dx, dy = contact.scene.mesh.spacing
     x, y = contact.levers
@@ -245,7 +249,7 @@ def _rolling_numbers(contact: NormalContact, scene: Scene, rolling: RollingSolut
         "force_x": float(qx.sum()) * dx * dy,
         "force_y": float(qy.sum()) * dx * dy,
         "moment_z": float(np.sum(x * qy - y * qx)) * dx * dy,
-        "slip_area": slip_area,
+        "slip_area": min(max(slip_area + unseen.missing, 0.0), contact.area),
         "traction_max": peak,
         "friction_power": contact.friction_power(rolling, scene),
         "residual_tangential": rolling.residual,

@@ -42,7 +42,8 @@ def sums_over_rows(
     fx, fy = force * (v + t * growth)
     moment = x[numbers[0]] * fy - y[numbers[0]] * fx
     cells = np.where(some, np.where(slips == 0, width, past**2), 0.0)
-    return np.array([fx.sum(), fy.sum(), force.sum(), moment.sum(), cells.sum()])
+    missing = np.where(slips == 0, cells, -cells)
+    return np.array([fx.sum(), fy.sum(), force.sum(), moment.sum(), cells.sum(), missing.sum()])
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -62,6 +63,6 @@ def test_sums_over_rows(seed: int) -> None:
     part[slip] = 1.0
     q = (friction * part * pressure * np.array([np.cos(angle), np.sin(angle)])).T
     arguments = index, rng.uniform(8.0, 9.0, 9), x, y, q, slip, pressure, friction, k, 1.3, THETA
-    found = np.zeros(5)
+    found = np.zeros(6)
     leading_slip.unseen_rows(*arguments, found)
     np.testing.assert_allclose(found, sums_over_rows(*arguments), rtol=1e-11)

@@ -48,3 +48,19 @@ def test_bars_where_slip_zones_are_narrower_than_cells(
     fine = solve_scene(replace(scene, mesh=Mesh((1.0, 1.0), (320, 320)))).scalars
     for name in ("force_x", "force_y", "slip_area"):
         assert abs(found[name] - fine[name]) <= found[f"{name}_error"] + 1.1 * fine[f"{name}_error"]
+
+
+@pytest.mark.parametrize("cells", [24, 32])
+@pytest.mark.parametrize(
+    ("friction", "creepage"),
+    [(0.3, Creepage(0.0, 0.0002)), (0.3, Creepage(-0.0003)), (0.15, Creepage(0.0, 0.0, 0.001))],
+)
+def test_slip_areas_are_given_what_cells_miss(friction: float, creepage: Creepage, cells: int) -> None:
+    """A rigid ball's slip areas are half as far off as what borders between slip and stick cells tell, or less."""
+    scene = steel(Mesh((1.0, 1.0), (cells, cells)), counterbody=None, friction=friction, creepage=creepage)
+    scene = replace(scene, discretisation="aligned")
+    contact = AlignedContact(solve_normal(scene))
+    missing = contact.unseen_slip(solve_rolling(contact, scene), scene.friction).missing
+    found = solve_scene(scene).scalars["slip_area"]
+    fine = solve_scene(replace(scene, mesh=Mesh((1.0, 1.0), (160, 160)))).scalars["slip_area"]
+    assert abs(found - fine) < 0.5 * abs(found - missing - fine)

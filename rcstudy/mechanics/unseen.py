@@ -1,4 +1,4 @@
-r"""What slip zones at the leading edge hide that are narrow beside a cell: for error bars of aligned cells.
+r"""What slip zones at the leading edge hide that are narrow beside a cell: for aligned slip areas and error bars.
 
 Where pressure displaces the surfaces along each other, stick asks for q = p (b + (beta/pi) n ln(1/r)) at a distance r
 behind the edge (n: its normal, beta: Dundurs' constant): ever so close to it that is more than the bound, whatever the
@@ -10,6 +10,11 @@ Slip takes from the tractions behind it what goes like r^(-1/2), in all some k m
 sticks, on this mesh as on coarser ones, shows nothing of it, one that has just begun to slip hardly more; with wider
 zones the mesh's own slip makes up for it, and errors go like ((m - 1 + theta)/w)^4, in areas to the power 2 (2800
 contacts of unlike bodies with and without layers, friction 0.15 to 0.7, against 384 x 384 cells).
+
+Areas, which borders between cells tell, are given what they miss: of 508 other such contacts slip areas were 0.9 to
+1.0 % of the contact off (root of mean square, 24 to 64 cells against 256 x 256; friction 0.1 to 1, both couplings) and
+are 0.4 %.
+Tractions stay as they are: forces are their sum, and bars have to know.
 """
 
 from __future__ import annotations
@@ -25,6 +30,7 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.influence import Influence
 
 _LEAST = 1e-9  # k: less is nothing
+_MISSED = 0.85  # of the area that is missing by the law above: fits of those contacts' areas give 0.79 to 0.95 of it
 _BY_PRESSURE = 0.2  # of the slip that the largest pressure causes on the spot, beside the rigid slip, for the power
 
 
@@ -32,8 +38,8 @@ class Unseen(NamedTuple):
     """What slip zones at leading edges hide, about, before the constants of `estimate.py`.
 
     force_x, force_y (N), moment_z (N mm): what tractions make too large, with signs; force (N): the same of all rows
-    without regard to direction; area (mm^2): of what slips unseen, or is seen to slip by too much; power (N): of the
-    slip that pressure causes.
+    without regard to direction; area (mm^2): of what slips unseen, or is seen to slip by too much; missing (mm^2): by
+    how much the slip area is too small; power (N): of the slip that pressure causes.
     """
 
     force_x: float = 0.0
@@ -41,6 +47,7 @@ class Unseen(NamedTuple):
     force: float = 0.0
     moment_z: float = 0.0
     area: float = 0.0
+    missing: float = 0.0
     power: float = 0.0
 
 
@@ -72,8 +79,8 @@ def unseen_slip(
     k = influence.once("beta", lambda: slip_by_pressure_over_tractions(influence)) / (math.pi * friction)
     if abs(k) < _LEAST:
         return Unseen()
-    sums = np.zeros(5)
+    sums = np.zeros(6)
     leading_slip.unseen_rows(*rows, q, slip, pressure, friction, k, dx / dy, theta, sums)
-    force_x, force_y, force, moment, area = (float(value) * dx * dy for value in sums)
+    force_x, force_y, force, moment, area, missing = (float(value) * dx * dy for value in sums)
     power = force * _BY_PRESSURE * abs(influence.slip_under_pressure) * float(pressure.max())
-    return Unseen(force_x, force_y, force, moment, area, power)
+    return Unseen(force_x, force_y, force, moment, area, _MISSED * missing, power)

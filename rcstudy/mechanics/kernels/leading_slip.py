@@ -24,7 +24,9 @@ def unseen_rows(
     theta: float,
     out: np.ndarray,
 ) -> None:
-    """Sums over the rows, into out [5]: force_x, force_y, |force| (MPa), moment (MPa mm) and cells, see `unseen.py`.
+    """Sums over the rows, into out [6], see `unseen.py`: force_x, force_y, |force| (MPa), moment (MPa mm), cells.
+
+    Cells twice: without regard to sign, and those that slip unseen less those that are seen to slip by too much.
 
     index [n, ny]: numbers of the cells of each row from the leading one on, -1 beyond its last; front [ny]: leading
     edge (cells); x, y, pressure, slip [m] and q [m, 2]: of the cells; aspect: dx/dy; theta: from the leading cell's
@@ -55,10 +57,10 @@ def unseen_rows(
         t = min(math.sqrt(along**2 + room) - along, 600.0)
         width = (slips + theta) * math.exp(-t)
         if slips == 0:
-            hidden, cells = width, width
+            hidden, cells, missing = width, width, width
         else:
             past = min((slips - 1 + theta) / width, 1.0)
-            hidden, cells = theta * past**4, past**2
+            hidden, cells, missing = theta * past**4, past**2, -(past**2)
         force = abs(k) * friction * largest * hidden
         force_x, force_y = force * (v_x + t * growth_x), force * (v_y + t * growth_y)
         leading = index[0, j]
@@ -67,3 +69,4 @@ def unseen_rows(
         out[2] += force
         out[3] += x[leading] * force_y - y[leading] * force_x
         out[4] += cells
+        out[5] += missing
