@@ -153,9 +153,13 @@ class Influence:
         (1 - 2 nu)/(2 G) of the one surface less that of the other (Johnson 1985, 2.25a). What the spot is to layers,
         waves of wave number 1/dx tell: for them those thicker than a few cells are half-spaces.
         """
-        alpha = 1.0 / self.spacing[0]
-        one = alpha * float(frequency_response(self._substrate, self._layers, np.array([alpha]))[1, 0])
-        return one - (0.0 if self._counterbody is None else float(half_space_response(self._counterbody)[1]))
+
+        def made() -> float:
+            alpha = 1.0 / self.spacing[0]
+            one = alpha * float(frequency_response(self._substrate, self._layers, np.array([alpha]))[1, 0])
+            return one - (0.0 if self._counterbody is None else float(half_space_response(self._counterbody)[1]))
+
+        return self.once("slip under pressure", made)
 
     def quadrant(self, nx: int, ny: int) -> np.ndarray:
         """Coefficients at offsets i dx, j dy, i = 0..nx-1, j = 0..ny-1: array [6, >= nx, >= ny] in mm/MPa.
