@@ -32,16 +32,18 @@ from rcstudy.mechanics.unseen import Unseen
 
 
 class Hidden(NamedTuple):
-    """What differences between meshes do not show: nothing, where cells are not aligned.
+    """What differences between meshes do not show (where cells are not aligned `lift` alone).
 
     `unsettled`: by how much of their bounds tractions are off (`RollingSolution`); `by_layers`: the part of the
     contact's area that layers too thin for the cells take or add (`AlignedContact.beyond_edges`); `slip`: what slip
-    zones too narrow for the cells change (`mechanics/unseen.py`).
+    zones too narrow for the cells change (`mechanics/unseen.py`); `lift`: the part of the approach that tractions make
+    (full coupling).
     """
 
     unsettled: float = 0.0
     by_layers: float = 0.0
     slip: Unseen = Unseen()
+    lift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,7 @@ _BY_LAYERS = {
     "moment_z": 0.075,
     "friction_power": 0.3,
 }
+_LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
 _NARROW = 1.3  # times what slip zones at the leading edge hide
 _TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
 _NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
@@ -150,6 +153,7 @@ def error_estimates(
         off = tolerance + (hidden.unsettled if fit.scale.startswith("friction") else 0.0)
         off += _BY_LAYERS.get(name, 0.0) * abs(hidden.by_layers)
         out[f"{name}_error"] = estimate + off * scale
+    out["approach_error"] += _LIFT[scene.discretisation] / per_radius * abs(hidden.lift * finest["approach"])
     slip = finest.get("slip_area")
     all_slips = slip is not None and slip == finest["contact_area"] and hidden.slip.missing == 0.0
     if all_slips:

@@ -131,6 +131,8 @@ def _result(
         unseen = contact.unseen_slip(rolling, scene.friction)
         scalars |= _rolling_numbers(contact, scene, rolling, unseen)
         hidden = hidden._replace(unsettled=rolling.unsettled, slip=unseen)
+        if scene.coupling == "full":
+            hidden = hidden._replace(lift=_lift(contact, rolling))
         if rolling.unsettled > _UNSETTLED:
             status = Status.NOT_CONVERGED
             reasons.append(
@@ -151,6 +153,12 @@ def _result(
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED
     return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
+
+
+def _lift(contact: NormalContact, rolling: RollingSolution) -> float:
+    """Mean of the surface's lift by tractions, weighted with the pressure, over the approach."""
+    p = contact.solution.p[contact.box.slices]
+    return float(np.sum(p * contact.lift(rolling.q, contact.box)) / (p.sum() * contact.solution.approach))
 
 
 def _polished_pressure(contact: NormalContact, scene: Scene) -> tuple[NormalContact, dict[str, float]]:

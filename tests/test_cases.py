@@ -12,6 +12,7 @@ from studies import BASE, CONFIGS, load_text
 
 from rcstudy import cases as cases_module
 from rcstudy.cases import case_key, expand, layer_set, normal_problem, scene_record
+from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.plan import (
     CASE_BYTES,
@@ -344,6 +345,15 @@ def test_estimated_contact_is_that_of_the_pressure(study):
     for case in expand(plan).cases:
         cells = np.count_nonzero(solve_scene(case.scene).fields["pressure"])
         assert 0.7 < contact_cells(case.scene) / cells < 1.6, case
+
+
+@pytest.mark.parametrize("modulus", [5.0, 2e6])
+def test_estimated_contact_of_bodies_a_thousand_times_as_large(modulus):
+    scene = dataclasses.replace(SCENE, layers=(Layer(modulus, 0.3, 0.01),))
+    large = dataclasses.replace(
+        scene, radius=tuple(1e3 * r for r in scene.radius), load=1e6 * scene.load, layers=(Layer(modulus, 0.3, 10.0),)
+    )
+    assert estimated_contact(large) == pytest.approx([1e3 * a for a in estimated_contact(scene)], rel=1e-9)
 
 
 @pytest.mark.parametrize("thickness", [1e-9, 0.1, 1e9])

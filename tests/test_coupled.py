@@ -311,3 +311,21 @@ def test_full_coupling_on_aligned_cells_that_has_nothing_to_couple(case: str) ->
     else:
         assert result.status == Status.REFUSED
         assert ("edge of the" in result.reason) if case == "edge" else ("below what rounding" in result.reason)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("cells", [24, 32])
+def test_bars_of_the_approach_know_of_the_lift_by_tractions(cells: int) -> None:
+    """On rubber tractions make an eighth of the approach; meshes that miss them alike do not tell by how much."""
+    scene = Scene(
+        STEEL,
+        (50.0, 100.0),
+        20.0,
+        Mesh((6.0, 9.5), (cells, cells)),
+        (Layer(5.0, 0.4999, 0.4),),
+        counterbody=STEEL,
+        creepage=Creepage(-0.05),
+        coupling="full",
+    )
+    found, fine = (solved(replace(scene, mesh=Mesh(scene.mesh.size, (n, n)))).scalars for n in (cells, 4 * cells))
+    assert abs(found["approach"] - fine["approach"]) <= found["approach_error"]

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from rcstudy.mechanics.convolution import Box, transform
-from rcstudy.mechanics.exact import hertz_contact
+from rcstudy.mechanics.exact import contact_modulus, hertz_contact
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
@@ -69,22 +69,21 @@ def _estimate(
     """Semi-axes (mm) of the contact by Hertz with the modulus a wave of the contact's own size would see.
 
     A half-space has a(alpha) = 2/(E* alpha); a layered body's a(alpha) gives an E* that depends on the size, found by
-    iteration. Exact without layers, within some 20 % else: a first guess only.
+    iteration from the bare substrate's. Exact without layers, within some 20 % else: a first guess only.
     """
     extra = half_space_response(counterbody)[0] if counterbody is not None else 0.0
-    alpha = np.array([1.0])
-    size = 0.0
-    semi_axes = (0.0, 0.0)
-    for _ in range(60):
+    semi_axes = hertz_contact(radius, load, contact_modulus(substrate, counterbody)).a
+    size = math.sqrt(semi_axes[0] * semi_axes[1])
+    for _ in range(60 if layers else 0):
+        alpha = np.array([2.0 / size])
         compliance = frequency_response(substrate, layers, alpha)[0] + extra / alpha
         if not compliance[0] > 0.0:
             raise FloatingPointError("moduli so far apart that rounding leaves nothing of what the layers yield")
         modulus = float(2.0 / (compliance * alpha)[0])
         semi_axes = hertz_contact(radius, load, modulus).a
         previous, size = size, math.sqrt(semi_axes[0] * semi_axes[1])
-        if abs(size - previous) < 1e-2 * size:
+        if abs(size - previous) < 1e-3 * size:
             break
-        alpha = np.array([2.0 / size])
     return semi_axes
 
 
