@@ -74,7 +74,7 @@ def _estimate(
     extra = half_space_response(counterbody)[0] if counterbody is not None else 0.0
     semi_axes = hertz_contact(radius, load, contact_modulus(substrate, counterbody)).a
     size = math.sqrt(semi_axes[0] * semi_axes[1])
-    for _ in range(60 if layers else 0):
+    for _ in range(60):
         alpha = np.array([2.0 / size])
         compliance = frequency_response(substrate, layers, alpha)[0] + extra / alpha
         if not compliance[0] > 0.0:
