@@ -37,13 +37,18 @@ class Hidden(NamedTuple):
     `unsettled`: by how much of their bounds tractions are off (`RollingSolution`); `by_layers`: the part of the
     contact's area that layers too thin for the cells take or add (`AlignedContact.beyond_edges`); `slip`: what slip
     zones too narrow for the cells change (`mechanics/unseen.py`); `lift`: the part of the approach that tractions make
-    (full coupling).
+    (full coupling); `softly`: the part of the contact's area by which it was found too large on soft
+    layers (`AlignedContact.short_of_edges`); `cusp_of_pressure`, `cusp_of_tractions`: slopes that jump at the stick
+    zone's border, over p0/a, where they are largest there (full coupling).
     """
 
     unsettled: float = 0.0
     by_layers: float = 0.0
     slip: Unseen = Unseen()
     lift: float = 0.0
+    softly: float = 0.0
+    cusp_of_pressure: float = 0.0
+    cusp_of_tractions: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -102,6 +107,10 @@ _BY_LAYERS = {
     "moment_z": 0.075,
     "friction_power": 0.3,
 }
+_SOFTLY = 0.45  # times what edges on soft layers were moved back
+_CUSP = 0.75  # over cells a radius: of such slopes, what cells round off
+_STUCK = {"force_x": 0.15, "force_y": 0.15, "moment_z": 0.5}  # of themselves over cells a radius, where none slip
+_LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
 _NARROW = 1.3  # times what slip zones at the leading edge hide
 _TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
@@ -134,6 +143,13 @@ def error_estimates(
     scales = {"friction force": force, "friction moment": moment, "friction power": power, **finest}
     pulling = scene.friction if scene.coupling == "full" and scene.moves_by_pressure else 0.0
     tolerance = max(scene.tolerance.normal, scene.tolerance.tangential)
+    beside = {  # of themselves
+        "contact_area": _SOFTLY * hidden.softly,
+        "contact_radius": 0.5 * _SOFTLY * hidden.softly,
+        "pressure_max": _CUSP / per_radius * hidden.cusp_of_pressure + 4.0 * hidden.softly**2,
+        "traction_max": _CUSP / per_radius * hidden.cusp_of_tractions,
+        "approach": _LIFT[scene.discretisation] / per_radius * abs(hidden.lift) + 2.5 * hidden.softly**2,
+    }
     out = {}
     for name, fit in (ALIGNED if scene.discretisation == "aligned" else FITS).items():
         if name not in finest:
@@ -152,8 +168,7 @@ def error_estimates(
             estimate += fit.excess * max(difference - _FAR * noise, 0.0)
         off = tolerance + (hidden.unsettled if fit.scale.startswith("friction") else 0.0)
         off += _BY_LAYERS.get(name, 0.0) * abs(hidden.by_layers)
-        out[f"{name}_error"] = estimate + off * scale
-    out["approach_error"] += _LIFT[scene.discretisation] / per_radius * abs(hidden.lift * finest["approach"])
+        out[f"{name}_error"] = estimate + off * scale + beside.get(name, 0.0) * abs(finest[name])
     slip = finest.get("slip_area")
     all_slips = slip is not None and slip == finest["contact_area"] and hidden.slip.missing == 0.0
     if all_slips:
@@ -168,9 +183,17 @@ def error_estimates(
         if scene.discretisation == "kalker" and not scene.moves_by_pressure:
             unseen = max(unseen, _put_in(scene.creepage, finest))
         out["friction_power_error"] = max(out["friction_power_error"], unseen)
+        if scene.discretisation == "aligned":  # tractions that grow without bound towards the leading edge
+            for name, part in _STUCK.items():
+                out[f"{name}_error"] += part / per_radius * abs(finest[name])
     elif slip and scene.discretisation == "aligned" and len(levels) > 1:
         # its borders are found within the contact's edge
         out["slip_area_error"] = math.hypot(out["slip_area_error"], out["contact_area_error"])
+    if slip is not None and slip - hidden.slip.missing <= _UNSEEN / per_radius * finest["contact_area"]:
+        # where nearly all stick tractions grow like K/sqrt(r) until they meet the bound, p0 sqrt(2 r/a)
+        found, bound = finest["traction_max"], scene.friction * finest["pressure_max"] * math.sqrt(2.0 / per_radius)
+        largest = math.sqrt(_LEADING * found * bound)
+        out["traction_max_error"] = max(out["traction_max_error"], largest - found)
     if slip and finest["traction_max"] >= (1.0 - _ROUNDING) * scene.friction * finest["pressure_max"]:
         # it is largest where the pressure is
         out["traction_max_error"] = max(out["traction_max_error"], scene.friction * out["pressure_max_error"])

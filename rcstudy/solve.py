@@ -19,7 +19,7 @@ from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
-from rcstudy.mechanics.unseen import Unseen
+from rcstudy.mechanics.unseen import Unseen, slip_by_pressure_over_tractions
 from rcstudy.result import CellState, Result, Status
 
 _POLISHES = 2  # tenths of the tolerance that are tried where the proof fails by it
@@ -124,15 +124,12 @@ def _result(
     fields, scalars = {"pressure": contact.solution.p}, _normal_numbers(contact)
     status, reasons = Status.SOLVED, []
     proof_of_tractions: dict[str, float] = {}
-    hidden = Hidden(by_layers=contact.beyond_edges / contact.area)
+    unseen = Unseen()
     if rolling is not None:
         rolling, proof_of_tractions = _polished(contact, scene, rolling)
         fields |= _rolling_fields(contact, scene, rolling)
         unseen = contact.unseen_slip(rolling, scene.friction)
         scalars |= _rolling_numbers(contact, scene, rolling, unseen)
-        hidden = hidden._replace(unsettled=rolling.unsettled, slip=unseen)
-        if scene.coupling == "full":
-            hidden = hidden._replace(lift=_lift(contact, rolling))
         if rolling.unsettled > _UNSETTLED:
             status = Status.NOT_CONVERGED
             reasons.append(
@@ -148,17 +145,46 @@ def _result(
     proof = proof_of_pressure or prove_normal(contact, scene, None if rolling is None else rolling.q)
     proof = proof | proof_of_tractions
     levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
-    scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden)
+    scalars |= error_estimates(scene, contact.cells.shape[0], levels, _hidden(contact, scene, rolling, unseen))
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED
     return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
 
 
+def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, unseen: Unseen) -> Hidden:
+    """What error bars have to know beside the differences between meshes."""
+    hidden = Hidden(by_layers=contact.beyond_edges / contact.area, softly=contact.short_of_edges / contact.area)
+    if rolling is None:
+        return hidden
+    hidden = hidden._replace(unsettled=rolling.unsettled, slip=unseen)
+    if scene.coupling == "one-way":
+        return hidden
+    at_peak, at_border = _cusps(contact, scene, rolling)
+    return hidden._replace(lift=_lift(contact, rolling), cusp_of_pressure=at_peak, cusp_of_tractions=at_border)
+
+
 def _lift(contact: NormalContact, rolling: RollingSolution) -> float:
     """Mean of the surface's lift by tractions, weighted with the pressure, over the approach."""
     p = contact.solution.p[contact.box.slices]
     return float(np.sum(p * contact.lift(rolling.q, contact.box)) / (p.sum() * contact.solution.approach))
+
+
+def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tuple[float, float]:
+    """Slope mu |beta| p0/a by which pressure bends at the stick zone's border, over p0/a, if it is largest there.
+
+    And the same for tractions, which are largest there as a rule. Friction presses where slip begins or ends: cells
+    round that off.
+    """
+    slip = rolling.slip
+    if slip.all() or not slip.any():
+        return 0.0, 0.0
+    cusp = scene.friction * abs(slip_by_pressure_over_tractions(contact.influence))
+    x, y = contact.centres
+    dx, dy = scene.mesh.spacing
+    top = int(contact.pressure.argmax())
+    around = slip[(np.abs(x - x[top]) < 2.5 * dx) & (np.abs(y - y[top]) < 1.5 * dy)]
+    return (cusp if around.any() and not around.all() else 0.0), cusp
 
 
 def _polished_pressure(contact: NormalContact, scene: Scene) -> tuple[NormalContact, dict[str, float]]:

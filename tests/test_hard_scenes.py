@@ -192,7 +192,11 @@ def test_estimate_by_how_much_slips(slip):
     found = error_estimates(scene, 314, levels)
     unit = (314 / np.pi) ** -0.75
     part = (1.0 - slip) / np.sqrt(max(slip, 0.01))
-    assert found["traction_max_error"] == pytest.approx(50.0 * (FITS["traction_max"].k * part * unit + 1e-7), rel=1e-12)
+    expected = 50.0 * (FITS["traction_max"].k * part * unit + 1e-7)
+    if slip < 0.01:  # tractions of leading cells that stick meet their bound, mu p0 sqrt(2/N), on finer cells
+        bound = scene.friction * 100.0 * np.sqrt(2.0) * (314 / np.pi) ** -0.25
+        expected = max(expected, np.sqrt(1.2 * 50.0 * bound) - 50.0)
+    assert found["traction_max_error"] == pytest.approx(expected, rel=1e-12)
     fit, most = FITS["friction_power"], scene.friction * scene.load * (0.005 + 0.01 * 0.8)
     noise = (fit.k * np.sqrt(1.0 - slip) + fit.rest) * unit
     assert found["friction_power_error"] == pytest.approx(most * (noise + 1e-7), rel=1e-12)
@@ -210,14 +214,18 @@ def test_estimate_of_a_traction_where_the_pressure_is_largest():
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_estimates_where_friction_is_more_than_is_needed(discretisation):
-    """Once nothing slips more of it changes neither numbers nor bars; and what creepages put in must go somewhere."""
+    """Once nothing slips more of it changes neither numbers nor bars; and what creepages put in must go somewhere.
+
+    But for the largest traction, at the edge, which grows like the root of the friction once cells are small enough.
+    """
     scene = steel(Mesh((1.0, 1.0), (40, 40)), creepage=Creepage(0.001, 0.0, 0.003))
     much, more = (
         solved(replace(scene, friction=friction, discretisation=discretisation)).scalars for friction in (1e3, 1e5)
     )
     assert more["slip_area"] == 0.0
     for name in ESTIMATED:
-        assert more[f"{name}_error"] == pytest.approx(much[f"{name}_error"], rel=0.02)
+        grows = 10.0 if name == "traction_max" else 1.0
+        assert more[f"{name}_error"] == pytest.approx(grows * much[f"{name}_error"], rel=0.15 if grows > 1.0 else 0.02)
     assert more["force_x_error"] < 0.3 * abs(more["force_x"])
     put_in = abs(0.001 * more["force_x"] + 0.003 * more["moment_z"])
     assert abs(more["friction_power"] - put_in) <= 1.001 * more["friction_power_error"]
@@ -555,3 +563,41 @@ def test_fitted_window_leaves_a_cell_free(margin, cells):
     bare = {"substrate": {"E": 210000, "nu": 0.3}, "radius": 50, "load": 100}
     result = of(bare, mesh={"size": "auto", "cells": [cells, cells], "margin": margin})
     assert result.status == Status.SOLVED, result.reason
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("creepage", [1e-6, 1e-5])
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_contacts_that_stick_on_all_cells_have_error_bars(discretisation, creepage):
+    """Largest traction a fifth to a third of what it is, forces 1 % off: tractions grow like the inverse root there."""
+    for direction in (Creepage(creepage), Creepage(0.0, creepage), Creepage(0.0, 0.0, 3.0 * creepage)):
+        coarse, fine = (
+            solved(
+                steel(
+                    Mesh((0.82, 0.82), (cells, cells)), friction=0.3, creepage=direction, discretisation=discretisation
+                )
+            ).scalars
+            for cells in (24, 320)
+        )
+        for name in ("force_x", "force_y", "moment_z", "traction_max", "slip_area", "friction_power"):
+            assert abs(coarse[name] - fine[name]) <= coarse[f"{name}_error"] + fine[f"{name}_error"]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("cells", [32, 40])
+def test_bars_of_what_is_largest_at_the_stick_zones_border(cells):
+    """Under full coupling pressure has a cusp there, that cells round off: 1 % of it, and bars said 0.2 %."""
+    scene = steel(
+        Mesh((1.1, 3.5), (cells, cells)),
+        counterbody=Material(9560.0, 0.31),
+        radius=(18.2, 94.0),
+        load=94.0,
+        friction=0.36,
+        creepage=Creepage(-0.00176, 4.9e-5),
+        coupling="full",
+        discretisation="aligned",
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
+    found, fine = (solved(replace(scene, mesh=Mesh((1.1, 3.5), (n, n)))).scalars for n in (cells, 320))
+    for name in ("pressure_max", "traction_max"):
+        assert abs(found[name] - fine[name]) <= found[f"{name}_error"]

@@ -30,6 +30,7 @@ in stick cells, direction and slip in slip cells.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -52,7 +53,7 @@ from rcstudy.mechanics.kernels import outline, row_cells, rows, stick
 from rcstudy.mechanics.normal import cell_centres
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
-from rcstudy.mechanics.skins import BORDERS, EDGES, shift_by_layers
+from rcstudy.mechanics.skins import BORDERS, EDGES, shift_by_layers, shift_under_soft_layers
 from rcstudy.mechanics.unseen import Unseen, unseen_slip
 
 _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
@@ -315,22 +316,31 @@ class AlignedContact(NormalContact):
     def _outlined(self) -> float:
         """Area (mm^2) within the edges, be there contact or not."""
         dx, dy = self.scene.mesh.spacing
-        return self._area_within(bent=True) * dx * dy + self.beyond_edges
+        return self._area_within(bent=True) * dx * dy + self.beyond_edges - self.short_of_edges
 
     @cached_property
     def beyond_edges(self) -> float:
         """Area (mm^2) between the edges that cells find and those that layers make (`skins.py`); that of an ellipse."""
+        return self._along_outline(lambda response, side: shift_by_layers(response, side, EDGES))
+
+    @cached_property
+    def short_of_edges(self) -> float:
+        """Area (mm^2) by which edges are found too far out on soft layers a few cells thick (`skins.py`)."""
+        return self._along_outline(shift_under_soft_layers)
+
+    def _along_outline(self, width: Callable[[Callable[[np.ndarray], np.ndarray], float], float]) -> float:
+        """Area (mm^2) along an ellipse of a `width` in cells that follows from how layers yield to pressure."""
         if not self.influence.layered:
             return 0.0
         spacing = self.scene.mesh.spacing
-        by_x, by_y = (side * shift_by_layers(self.influence.normal_response, side, EDGES) for side in spacing)
+        by_x, by_y = (side * width(self.influence.normal_response, side) for side in spacing)
         _, tips = self._chords
         area = self._area_by_parabolas * spacing[0] * spacing[1]
         b = 0.5 * float(tips[1] - tips[0]) * spacing[1]
         a = area / (math.pi * b)
         outline = math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))  # Ramanujan 1914
-        beyond = outline * (by_x * b + by_y * a) / (a + b)
-        return min(max(beyond, -_MOST_BEYOND * area), _MOST_BEYOND * area)
+        along = outline * (by_x * b + by_y * a) / (a + b)
+        return min(max(along, -_MOST_BEYOND * area), _MOST_BEYOND * area)
 
     @cached_property
     def _lifted(self) -> float:

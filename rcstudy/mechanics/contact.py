@@ -213,6 +213,11 @@ class NormalContact:
         """Area (mm^2) that thin layers add to what cells find: `aligned.py`."""
         return 0.0
 
+    @property
+    def short_of_edges(self) -> float:
+        """Area (mm^2) that cells find too much on soft layers: `aligned.py`."""
+        return 0.0
+
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """What error bars have to know beside the differences between meshes: `aligned.py`."""
         return Unseen()

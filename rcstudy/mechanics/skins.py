@@ -16,6 +16,12 @@ All three were set on areas of 150 contacts with single and double layers, 0.004
 100 times as stiff as the substrate, at 6 to 70 cells a radius. Of what these miss, 0.02 to 0.1 of a cell all around, a
 fifth to a third is left; bodies without layers have none of it. Borders of stick zones are found too far back in the
 same way, by the response to tractions (borders of the paper's contacts and of 140 random ones, row by row).
+
+Layers softer than what is below and half a cell to six cells thick let the pressure go from one law to the other within
+the cells that tell the edge, which is found too far out: by 0.011 ln(g(1.5/dx)/g(0.5/dx)) ln(g(1.5/dx)/g(0.05/dx)) of a
+cell (1200 contacts on layers 1e-3 to 10 times as stiff; of 0.01 to 0.05 of a cell a third to a half is left). Where g
+grows faster than k (thin films that keep their volume) the pressure ends more smoothly than by a root and seems to end
+0.4 of a cell too far out (600 contacts on films of 1e-5 to 1e-2 of the modulus; a quarter of that is left).
 """
 
 from __future__ import annotations
@@ -29,6 +35,10 @@ EDGES = 1.5  # radians a cell
 BORDERS = 0.7
 _SOFT = 0.2  # power of what waves at the cut yield more than long ones
 _FILM = 30.0  # times as much
+_SOFTENED = 0.011
+_SMOOTHLY = 0.4  # cells at most, reached when g grows by this more than k does over the band:
+_FASTER = 0.55
+_BAND = np.array([0.05, 0.5, 1.5])  # radians a cell
 _LONG = 0.05  # radians a cell
 _FARTHEST = 0.3  # cells that an edge is moved at most: under plates on few cells the integral tells nothing
 
@@ -53,3 +63,12 @@ def shift_by_layers(response: Callable[[np.ndarray], np.ndarray], spacing: float
     yielding = g(cut * _OVER)
     shift = float(_WEIGHTS @ np.log(yielding[1:] / yielding[0])) / (math.pi * cut)
     return min(max(shift * min(1.0, _FILM / more) ** 2, -_FARTHEST), _FARTHEST)
+
+
+def shift_under_soft_layers(response: Callable[[np.ndarray], np.ndarray], spacing: float) -> float:
+    """By how many cells of length `spacing` (mm) cells find edges too far out on soft layers; `response` as above."""
+    k = _BAND / spacing
+    of_all, of_few, short = np.log(k * response(k))
+    over_few = float(max(short - of_few, 0.0))
+    faster = min(max(over_few - math.log(_BAND[2] / _BAND[1]), 0.0) / _FASTER, 1.0)
+    return _SOFTENED * over_few * float(max(short - of_all, 0.0)) + _SMOOTHLY * faster

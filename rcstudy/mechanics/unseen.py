@@ -56,9 +56,13 @@ def slip_by_pressure_over_tractions(influence: Influence) -> float:
 
     Of waves of wave number 1/dx, for which layers thicker than a few cells are half-spaces.
     """
-    dx = influence.spacing[0]
-    by_traction = float(influence.traction_responses(np.array([1.0 / dx]))[0, 0]) / dx
-    return influence.slip_under_pressure / by_traction
+
+    def made() -> float:
+        dx = influence.spacing[0]
+        by_traction = float(influence.traction_responses(np.array([1.0 / dx]))[0, 0]) / dx
+        return influence.slip_under_pressure / by_traction
+
+    return influence.once("beta", made)
 
 
 def unseen_slip(
@@ -76,7 +80,7 @@ def unseen_slip(
     (mm) of the cells' centres; `theta`: from a leading cell's centre to the edge (in cells).
     """
     dx, dy = influence.spacing
-    k = influence.once("beta", lambda: slip_by_pressure_over_tractions(influence)) / (math.pi * friction)
+    k = slip_by_pressure_over_tractions(influence) / (math.pi * friction)
     if abs(k) < _LEAST:
         return Unseen()
     sums = np.zeros(6)
