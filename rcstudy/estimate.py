@@ -92,7 +92,7 @@ ALIGNED: dict[str, Fit] = {
     "slip_area": Fit(0.18, 0.085, 0.6, "contact_area", slip=0.5, excess=0.7),
     "contact_radius": Fit(0.1, 0.016, 0.22, "contact_radius", excess=2.0),
     "approach": Fit(0.1, 0.02, 0.02, "approach", excess=0.3),
-    "traction_max": Fit(0.4, 0.027, 1.0, "traction_max", stick=1.0, slip=-0.5, rest=0.014, excess=2.0, coupled=0.45),
+    "traction_max": Fit(0.4, 0.027, 1.0, "traction_max", stick=1.0, slip=-0.5, rest=0.014, excess=2.0, coupled=0.1),
     "friction_power": Fit(0.22, 0.034, 1.5, "friction power", stick=1.0, rest=0.017, excess=0.6),
 }
 
@@ -108,7 +108,8 @@ _BY_LAYERS = {
     "friction_power": 0.3,
 }
 _SOFTLY = 0.45  # times what edges on soft layers were moved back
-_CUSP = 0.75  # over cells a radius: of such slopes, what cells round off
+# Over cells a radius: what aligned cells round off of such slopes in pressure and in tractions. Kalker's cells know it.
+_CUSPS = {"kalker": (0.0, 0.0), "aligned": (0.75, 0.4)}
 _STUCK = {"force_x": 0.15, "force_y": 0.15, "moment_z": 0.5}  # of themselves over cells a radius, where none slip
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
@@ -143,11 +144,12 @@ def error_estimates(
     scales = {"friction force": force, "friction moment": moment, "friction power": power, **finest}
     pulling = scene.friction if scene.coupling == "full" and scene.moves_by_pressure else 0.0
     tolerance = max(scene.tolerance.normal, scene.tolerance.tangential)
+    cusps = [part / per_radius for part in _CUSPS[scene.discretisation]]
     beside = {  # of themselves
         "contact_area": _SOFTLY * hidden.softly,
         "contact_radius": 0.5 * _SOFTLY * hidden.softly,
-        "pressure_max": _CUSP / per_radius * hidden.cusp_of_pressure + 4.0 * hidden.softly**2,
-        "traction_max": _CUSP / per_radius * hidden.cusp_of_tractions,
+        "pressure_max": cusps[0] * hidden.cusp_of_pressure + 4.0 * hidden.softly**2,
+        "traction_max": cusps[1] * hidden.cusp_of_tractions,
         "approach": _LIFT[scene.discretisation] / per_radius * abs(hidden.lift) + 2.5 * hidden.softly**2,
     }
     out = {}

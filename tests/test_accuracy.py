@@ -356,3 +356,26 @@ def test_the_readme_has_the_published_errors():
     table = published[start : published.index("", start)]
     assert len(table) == len(QUANTITIES) + 3
     assert "\n".join(table) in (root / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.heavy
+def test_what_one_way_coupling_neglects_is_told(tmp_path):
+    """References of one problem with both couplings, one against the other."""
+    path = tmp_path / "both.yaml"
+    path.write_text(
+        "study: both\n"
+        "scene: {substrate: {E: 210000, nu: 0.3}, radius: 50, load: 100, friction: 0.5,\n"
+        "  creepage: {longitudinal: 0.0006},\n"
+        "  mesh: {size: [0.8, 0.8], cells: [16, 16]}, tolerance: {normal: 1.0e-8, tangential: 1.0e-8}}\n"
+        "grids:\n  both: {axes: {coupling: [one-way, full], mesh.cells: [[8, 8], [16, 16]]}}\n"
+    )
+    study = load_study(path)
+    accuracy.run(study, tmp_path / "report", formats=("png",))
+    scenes = (case.scene for case in accuracy.expand(study).cases)
+    one, full = (solve_scene(scene) for scene in scenes if scene.mesh.cells == (16, 16))
+    p, q = (solution.fields["pressure"] for solution in (one, full))
+    with xr.open_datatree(tmp_path / "report" / "solutions.nc") as tree:
+        ((name, errors),) = accuracy.coupling_errors(accuracy.measured(study, tree))
+    assert name.startswith("both: ")
+    assert errors["pressure"] == pytest.approx(np.linalg.norm(p - q) / np.linalg.norm(q), rel=1e-5)
+    assert f"{100.0 * errors['pressure']:.2g}" in (tmp_path / "report" / "summary.md").read_text()
