@@ -94,10 +94,10 @@ def _matches(ours: xr.Dataset, theirs: xr.Dataset, dim: str) -> tuple[list[int],
     a, b = ours[dim].values, theirs[dim].values
     here, there = [], []
     if a.dtype.kind in "fiu" and b.dtype.kind in "fiu":
-        tolerance = COORDINATE_RTOL * max(np.abs(b).max(initial=0.0), np.finfo(float).tiny)
+        rounding = np.finfo(float).eps * np.abs(b).max(initial=0.0)
         for j, value in enumerate(b):
             i = int(np.argmin(np.abs(a - value))) if a.size else -1
-            if i >= 0 and abs(a[i] - value) <= tolerance:
+            if i >= 0 and abs(a[i] - value) <= COORDINATE_RTOL * abs(value) + rounding:
                 here.append(i)
                 there.append(j)
         return here, there

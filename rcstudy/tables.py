@@ -147,7 +147,7 @@ def results_row(case: CaseView) -> Mapping[str, Value]:
     layers = layers_text(case)
     return {
         "layers": f"{layers}, {thickness_text(case)}" if case.layers else layers,
-        "creepage": creepage_text(case) if "force_x" in case.grid else "none (pressure only)",
+        "creepage": creepage_text(case),
         "status": case.failure or "solved",
         "contact_radius_mm": case.number("contact_radius"),
         "pressure_max_MPa": case.number("pressure_max"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import signal
@@ -264,6 +265,25 @@ def test_killed_in_the_middle(tmp_path: Path) -> None:
     assert names == ["long.nc", "long.nc.units", "long.yaml"]
     synthetic.write(tmp_path / "long.nc", synthetic.small())
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["long.nc", "long.nc.units", "long.yaml"]
+
+
+def test_tables_of_moduli_in_words_and_of_pressures_among_tractions(tmp_path: Path) -> None:
+    """An axis of `0.5 Es` beside MPa has no numbers; a case without creepage among others has none of its own."""
+    path = tmp_path / "words.yaml"
+    path.write_text(
+        "study: words\n"
+        "scene: {substrate: {E: 210000, nu: 0.3}, radius: 50, load: 100, mesh: {size: [1.2, 1.2], cells: [8, 8]}}\n"
+        "grids:\n"
+        "  g: {coating: {layer_count: 1, layer_nu: 0.3, thickness: 0.1 a},\n"
+        "    axes: {modulus: [0.5 Es, 200000], substrate.E: [210000, 100000]}}\n"
+        "  l: {cases: [{label: p}, {label: q, creepage: {longitudinal: 0.001}}]}\n"
+    )
+    assert run("sweep", path, "-o", tmp_path / "words.nc", "-q").exit_code == 0
+    written = run("tables", tmp_path / "words.nc", "-o", tmp_path / "tables")
+    assert written.exit_code == 0, written.output
+    with (tmp_path / "tables" / "results.csv").open() as file:
+        found = {row["case"]: row["creepage"] for row in csv.DictReader(file) if row["grid"] == "l"}
+    assert found == {"p": "none (pressure only)", "q": "xi_x = 0.001"}
 
 
 def test_figures_and_tables(tmp_path: Path) -> None:

@@ -10,12 +10,14 @@ import h5py
 import numpy as np
 import pytest
 import synthetic
+import xarray as xr
 
 from rcstudy.cases import Case
 from rcstudy.compare import Comparison, compare
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import CellState, Result, Status
+from rcstudy.structure import _matches
 from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_option
 
 Change = Callable[[Case, Result], Result]
@@ -502,3 +504,9 @@ def test_options() -> None:
     for text in ("force_x", "force_x=", "=1", "force_x=2", "force_x=nan", "force_x=-1"):
         with pytest.raises(UserError, match="VARIABLE=VALUE"):
             parse_option(text)
+
+
+def test_small_coordinates_beside_large_ones_are_not_taken_for_each_other() -> None:
+    ours, theirs = (xr.Dataset(coords={"load": [load, 1e6]}) for load in (2e-6, 1e-6))
+    assert _matches(ours, theirs, "load") == ([1], [1])
+    assert _matches(ours, ours, "load") == ([0, 1], [0, 1])

@@ -221,7 +221,7 @@ class CoupledSystem:
     def solve(self, stress: np.ndarray, farthest: float) -> int:
         """Newton's method from `stress` to the scene's tolerances, if rounding allows. Returns the steps taken.
 
-        None if the pressure's residual is beyond `farthest`.
+        None are taken if the pressure's residual is beyond `farthest`.
         """
         without_tractions = stress * np.array([0.0, 0.0, 1.0])[:, None, None]
         self.scale = (self.operator.responses(without_tractions) + self.rigid)[:2]

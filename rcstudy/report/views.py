@@ -198,11 +198,11 @@ class CaseView:
     def substrate_modulus(self) -> float:
         """Es in MPa, from the coating's modulus axis: the layer on the substrate has `modulus_ratio` times Es.
 
-        NaN where the grid has no such axis, or the case no layers.
+        NaN where the grid has no such axis, its values are words (`0.5 Es` beside MPa), or the case has no layers.
         """
         name = "modulus_ratio" if "modulus_ratio" in self.grid else "modulus"
         units = self.grid.dataset[name].attrs.get("units") if name in self.grid else None
-        if units != "1" or not self.layers:
+        if units != "1" or not self.layers or self.grid.dataset[name].dtype.kind not in "fiu":
             return float("nan")
         return self.layers[-1][0] / self.setting(name)
 
@@ -269,7 +269,9 @@ def _relative_modulus(case: CaseView) -> bool:
 
 
 def creepage_text(case: CaseView, *, math: bool = False) -> str:
-    """The creepages that are not zero: `xi_x = 0.002, phi = 0.01 rad/mm`; `no creepage` if all are."""
+    """The creepages that are not zero, `xi_x = 0.002, phi = 0.01 rad/mm`, or that there are none, or none given."""
+    if all(map(np.isnan, case.creepage)):
+        return "none (pressure only)"
     names = (r"\xi_x", r"\xi_y", r"\varphi") if math else ("xi_x", "xi_y", "phi")
     parts = []
     for name, value, units in zip(names, case.creepage, ("", "", " rad/mm"), strict=True):

@@ -1,4 +1,4 @@
-"""Newton steps for the tractions (`rolling.py`) and the transfer between meshes (`cascade.py`).
+"""Newton steps for the tractions (`rolling.py`), and those of GMRES within them (`krylov.py`).
 
 Vectors of unknowns hold two numbers a contact cell, [2 m] and [2 m + 1]: (qx, qy) in a stick cell, (a/unit, tau) in a
 slip cell, a being the component along the direction (nx, ny) of the bound, tau the one across it. The row of a/unit is
