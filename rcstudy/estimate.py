@@ -109,7 +109,7 @@ _BY_LAYERS = {
 }
 _SOFTLY = 0.45  # times what edges on soft layers were moved back
 # Over cells a radius: what aligned cells round off of such slopes in pressure and in tractions. Kalker's cells know it.
-_CUSPS = {"kalker": (0.0, 0.0), "aligned": (0.75, 0.35)}
+_CUSPS = {"kalker": (0.0, 0.0), "aligned": (0.75, 0.4)}
 _STUCK = {"force_x": 0.15, "force_y": 0.15, "moment_z": 0.5}  # of themselves over cells a radius, where none slip
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
@@ -149,7 +149,7 @@ def error_estimates(
         "contact_area": _SOFTLY * hidden.softly,
         "contact_radius": 0.5 * _SOFTLY * hidden.softly,
         "pressure_max": cusps[0] * hidden.cusp_of_pressure + 4.0 * hidden.softly**2,
-        "traction_max": cusps[1] * hidden.cusp_of_tractions,
+        "traction_max": 0.0 if _at_peak(scene, finest) else cusps[1] * hidden.cusp_of_tractions,
         "approach": _LIFT[scene.discretisation] / per_radius * abs(hidden.lift) + 2.5 * hidden.softly**2,
     }
     out = {}
@@ -196,8 +196,7 @@ def error_estimates(
         found, bound = finest["traction_max"], scene.friction * finest["pressure_max"] * math.sqrt(2.0 / per_radius)
         largest = math.sqrt(_LEADING * found * bound)
         out["traction_max_error"] = max(out["traction_max_error"], largest - found)
-    if slip and finest["traction_max"] >= (1.0 - _ROUNDING) * scene.friction * finest["pressure_max"]:
-        # it is largest where the pressure is
+    if slip and _at_peak(scene, finest):
         out["traction_max_error"] = max(out["traction_max_error"], scene.friction * out["pressure_max_error"])
     if slip is not None and hidden.slip.force > 0.0:
         fastest = _fastest(scene.creepage, finest["contact_radius"])
@@ -208,6 +207,12 @@ def error_estimates(
         out["traction_max_error"] += 0.5 * hidden.slip.force / finest["contact_area"]
         out["slip_area_error"] += 0.0 if all_slips else 0.4 * hidden.slip.area
     return out
+
+
+def _at_peak(scene: Scene, scalars: dict[str, float]) -> bool:
+    """Whether tractions are largest where the pressure is: they are mu p there."""
+    most = scene.friction * scalars.get("pressure_max", math.inf)
+    return scalars.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
 
 
 def _fastest(creepage: Creepage | None, radius: float) -> float:

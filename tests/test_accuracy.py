@@ -379,3 +379,24 @@ def test_what_one_way_coupling_neglects_is_told(tmp_path):
     assert name.startswith("both: ")
     assert errors["pressure"] == pytest.approx(np.linalg.norm(p - q) / np.linalg.norm(q), rel=1e-5)
     assert f"{100.0 * errors['pressure']:.2g}" in (tmp_path / "report" / "summary.md").read_text()
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("scene", "axes"),
+    [
+        ("", "tolerance: [{normal: 1.0e-3, tangential: 1.0e-3}, {normal: 1.0e-6, tangential: 1.0e-6}]"),
+        ("coupling: full, ", "mesh.cells: [[8, 8], [12, 12], [16, 16]]"),
+        ("", "method: [newton, paper-cg]"),
+    ],
+    ids=["one mesh", "full coupling", "two methods"],
+)
+def test_studies_that_leave_figures_without_cases(scene, axes, tmp_path):
+    path = tmp_path / "few.yaml"
+    path.write_text(
+        "study: few\nscene: {substrate: {E: 210000, nu: 0.3}, radius: 50, load: 100,\n"
+        "  creepage: {longitudinal: 0.001},\n"
+        f"  {scene}mesh: {{size: [0.8, 0.8], cells: [16, 16]}}}}\ngrids: {{g: {{axes: {{{axes}}}}}}}\n"
+    )
+    written = accuracy.run(load_study(path), tmp_path / "report", formats=("png",))
+    assert {"work_precision.png", "quantities.png", "tolerances.png", "summary.md"} <= {p.name for p in written}

@@ -200,6 +200,11 @@ def worst_of(values: Iterable[float]) -> float:
 
 
 def shown_tolerance(rows: Iterable[Row]) -> float:
-    """The loosest tolerance but one: of those that count, the one that is enough for all meshes."""
+    """The loosest tolerance but one: of those that count, what is enough for all meshes. NaN if there is none."""
     found = sorted({r.tolerance for r in rows}, reverse=True)
-    return found[min(1, len(found) - 1)]
+    return found[min(1, len(found) - 1)] if found else float("nan")
+
+
+def shown_coupling(rows: Iterable[Row]) -> str:
+    """The coupling of figures that show one only: one-way, where there are such cases."""
+    return min({r.coupling for r in rows}, key=lambda coupling: coupling != "one-way", default="one-way")

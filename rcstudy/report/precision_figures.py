@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rcstudy.report.precision import QUANTITIES, SOLVER, Row, median, schemes, shown_tolerance, worst_of
+from rcstudy.report.precision import (
+    QUANTITIES,
+    SOLVER,
+    Row,
+    median,
+    schemes,
+    shown_coupling,
+    shown_tolerance,
+    worst_of,
+)
 from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH
 
 if TYPE_CHECKING:
@@ -33,6 +42,8 @@ def work_precision(rows: Sequence[Row]) -> Figure:
     figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
     panels = figure.subplots(2, 3, sharex=True, sharey=True)
     rows = [r for r in rows if r.compared and (r.solved or r.method != "newton")]
+    if not rows:
+        return _nothing_on(figure, panels.flat)
     for k, (ax, quantity) in enumerate(zip(panels.flat, _SHOWN, strict=True)):
         for scheme in schemes(rows):
             own = [r for r in rows if r.scheme == scheme]
@@ -82,12 +93,15 @@ def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[flo
 
 
 def tolerances_figure(rows: Sequence[Row]) -> Figure:
-    """Solver's error along the tolerances against seconds and products: medians over the one-way problems."""
+    """Solver's error along the tolerances against seconds and products: medians over the problems of one coupling."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
-    usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0 and r.coupling == "one-way"]
+    usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0]
+    usable = [r for r in usable if r.coupling == shown_coupling(usable)]
+    if not usable:
+        return _nothing_on(figure, axes)
     costs: tuple[Callable[[Row], float], ...] = (lambda r: r.seconds, lambda r: r.products)
     for scheme in schemes(usable):
         named = False
@@ -112,15 +126,21 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure:
 
 
 def quantities_figure(rows: Sequence[Row]) -> Figure:
-    """Worst error of each quantity over the Newton method's one-way problems along the meshes, by discretisation."""
+    """Worst error of each quantity over the Newton method's one-way problems along the meshes, by discretisation.
+
+    Over those of full coupling if there are no others.
+    """
     from matplotlib.figure import Figure
 
-    newton = [r for r in rows if r.method == "newton" and r.compared and r.coupling == "one-way"]
+    newton = [r for r in rows if r.method == "newton" and r.compared]
+    newton = [r for r in newton if r.coupling == shown_coupling(newton)]
     tolerance = shown_tolerance(newton)
     newton = [r for r in newton if r.tolerance == tolerance]
     names = schemes(newton)
     figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
-    panels = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+    panels = figure.subplots(1, max(len(names), 1), sharey=True, squeeze=False)[0]
+    if not names:
+        return _nothing_on(figure, panels)
     for ax, name, letter in zip(panels, names, "abcd", strict=False):
         own = [r for r in newton if r.scheme == name]
         groups = [[r for r in own if r.cells == n] for n in sorted({r.cells for r in own})]
@@ -132,6 +152,14 @@ def quantities_figure(rows: Sequence[Row]) -> Figure:
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
     panels[0].set_ylabel(f"worst error, tolerance {tolerance:.0e}")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, columnspacing=1.6)
+    return figure
+
+
+def _nothing_on(figure: Figure, panels: Iterable[Axes]) -> Figure:
+    """The figure, saying that the study has no cases for it."""
+    for ax in panels:
+        ax.set_axis_off()
+    figure.text(0.5, 0.5, "no two cases of this study tell of it", ha="center", va="center")
     return figure
 
 
