@@ -338,7 +338,7 @@ def report_rows(entries: Sequence[Entry]) -> list[Row]:
                 cells=scene.mesh.cells[0],
                 radius=values["contact_radius"] / scene.mesh.spacing[0],
                 tolerance=e.tolerance,
-                status=e.status.name.lower().replace("_", " "),
+                status=e.status.words,
                 products=e.products,
                 iterations_normal=values["iterations_normal"],
                 iterations_tangential=values["iterations_tangential"],

@@ -171,7 +171,7 @@ def _outcome(done: Summary, part: str = "") -> int:
     from rcstudy.progress import duration
 
     for failure in done.failures[:_SHOWN_FAILURES]:
-        word = failure.status.name.lower().replace("_", " ")
+        word = failure.status.words
         _say(f"{failure.grid}: {failure.label}: {word}: {failure.reason}")
     if done.failed > _SHOWN_FAILURES:
         _say(f"... and {done.failed - _SHOWN_FAILURES} more that are not solved")

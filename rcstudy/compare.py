@@ -256,9 +256,8 @@ class _Grid:
         a, b = ours.values, theirs.values
         if b.dtype.kind not in "fiu":
             for index in zip(*np.nonzero(a.astype(str) != b.astype(str)), strict=True):
-                self._add(
-                    index[: len(self.dims)], name, np.inf, 0.0, 1.0, f"is {str(a[index])!r}, not {str(b[index])!r}"
-                )
+                note = f"is {str(a[index])!r}, not {str(b[index])!r}"
+                self._add(index[: len(self.dims)], name, np.inf, 0.0, 1.0, note)
             return
         a, b = _as_floats(a), _as_floats(b)
         setting = name in SETTINGS or name in LAYER_SETTINGS

@@ -139,7 +139,7 @@ def error_estimates(
     force = scene.friction * scene.load
     if "traction_max" in finest:  # where friction is far more than is needed, tractions are what they are
         force = min(force, _TRACTIONS * finest["traction_max"] * finest["contact_area"])
-    power = max(force * _fastest(scene.creepage, finest["contact_radius"]), finest.get("friction_power", 0.0))
+    power = max(force * _fastest(scene.creepage, finest["contact_radius"]), abs(finest.get("friction_power", 0.0)))
     moment = force * finest["contact_radius"]
     scales = {"friction force": force, "friction moment": moment, "friction power": power, **finest}
     pulling = scene.friction if scene.coupling == "full" and scene.moves_by_pressure else 0.0

@@ -52,7 +52,7 @@ def failed_cases(path: Path) -> list[FailedCase]:
                 reason = str(dataset["status_reason"].values[index])
                 tail = f"-{grid}-{'-'.join(str(i + 1) for i in place)}"
                 own = name[: max(1, MAX_NAME - len(tail))] + tail
-                heading = f"{grid}: {label}: {_word(status)}: {reason}"
+                heading = f"{grid}: {label}: {status.words}: {reason}"
                 found.append(FailedCase(own, grid, label, status, reason, _study(own, heading, scenes[grid, place])))
     return found
 
@@ -95,7 +95,3 @@ def write_studies(found: Sequence[FailedCase], folder: Path) -> list[Path]:
             temporary.write_text(case.study, encoding="utf-8")
         paths.append(path)
     return paths
-
-
-def _word(status: Status) -> str:
-    return status.name.lower().replace("_", " ")

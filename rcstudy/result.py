@@ -18,6 +18,11 @@ class Status(IntEnum):
     REFUSED = 3
     ERROR = 4
 
+    @property
+    def words(self) -> str:
+        """As people read it: `not converged`."""
+        return self.name.lower().replace("_", " ")
+
 
 class CellState(IntEnum):
     """State of a cell of the potential contact area."""

@@ -138,7 +138,7 @@ def _failure_lines(table: pd.DataFrame) -> Iterator[str]:
     yield ""
     yield "1 case is not solved:" if len(failed) == 1 else f"{len(failed)} cases are not solved:"
     for _, row in failed.head(_SHOWN_FAILURES).iterrows():
-        word = Status(int(row["status"])).name.lower().replace("_", " ")
+        word = Status(int(row["status"])).words
         yield f"  {row['grid']}: {row[LABEL]}: {word}: {row['status_reason']}"
     if len(failed) > _SHOWN_FAILURES:
         yield f"  {len(failed) - _SHOWN_FAILURES} more"

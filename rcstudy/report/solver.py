@@ -52,8 +52,8 @@ def cases_table(found: Iterable[GridView]) -> Table:
     rows: list[dict[str, Value]] = []
     for grid in found:
         for case in grid.cases():
-            row: dict[str, Value] = {"grid": grid.name, "case": case.label, "status": _word(case.status)}
-            row["reason"] = case.failure.removeprefix(_word(case.status)).removeprefix(": ")
+            row: dict[str, Value] = {"grid": grid.name, "case": case.label, "status": case.status.words}
+            row["reason"] = case.failure.removeprefix(case.status.words).removeprefix(": ")
             rows.append(row | {name: case.recorded(name) for name in names})
     return caption, CASES, rows
 
@@ -82,7 +82,3 @@ def _summary(name: str, cases: Sequence[CaseView]) -> dict[str, Value]:
         most = cases[int(np.nanargmax(tangential))]
         row["most_case"] = most.label if name == most.grid.name else f"{most.grid.name}: {most.label}"
     return row | {"seconds": float(np.nansum([case.recorded("solve_seconds") for case in cases]))}
-
-
-def _word(status: Status) -> str:
-    return status.name.lower().replace("_", " ")

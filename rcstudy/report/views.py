@@ -125,7 +125,7 @@ class CaseView:
         """Why there is no result, such as `not converged: 300 steps`; empty if there is one."""
         if self.solved:
             return ""
-        word = self.status.name.lower().replace("_", " ")
+        word = self.status.words
         reason = str(self.at("status_reason")) if "status_reason" in self.grid else ""
         return f"{word}: {reason}" if reason else word
 
