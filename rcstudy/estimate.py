@@ -32,13 +32,13 @@ from rcstudy.mechanics.unseen import Unseen
 
 
 class Hidden(NamedTuple):
-    """What differences between meshes do not show (where cells are not aligned `lift` alone).
+    """What differences between meshes do not show (where cells are not aligned `lift` and `softly`).
 
     `unsettled`: by how much of their bounds tractions are off (`RollingSolution`); `by_layers`: the part of the
     contact's area that layers too thin for the cells take or add (`AlignedContact.beyond_edges`); `slip`: what slip
     zones too narrow for the cells change (`mechanics/unseen.py`); `lift`: the part of the approach that tractions make
-    (full coupling); `softly`: the part of the contact's area by which it was found too large on soft
-    layers (`AlignedContact.short_of_edges`); `cusp_of_pressure`, `cusp_of_tractions`: slopes that jump at the stick
+    (full coupling); `softly`: the part of the contact's area that soft layers leave in doubt (`short_of_edges`),
+    which aligned cells take off; `cusp_of_pressure`, `cusp_of_tractions`: slopes that jump at the stick
     zone's border, over p0/a, where they are largest there (full coupling).
     """
 

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal
 from rcstudy.mechanics.layered import frequency_response
-from rcstudy.mechanics.scene import Coupling, Creepage, Layer, Mesh, Scene
+from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Layer, Mesh, Scene
 from rcstudy.mechanics.skins import EDGES, shift_by_layers, shift_under_soft_layers
 from rcstudy.result import Status
 from rcstudy.solve import solve_scene
@@ -99,18 +99,21 @@ def test_edges_are_moved_back_on_soft_layers_of_a_few_cells() -> None:
 
 
 @pytest.mark.heavy
-def test_areas_on_films_that_keep_their_volume() -> None:
+@pytest.mark.parametrize("discretisation", get_args(Discretisation))
+def test_areas_on_films_that_keep_their_volume(discretisation: Discretisation) -> None:
     """Thinner than a cell they made areas 9 % too large, and bars of 0.1 % beside that."""
     layers = (Layer(2.763, 0.4977, 0.047),)
     found, fine = (
         solve_scene(
-            Scene(STEEL, (50.0, 54.4), 100.0, Mesh((3.55, 3.7), (n, n)), layers, STEEL, discretisation="aligned")
+            Scene(STEEL, (50.0, 54.4), 100.0, Mesh((3.55, 3.7), (n, n)), layers, STEEL, discretisation=discretisation)
         ).scalars
         for n in (32, 256)
     )
     for name in ("contact_area", "contact_radius", "pressure_max", "approach"):
         assert abs(found[name] - fine[name]) <= found[f"{name}_error"]
-    assert found["contact_area"] == pytest.approx(fine["contact_area"], rel=0.04)
+    assert found["contact_area"] == pytest.approx(
+        fine["contact_area"], rel=0.04 if discretisation == "aligned" else 0.06
+    )
 
 
 @pytest.mark.heavy

@@ -6,6 +6,7 @@ by pressure, slip operator.
 
 from __future__ import annotations
 
+import math
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -36,6 +37,7 @@ from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Scene
+from rcstudy.mechanics.skins import shift_under_soft_layers
 from rcstudy.mechanics.unseen import Unseen
 
 
@@ -215,8 +217,11 @@ class NormalContact:
 
     @property
     def short_of_edges(self) -> float:
-        """Area (mm^2) that cells find too much on soft layers: `aligned.py`."""
-        return 0.0
+        """Area (mm^2) along the edges, as a circle's, that soft layers leave in doubt (`skins.py`)."""
+        if not self.influence.layered:
+            return 0.0
+        by = (side * shift_under_soft_layers(self.influence.normal_response, side) for side in self.scene.mesh.spacing)
+        return math.sqrt(math.pi * self.area) * sum(by)
 
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """What error bars have to know beside the differences between meshes: `aligned.py`."""

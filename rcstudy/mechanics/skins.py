@@ -66,7 +66,7 @@ def shift_by_layers(response: Callable[[np.ndarray], np.ndarray], spacing: float
 
 
 def shift_under_soft_layers(response: Callable[[np.ndarray], np.ndarray], spacing: float) -> float:
-    """By how many cells of length `spacing` (mm) cells find edges too far out on soft layers; `response` as above."""
+    """By how many cells of length `spacing` (mm) edges are found too far out on soft layers; `response` as above."""
     k = _BAND / spacing
     of_all, of_few, short = np.log(k * response(k))
     over_few = float(max(short - of_few, 0.0))
