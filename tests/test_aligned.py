@@ -523,3 +523,27 @@ def test_what_lifts_off_within_the_contact_is_no_part_of_it():
     dx, dy = scene.mesh.spacing
     assert whole.area - lifted.area == pytest.approx(6.0 * dx * dy, rel=0.01)
     assert lifted.slip_area_and_peak(solve_rolling(lifted, scene), scene.friction)[0] == lifted.area
+
+
+def test_area_along_the_outline_of_an_ellipse():
+    """Edges moved by a tenth of a cell along one axis add what a longer semi-axis does, the cells being oblong."""
+    h = hertz_of((50.0, 500.0))
+    scene = steel(window(h.a, (12, 20)), radius=(50.0, 500.0), layers=(Layer(210000.0, 0.3, 0.1),))
+    contact = AlignedContact(solve_normal(scene))
+    assert h.a[1] > 4.0 * h.a[0]
+    for side, across in zip(scene.mesh.spacing, h.a[::-1], strict=True):
+        moved = contact._along_outline(lambda response, spacing, side=side: 0.1 * (spacing == side))
+        assert moved == pytest.approx(np.pi * 0.1 * side * across, rel=0.2)
+
+
+def test_levers_are_the_middles_of_the_cells_forces():
+    """A symmetric pressure turns no row about its middle, though cells begin at one end of it."""
+    scene = steel(window(hertz_of().a, (14.3, 14.3)))
+    contact = AlignedContact(solve_normal(scene))
+    row = contact.cells[:, 1]
+    moments, by_centres = (
+        np.abs(np.bincount(row, contact.pressure * x)) for x in (contact.levers[0], contact.centres[0])
+    )
+    bound = 1e-7 * scene.mesh.spacing[0] * contact.pressure.max()
+    assert moments.max() < bound < 1e-3 * by_centres.max()
+    np.testing.assert_array_equal(contact.levers[1], contact.centres[1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ import synthetic
 import xarray as xr
 
 from rcstudy.cases import Case
-from rcstudy.compare import Comparison, compare
+from rcstudy.compare import Comparison, _natural_scales, compare
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import CellState, Result, Status
@@ -510,3 +511,38 @@ def test_small_coordinates_beside_large_ones_are_not_taken_for_each_other() -> N
     ours, theirs = (xr.Dataset(coords={"load": [load, 1e6]}) for load in (2e-6, 1e-6))
     assert _matches(ours, theirs, "load") == ([1], [1])
     assert _matches(ours, ours, "load") == ([0, 1], [0, 1])
+
+
+def test_the_slip_area_moves_with_the_cells_let_pass_and_no_farther(tmp_path: Path) -> None:
+    lower, change = flip(1)
+
+    def farther(case: Case, result: Result) -> Result:
+        result = change(case, result)
+        dx, dy = case.scene.mesh.spacing
+        return replace(result, scalars={**result.scalars, "slip_area": result.scalars["slip_area"] - dx * dy})
+
+    found = outcome(changed(tmp_path / "stick.nc", farther), changed(tmp_path / "slip.nc", lower))
+    assert [d.variable for d in found.bad] == ["slip_area"]
+
+
+def test_fields_of_all_cases_are_compared_block_by_block(
+    tmp_path: Path, reference: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last of three cases is in the second block."""
+    monkeypatch.setattr(sys.modules["rcstudy.compare"], "_BLOCK", 2)
+    found = outcome(changed(tmp_path / "c.nc", with_fields(slip_x=lambda s: s * 1.01)), reference)
+    assert [d.variable for d in found.bad] == ["slip_x"]
+
+
+def test_natural_scales() -> None:
+    """By friction 0.5, load 100 N, Hertz's radius 2 mm and pressure 30 MPa, and slip 0.013 within that radius."""
+    settings = {"friction": 0.5, "load": 100.0, "hertz_radius": 2.0, "hertz_pressure": 30.0}
+    settings |= {"longitudinal": 0.003, "lateral": -0.004, "spin": -0.006}
+    grid = xr.Dataset({name: ("case", [value]) for name, value in settings.items()})
+    expected = dict.fromkeys(("pressure", "pressure_max"), 30.0)
+    expected |= dict.fromkeys(("traction_x", "traction_y", "traction_max"), 15.0)
+    expected |= dict.fromkeys(("slip_x", "slip_y"), 0.013) | dict.fromkeys(("force_x", "force_y"), 50.0)
+    expected |= {"moment_z": 100.0, "friction_power": 0.65}
+    expected |= dict.fromkeys(("contact_area", "slip_area"), 4.0 * np.pi)
+    found = {name: float(values[0]) for name, values in _natural_scales(grid, ("case",)).items()}
+    assert found == pytest.approx(expected, rel=1e-12)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import naive
 import numpy as np
 import pytest
-from contacts import STEEL, solved
+from contacts import STEEL, solved, steel
 
 from rcstudy.mechanics import coupled
 from rcstudy.mechanics.aligned import AlignedContact
@@ -329,3 +329,13 @@ def test_bars_of_the_approach_know_of_the_lift_by_tractions(cells: int) -> None:
     )
     found, fine = (solved(replace(scene, mesh=Mesh(scene.mesh.size, (n, n)))).scalars for n in (cells, 4 * cells))
     assert abs(found["approach"] - fine["approach"]) <= found["approach_error"]
+
+
+@pytest.mark.parametrize(("friction", "creepage"), [(0.05, Creepage(0.001)), (0.3, Creepage(0.0, 0.05))])
+def test_tractions_are_solved_to_their_tolerance_where_turns_end_early(friction: float, creepage: Creepage) -> None:
+    """The turn before the last solves them to 1e-4 or so, and may leave nothing to do for another one."""
+    scene = steel(Mesh((0.8, 0.8), (20, 20)), counterbody=None, friction=friction, creepage=creepage, coupling="full")
+    _, rolling = solve_aligned_coupled(replace(scene, discretisation="aligned", tolerance=Tolerance(1e-6, 1e-6)))
+    assert rolling is not None
+    assert rolling.converged
+    assert rolling.residual <= 1e-6

@@ -164,3 +164,15 @@ def test_streams() -> None:
     for bad in (stream[:-1], stream + b"x", stream[:50] + bytes([stream[50] ^ 4]) + stream[51:], b"", b"xy"):
         with pytest.raises(ValueError, match=r".+"):
             decompress(bad, 8000)
+
+
+def test_only_solutions_contradict_each_other() -> None:
+    def differ(status: Status, other: Status) -> str:
+        results = synthetic.made_up_result(synthetic.SCENE, status), synthetic.made_up_result(synthetic.SCENE, other)
+        results[1].scalars["approach"] *= 2.0
+        one, two = (parse(packed(result=result)) for result in results)
+        return one.contradicts(two)
+
+    assert differ(Status.SOLVED, Status.SOLVED) == "approach"
+    assert differ(Status.NOT_CONVERGED, Status.NOT_CONVERGED) == ""
+    assert differ(Status.SOLVED, Status.NOT_CONVERGED) == differ(Status.NOT_CONVERGED, Status.SOLVED) == ""

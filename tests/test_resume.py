@@ -766,3 +766,26 @@ def test_leftovers_of_dead_writers_are_removed(sweeps: Sweeps) -> None:
     sweeps.run()
     assert [entry.name for entry in sweeps.units.iterdir()] == [living.name]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize("failing_last", [False, True])
+def test_a_merge_takes_solutions_before_failures(sweeps: Sweeps, tmp_path: Path, failing_last: bool) -> None:
+    paths = [tmp_path / "failing.nc", tmp_path / "solved.nc"]
+    for path, solver in zip(paths, (Solver(fails=(20.0, 80.0)), Solver(fails=(60.0, 80.0))), strict=True):
+        sweep.run(sweeps.study, path, workers=1, solve=solver, shard=(1, 1))
+    done = merge(sweeps.study, sweeps.output, paths[::-1] if failing_last else paths)
+    assert [f.label for f in done.failures] == [f"load=80, creepage={c}" for c in "abc"]
+
+
+def test_small_units_put_together_know_who_failed(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store, "_PUT_TOGETHER", 3)
+    cases = expand(sweeps.study).cases[:3]
+    keep = sweep.keep_of(sweeps.study.outputs)
+    statuses = [Status.NOT_CONVERGED, Status.SOLVED, Status.SOLVED]
+    with store.opened(sweeps.output, "s", cases, keep, tell=sweeps.told.append) as opened:
+        for case, status_ in zip(cases, statuses, strict=True):
+            result = synthetic.made_up_result(case.scene, status_)
+            opened.add(case.key, sweep.Packer(keep).pack(result, case.scene.mesh.cells))
+            opened.flush()
+        assert len(unit_paths(sweeps.units)) == 1
+        assert [opened.index.status(case.key) for case in cases] == statuses

@@ -16,8 +16,9 @@ from contacts import RADIUS, hertz_of, steel, window
 from rcstudy.mechanics import normal
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal
+from rcstudy.mechanics.proof import failures
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.window import contact_extent
 from rcstudy.result import VARIABLES, CellState, Result, Status
 from rcstudy.solve import solve_group, solve_scene
@@ -525,3 +526,18 @@ def test_what_is_done_with_a_result_is_not_solving() -> None:
     next(results)
     time.sleep(0.5)
     assert next(results).scalars["solve_seconds"] < 0.5
+
+
+@pytest.mark.parametrize(
+    ("coupling", "way", "gap"),
+    [("one-way", "kalker", 1e-5), ("one-way", "aligned", 1e-5), ("full", "kalker", 1e-4), ("full", "aligned", 1e-3)],
+)
+def test_how_far_the_proof_may_miss(coupling: Coupling, way: Discretisation, gap: float) -> None:
+    scene = replace(SCENE, coupling=coupling, discretisation=way, tolerance=Tolerance(1e-7, 1e-6))
+    limits = {"proof_load": 1e-9, "proof_gap": gap, "proof_penetration": gap, "proof_bound": 1e-9}
+    limits |= {"proof_tension": 0.0, "proof_stick": 1e-4, "proof_slip": 1e-4}
+    within = {part: 0.999 * limit for part, limit in limits.items()}
+    assert failures(within, scene) == []
+    for part, limit in limits.items():
+        (missed,) = failures(within | {part: 1.001 * limit + 1e-15}, scene)
+        assert missed.startswith(f"{part} = ")

@@ -423,3 +423,22 @@ def test_scene_from_mapping_of_no_mapping():
 def test_what_was_found_too_late(refused, grid, words):
     """Places of what is not there, tracebacks of extremes, and methods that do not go together."""
     assert refused(f"{BASE}  g: {{{grid}}}\n") == [f"s.yaml:{words}"]
+
+
+@pytest.mark.parametrize("margin", [1.04, 10.1])
+def test_margins_of_windows(tmp_path, margin):
+    found = refusal(tmp_path, BASE + f"  g: {{scene: {{mesh: {{margin: {margin}}}}}, axes: {{friction: [1]}}}}\n")
+    assert found[0].endswith(f"scene.mesh.margin: {margin}: a number from 1.05 to 10"), found
+
+
+def test_as_many_axes_as_a_file_can_hold(tmp_path):
+    """Each of one value; seventeen are one too many."""
+    axes = {
+        "friction": 1, "load": 100, "radius": 50, "coupling": "full", "method": "newton", "discretisation": "kalker",
+        "spin_point": 0, "layer_count": 1, "thickness": 0.1, "modulus": 1000, "layer_nu": 0.3,
+        "creepage.longitudinal": 0, "creepage.lateral": 0, "creepage.spin": 0, "tolerance.normal": 0.1,
+        "tolerance.tangential": 0.1, "mesh.margin": 1.2,
+    }  # fmt: skip
+    words = ", ".join(f"{path}: [{value}]" for path, value in axes.items())
+    found = refusal(tmp_path, BASE + f"  g: {{axes: {{{words}}}}}\n")
+    assert any("17 axes: at most 16 axes in a grid" in line for line in found), found

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from contacts import steel
 
-from rcstudy.estimate import Hidden, error_estimates
 from rcstudy.mechanics.aligned import AlignedContact
-from rcstudy.mechanics.contact import solve_normal, solve_rolling
+from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
-from rcstudy.mechanics.unseen import Unseen, slip_by_pressure_over_tractions
-from rcstudy.result import ESTIMATED
+from rcstudy.mechanics.unseen import Unseen, slip_by_pressure_over_tractions, unseen_slip
 from rcstudy.solve import solve_scene
 
 
@@ -69,48 +67,14 @@ def test_slip_areas_are_given_what_cells_miss(friction: float, creepage: Creepag
     assert abs(found - fine) < 0.5 * abs(found - missing - fine)
 
 
-def test_power_that_is_not_seen() -> None:
-    """A fifth of the slip that the largest pressure makes on the spot, under what leading slip zones take."""
-    scene = steel(Mesh((1.0, 1.0), (32, 32)), counterbody=None, friction=0.3, creepage=Creepage(0.0, 0.0002))
-    contact = AlignedContact(solve_normal(scene))
-    found = contact.unseen_slip(solve_rolling(contact, scene), 0.3)
-    slip = abs(contact.influence.slip_under_pressure) * float(contact.pressure.max())
-    assert found.force > 0.0
-    assert found.power == pytest.approx(0.2 * slip * found.force, rel=1e-12)
-
-
-def test_bars_take_in_all_that_is_hidden() -> None:
-    """Each part of `Hidden` in the bars of what it concerns, over parts that others state, and in no other's."""
-    scene = steel(Mesh((1.0, 1.0), (24, 24)), counterbody=None, friction=0.5, creepage=Creepage(0.003, 0.004, 0.01))
-    scene = replace(scene, discretisation="aligned", coupling="full")
-    level = dict.fromkeys(ESTIMATED, 1.0) | {"contact_area": 2.0, "slip_area": 0.8, "pressure_max": 100.0}
-    level |= {"traction_max": 40.0, "contact_radius": 0.8, "approach": 3.0}
-    per_radius = math.sqrt(314 / math.pi)
-
-    def more(hidden: Hidden) -> dict[str, float]:
-        without, bars = (error_estimates(scene, 314, [level] * 3, h) for h in (Hidden(), hidden))
-        difference = {name: bars[f"{name}_error"] - without[f"{name}_error"] for name in ESTIMATED}
-        return {name: value for name, value in difference.items() if value > 1e-12}
-
-    slip = Unseen(force_x=-0.01, force_y=0.02, force=0.03, moment_z=-0.004, area=0.05, missing=0.01, power=0.006)
-    fastest = 0.005 + 0.01 * 0.8
-    assert more(Hidden(slip=slip)) == pytest.approx(
-        {
-            "force_x": 1.3 * 0.01,
-            "force_y": 1.3 * 0.02,
-            "moment_z": 1.3 * 0.004,
-            "friction_power": 1.3 * (0.03 * fastest + 0.006),
-            "traction_max": 0.5 * 0.03 / 2.0,
-            "slip_area": 0.4 * 0.05,
-        },
-        rel=1e-9,
-    )
-    assert more(Hidden(lift=-0.2)) == pytest.approx({"approach": 0.03 / per_radius * 0.2 * 3.0}, rel=1e-9)
-    assert more(Hidden(cusp_of_pressure=0.1)) == pytest.approx({"pressure_max": 0.075 / per_radius * 100.0}, rel=1e-9)
-    assert more(Hidden(cusp_of_tractions=0.1)) == pytest.approx({"traction_max": 0.04 / per_radius * 40.0}, rel=1e-9)
-    softly = more(Hidden(softly=0.01))
-    assert set(softly) == {"contact_area", "contact_radius", "slip_area", "pressure_max", "approach"}
-    assert softly["contact_area"] == pytest.approx(0.0045 * 2.0, rel=1e-9)
-    assert softly["contact_radius"] == pytest.approx(0.00225 * 0.8, rel=1e-9)
-    assert softly["pressure_max"] == pytest.approx(4e-4 * 100.0, rel=1e-9)
-    assert softly["approach"] == pytest.approx(2.5e-4 * 3.0, rel=1e-9)
+def test_hidden_force_is_across_the_edge_on_oblong_cells() -> None:
+    """An edge at 45 degrees, no tractions behind it; the power is that of a fifth of the slip by the pressure."""
+    influence = influence_of(steel(Mesh((1.0, 2.0), (50, 50)), counterbody=None))
+    rows = 6
+    index, number = np.arange(rows)[None], np.arange(rows, dtype=float)
+    cells = index, 2.0 * number, number, number  # dy is two dx
+    pressure = np.linspace(100.0, 200.0, rows)
+    found = unseen_slip(cells, np.zeros((rows, 2)), np.zeros(rows, dtype=bool), pressure, 0.3, 0.748, influence)
+    assert found.force_y == pytest.approx(-found.force_x, rel=1e-12)
+    assert np.hypot(found.force_x, found.force_y) == pytest.approx(found.force, rel=1e-12)
+    assert found.power == pytest.approx(0.2 * found.force * abs(influence.slip_under_pressure) * 200.0, rel=1e-12)

@@ -1,0 +1,143 @@
+"""Error bars: what each part of what meshes have in common adds to them, and where the parts come from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from contacts import hertz_of, steel
+
+from rcstudy.estimate import Hidden, error_estimates
+from rcstudy.mechanics.contact import solve_normal
+from rcstudy.mechanics.scene import Creepage, Mesh, Tolerance
+from rcstudy.mechanics.unseen import Unseen
+from rcstudy.solve import _coarser_numbers, _cusps, _lift
+
+MIDDLING = {"contact_area": 1.0, "contact_radius": 0.8, "slip_area": 0.2, "traction_max": 50.0, "pressure_max": 100.0}
+CELL = (np.pi / 314) ** 0.5  # over the radius
+HIDDEN = [
+    (
+        Hidden(slip=Unseen(force_x=-2.0, force_y=1.0, force=3.0, moment_z=-0.5, area=0.02, power=0.001)),
+        {
+            "force_x": 1.3 * 2.0,
+            "force_y": 1.3 * 1.0,
+            "moment_z": 1.3 * 0.5,
+            "friction_power": 1.3 * (3.0 * (0.005 + 0.01 * 0.8) + 0.001),
+            "traction_max": 0.5 * 3.0 / 1.0,
+            "slip_area": 0.4 * 0.02,
+        },
+    ),
+    (
+        Hidden(by_layers=-0.01),
+        {
+            "force_x": 0.24,
+            "force_y": 0.18,
+            "moment_z": 0.075 * 0.8,
+            "friction_power": 0.3 * (0.005 + 0.01 * 0.8),
+            "contact_area": 0.004,
+            "contact_radius": 0.002 * 0.8,
+        },
+    ),
+    (
+        Hidden(unsettled=0.01),
+        {"force_x": 1.0, "force_y": 1.0, "moment_z": 0.8, "friction_power": 0.005 + 0.01 * 0.8},
+    ),
+    (
+        Hidden(softly=0.02),
+        {
+            "contact_area": 0.45 * 0.02,
+            "contact_radius": 0.5 * 0.45 * 0.02 * 0.8,
+            "pressure_max": 4.0 * 0.02**2 * 100.0,
+            "approach": 2.5 * 0.02**2 * 0.03,
+        },
+    ),
+    (
+        Hidden(lift=-0.5, cusp_of_pressure=0.1, cusp_of_tractions=0.2),
+        {
+            "approach": 0.03 * CELL * 0.5 * 0.03,
+            "pressure_max": 0.75 * CELL * 0.1 * 100.0,
+            "traction_max": 0.4 * CELL * 0.2 * 50.0,
+        },
+    ),
+]
+
+
+@pytest.mark.parametrize(("hidden", "added"), HIDDEN)
+def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float]) -> None:
+    """What it adds to the bars, and to no others."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01), discretisation="aligned")
+    scalars = {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}
+    plain, found = (error_estimates(scene, 314, [MIDDLING | scalars] * 2, h) for h in (Hidden(), hidden))
+    area, before = found["contact_area_error"], plain["contact_area_error"]  # the slip area's has it in quadrature
+    found["slip_area_error"] -= np.hypot(np.sqrt(plain["slip_area_error"] ** 2 - before**2), area)
+    plain["slip_area_error"] = 0.0
+    for name in plain:
+        expected = added.get(name.removesuffix("_error"), 0.0)
+        assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
+
+
+@pytest.mark.parametrize(("spin", "cells"), [(0.01, 2.0), (-0.01, 2.0), (0.006, 0.0)])
+def test_estimate_of_the_slip_area_around_a_pole_of_spin(spin: float, cells: float) -> None:
+    """Two cells may stick there, where it lies in the contact, whichever way the bodies turn."""
+    scene = steel(Mesh((1.0, 1.5), (24, 24)), creepage=Creepage(0.003, 0.004, spin), tolerance=Tolerance(1e-7, 1e-7))
+    found = error_estimates(scene, 314, [MIDDLING | {"slip_area": 1.0}] * 2)
+    around = found["slip_area_error"] - found["contact_area_error"]
+    assert around == pytest.approx(cells * 1.0 / 24 * 1.5 / 24, rel=1e-9, abs=1e-15)
+
+
+def test_estimates_know_of_the_looser_tolerance() -> None:
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002))
+    one, other, tight = (
+        error_estimates(replace(scene, tolerance=Tolerance(*both)), 314, [MIDDLING] * 2)
+        for both in ((1e-3, 1e-7), (1e-7, 1e-3), (1e-7, 1e-7))
+    )
+    assert one == other
+    assert one["pressure_max_error"] - tight["pressure_max_error"] == pytest.approx((1e-3 - 1e-7) * 100.0, rel=1e-9)
+
+
+def cells_of(mesh_cells: tuple[int, int], **more: Any) -> Any:
+    """Something like a contact whose cells fill the window, pressed most in the middle, with Dundurs' constant -1/4."""
+    i, j = (index.ravel() for index in np.indices(mesh_cells))
+    x, y = i - 0.5 * (mesh_cells[0] - 1.0), j - 0.5 * (mesh_cells[1] - 1.0)
+    influence = SimpleNamespace(once=lambda name, make: -0.25)
+    return SimpleNamespace(centres=(x, y), pressure=100.0 - x**2 - y**2, influence=influence, **more)
+
+
+@pytest.mark.parametrize(
+    ("first_stick", "expected"),
+    [
+        (-99.0, (0.0, 0.0)),
+        (-4.0, (0.0, 0.1)),
+        (-1.0, (0.1, 0.1)),
+        (2.0, (0.1, 0.1)),
+        (4.0, (0.0, 0.1)),
+        (99.0, (0.0, 0.0)),
+    ],
+)
+def test_cusps_are_where_stick_and_slip_meet(first_stick: float, expected: tuple[float, float]) -> None:
+    """mu |beta|, of the pressure only where both are within two cells of the largest one."""
+    contact = cells_of((13, 5))
+    rolling: Any = SimpleNamespace(slip=contact.centres[0] < first_stick)
+    scene: Any = SimpleNamespace(friction=0.4, mesh=SimpleNamespace(spacing=(1.0, 1.0)))
+    assert _cusps(contact, scene, rolling) == pytest.approx(expected)
+
+
+def test_lift_is_the_mean_under_the_pressure_over_the_approach() -> None:
+    p, lift = np.random.default_rng(5).random((2, 6, 4))
+    box = SimpleNamespace(slices=(slice(1, 5), slice(0, 3)))
+    solution = SimpleNamespace(p=p, approach=0.1)
+    contact: Any = SimpleNamespace(solution=solution, box=box, lift=lambda q, box: lift[box.slices])
+    expected = np.average(lift[box.slices], weights=p[box.slices]) / 0.1
+    assert _lift(contact, SimpleNamespace(q=None)) == pytest.approx(expected, rel=1e-12)  # type: ignore[arg-type]
+
+
+def test_a_coarser_mesh_whose_window_is_too_small_does_not_count() -> None:
+    """The bars are those of a contact without one."""
+    side = 2.0 * hertz_of().a[0] * 26 / 24
+    contact = solve_normal(steel(Mesh((side, side), (26, 26))))
+    assert contact.coarser is not None
+    assert contact.coarser.solution.edge and not contact.solution.edge
+    assert list(_coarser_numbers(contact, contact.scene, None)) == []
