@@ -16,8 +16,9 @@ were set on 900 random contacts with `aligned` and 850 with `kalker`, 300 and 60
 times finer, and checked on others (`scripts/error_bars.py`).
 
 The slip area on aligned cells shares the error of the contact's, in quadrature, and a traction that is largest where
-the pressure is has that one's; where nothing is seen to slip, `_UNSEEN` of a cell may. To estimates on aligned cells
-comes what is hidden from all meshes alike (`Hidden`): layers and slip zones narrower than their cells.
+the pressure is has that one's; where nothing is seen to slip, `_UNSEEN` of a cell may, and tractions grow towards the
+leading edge beyond what cells show. To all estimates comes what is hidden from all meshes alike (`Hidden`): layers and
+slip zones narrower than cells, what tractions lift, and cusps at the stick zone's border.
 """
 
 from __future__ import annotations
