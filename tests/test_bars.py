@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contacts import hertz_of, steel
+from contacts import MIDDLING, hertz_of, steel
 
 from rcstudy.estimate import Hidden, error_estimates
 from rcstudy.mechanics.contact import solve_normal
@@ -16,7 +16,6 @@ from rcstudy.mechanics.scene import Creepage, Mesh, Tolerance
 from rcstudy.mechanics.unseen import Unseen
 from rcstudy.solve import _coarser_numbers, _cusps, _lift
 
-MIDDLING = {"contact_area": 1.0, "contact_radius": 0.8, "slip_area": 0.2, "traction_max": 50.0, "pressure_max": 100.0}
 CELL = (np.pi / 314) ** 0.5  # over the radius
 HIDDEN = [
     (

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contacts import STEEL, TIGHT, hertz_of, solved, steel, window
+from contacts import MIDDLING, STEEL, TIGHT, hertz_of, solved, steel, window
 
 from rcstudy.estimate import ALIGNED, FITS, error_estimates
 from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
@@ -179,9 +179,6 @@ def test_estimate_far_beyond_the_noise_and_under_full_coupling():
             beyond = max(difference - 6.0 * noise, 0.0)
             expected = np.hypot(fit.c * difference, noise + pull) + fit.excess * beyond + 1e-5
             assert found == pytest.approx(expected, rel=1e-9)
-
-
-MIDDLING = {"contact_area": 1.0, "contact_radius": 0.8, "slip_area": 0.2, "traction_max": 50.0, "pressure_max": 100.0}
 
 
 @pytest.mark.parametrize("slip", [0.001, 0.04, 0.3, 1.0])

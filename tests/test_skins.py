@@ -136,7 +136,6 @@ def test_areas_on_soft_layers_a_few_cells_thick() -> None:
         assert abs(found["contact_area"] - fine) <= found["contact_area_error"]
         now.append(abs(found["contact_area"] - fine) / fine)
         before.append(abs(contact.area + contact.short_of_edges - fine) / fine)
-    print(before, now)
     assert np.linalg.norm(now) < 0.6 * np.linalg.norm(before)
 
 

@@ -202,7 +202,7 @@ class CaseView:
         """
         name = "modulus_ratio" if "modulus_ratio" in self.grid else "modulus"
         units = self.grid.dataset[name].attrs.get("units") if name in self.grid else None
-        if units != "1" or not self.layers or self.grid.dataset[name].dtype.kind not in "fiu":
+        if units != "1" or not self.layers or not self.grid.numeric(name):
             return float("nan")
         return self.layers[-1][0] / self.setting(name)
 
