@@ -13,7 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from rcstudy.errors import UserError, first_line
-from rcstudy.layout import GRID, LABEL, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, cell_centres, result_items
+from rcstudy.layout import GRID, LABEL, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, result_items
 from rcstudy.result import VARIABLES, Result, Status
 from rcstudy.screen import foreign_content
 from rcstudy.spec import MAX_CELLS, grid_name_problem
@@ -169,7 +169,7 @@ def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
     coords = {
         dim: (
             (dim,),
-            cell_centres(scene.mesh.size[k], scene.mesh.cells[k]),
+            scene.mesh.centres[k],
             {"long_name": f"{word} position of the cell's centre", "units": "mm"},
         )
         for k, (dim, word) in enumerate((("x", "longitudinal"), ("y", "lateral")))

@@ -18,7 +18,7 @@ import numpy as np
 from rcstudy.cube_writer import checksum
 from rcstudy.deflate import compress
 from rcstudy.errors import UserError, first_line
-from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Layout, cell_centres
+from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Layout
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
@@ -166,7 +166,7 @@ class _EarlierGrid:
         for k, dim in enumerate("xy"):
             centres = self.group[f"{dim}_centre"][index] if f"{dim}_centre" in self.group else self.group[dim][...]
             centres = centres[~np.isnan(centres)]
-            window = cell_centres(mesh.size[k], mesh.cells[k])
+            window = mesh.centres[k]
             first = int(np.searchsorted(window, centres[0]))
             if not np.array_equal(window[first : first + centres.size], centres):
                 raise DamagedRecord("its coordinates are not those of its mesh")

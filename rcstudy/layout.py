@@ -126,11 +126,6 @@ def variable_attrs(variable: Variable) -> dict[str, Any]:
     return attrs
 
 
-def cell_centres(size: float, cells: int) -> np.ndarray:
-    """Coordinates (mm) of the centres of `cells` equal cells over a length `size` centred on the origin."""
-    return (np.arange(cells) - 0.5 * (cells - 1)) * (size / cells)
-
-
 def case_label(grid: Grid, index: Sequence[int]) -> str:
     """Name of a case within its grid, such as ``thickness=0.25 a, modulus=2 Es, creepage=b``."""
     parts = []
@@ -202,7 +197,7 @@ def _mesh_items(
 
 def _centres(mesh: Mesh, region: Region, k: int) -> np.ndarray:
     """Centres along x (k = 0) or y of the cells of `mesh` in `region`."""
-    return cell_centres(mesh.size[k], mesh.cells[k])[region[2 * k] : region[2 * k + 1]]
+    return mesh.centres[k][region[2 * k] : region[2 * k + 1]]
 
 
 def _most(stored: Mapping[Mesh, Region], k: int) -> int:

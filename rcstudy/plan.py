@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
-from rcstudy.mechanics.scene import Material, Scene
+from rcstudy.mechanics.scene import Scene
 from rcstudy.progress import duration
 from rcstudy.result import VARIABLES
 from rcstudy.study import Outputs, Study
@@ -52,22 +52,18 @@ def contact_cells(scene: Scene) -> float:
     Within a twentieth without layers. With layers 0.05 to 20 times as stiff at most 2 times too many, mostly within a
     sixth.
     """
-
-    def compliance(body: Material) -> float:
-        return (1.0 - body.nu**2) / body.E
-
     contact = scene_hertz(scene)
-    other = 0.0 if scene.counterbody is None else compliance(scene.counterbody)
-    bare = other + compliance(scene.substrate)
+    other = 0.0 if scene.counterbody is None else scene.counterbody.compliance
+    bare = other + scene.substrate.compliance
     wider = 1.0  # the contact, with its layers, over the uncoated one
     for _ in range(6):  # how deep it reaches depends on how wide it is
         whole, above, depth = other, 1.0, 0.0
         for layer in scene.layers:
             depth += layer.thickness
             below = math.exp(-depth / (LAYER_DEPTH * wider * contact.radius))
-            whole += (above - below) * compliance(layer)
+            whole += (above - below) * layer.compliance
             above = below
-        wider = ((whole + above * compliance(scene.substrate)) / bare) ** (1.0 / 3.0)
+        wider = ((whole + above * scene.substrate.compliance) / bare) ** (1.0 / 3.0)
     area = math.pi * math.prod(contact.a) * wider**2
     return math.prod(scene.mesh.cells) * min(area / math.prod(scene.mesh.size), 0.25 * math.pi)
 

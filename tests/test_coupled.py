@@ -18,7 +18,7 @@ from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal,
 from rcstudy.mechanics.convolution import Box, convolve, padded_shape, pressure_quadrants, symbols
 from rcstudy.mechanics.coupled import CoupledOperator, CoupledSystem, solve_coupled
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.normal import cell_centres, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import Status
 from rcstudy.solve import solve_scene
@@ -57,7 +57,7 @@ def test_against_turns(name: str) -> None:
     scene = SCENES[name]
     assert scene.creepage is not None
     cells = np.argwhere(np.ones(scene.mesh.cells, dtype=bool))
-    x, y = cell_centres(scene)
+    x, y = scene.mesh.centres
     x, y = x[cells[:, 0]], y[cells[:, 1]]
     c = scene.creepage
     w = np.stack([c.longitudinal - c.spin * y, c.lateral + c.spin * x], axis=1)

@@ -31,7 +31,7 @@ from rcstudy.mechanics.convolution import (
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
-from rcstudy.mechanics.normal import cell_centres, estimated_contact, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import NewtonSystem, SlipOperator, from_leading_edge, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
@@ -357,7 +357,7 @@ def test_pressure(name: str) -> None:
     """From the estimate, and from a guess that is wrong in place and size."""
     scene = NORMAL[name]
     gap = initial_gap(scene)
-    x, y = cell_centres(scene)
+    x, y = scene.mesh.centres
     np.testing.assert_allclose(gap[-1, 0], x[-1] ** 2 / (2 * scene.radius[0]) + y[0] ** 2 / (2 * scene.radius[1]))
     check_pressure(name, gap)
     wrong = np.zeros(gap.shape)

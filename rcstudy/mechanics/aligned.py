@@ -50,7 +50,6 @@ from rcstudy.mechanics.convolution import (
     traction_quadrants,
 )
 from rcstudy.mechanics.kernels import outline, row_cells, rows, stick
-from rcstudy.mechanics.normal import cell_centres
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.skins import BORDERS, EDGES, shift_by_layers, shift_under_soft_layers
@@ -139,7 +138,7 @@ class AlignedContact(NormalContact):
     @cached_property
     def centres(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates x [m], y [m] (mm) of the moved cells."""
-        x, y = cell_centres(self.scene)
+        x, y = self.scene.mesh.centres
         i, j = self.cells.T
         return x[self.box.i0 + i] + self.shift[j] * self.scene.mesh.spacing[0], y[self.box.j0 + j]
 

@@ -32,7 +32,7 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import meshes
-from rcstudy.mechanics.normal import cell_centres, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
@@ -95,7 +95,7 @@ class NormalContact:
     @cached_property
     def centres(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates x [m], y [m] (mm) of the cells in contact."""
-        x, y = cell_centres(self.scene)
+        x, y = self.scene.mesh.centres
         return x[self.box.i0 + self.cells[:, 0]], y[self.box.j0 + self.cells[:, 1]]
 
     @property

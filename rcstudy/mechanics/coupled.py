@@ -45,7 +45,7 @@ from rcstudy.mechanics.convolution import (
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, coupled, tractions
 from rcstudy.mechanics.krylov import gmres
-from rcstudy.mechanics.normal import HOPELESS, at_edge, cell_centres, clear_of_sides, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import HOPELESS, at_edge, clear_of_sides, initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
@@ -134,7 +134,7 @@ class CoupledSystem:
         self.operator = CoupledOperator.of(influence, box.shape)
         dx, dy = scene.mesh.spacing
         self.total = scene.load / (dx * dy)
-        x, y = (c[s] for c, s in zip(cell_centres(scene), box.slices, strict=True))
+        x, y = (c[s] for c, s in zip(scene.mesh.centres, box.slices, strict=True))
         centres = np.repeat(x, y.size), np.tile(y, x.size)
         w = rigid_slip(*centres, scene.creepage, scene.spin_point * dx)
         # slips and gap of the undeformed bodies; slips without tractions, which set the scale of slips (`solve`)

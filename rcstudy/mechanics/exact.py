@@ -32,10 +32,7 @@ def contact_modulus(body: Material, counterbody: Material | None) -> float:
 
     Johnson, Contact Mechanics (1985), Eq. 4.23.
     """
-    compliance = (1.0 - body.nu**2) / body.E
-    if counterbody is not None:
-        compliance += (1.0 - counterbody.nu**2) / counterbody.E
-    return 1.0 / compliance
+    return 1.0 / (body.compliance + (0.0 if counterbody is None else counterbody.compliance))
 
 
 def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> Hertz:
@@ -79,7 +76,7 @@ def contact_bounds(scene: Scene) -> tuple[tuple[float, float], tuple[float, floa
     of the two under any load. So does its area, and each semi-axis if the contact is round; a plate's ellipse grows in
     length and narrows, down to 0.44 of that on 36 plates of all kinds: there half of it again is allowed for.
     """
-    ordered = sorted((scene.substrate, *scene.layers), key=lambda m: (1.0 - m.nu**2) / m.E)
+    ordered = sorted((scene.substrate, *scene.layers), key=lambda m: m.compliance)
     least, most = (
         hertz_contact(scene.radius, scene.load, contact_modulus(m, scene.counterbody)).a
         for m in (ordered[0], ordered[-1])

@@ -21,7 +21,7 @@ from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.rim import RimSolver
-from rcstudy.mechanics.scene import Layer, Material, Mesh, Scene
+from rcstudy.mechanics.scene import Layer, Material, Scene
 
 _MAX_ITERATIONS = 400
 _MARGIN = 1.35  # of the first box over the estimated semi-axes
@@ -30,25 +30,9 @@ _PLATE = 5.0  # compliance to long waves over that to short ones, from which on 
 _PATIENCE = 30  # steps without a smaller residual, where rounding may be what stops them
 
 
-def cell_centres(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates x [nx], y [ny] of the cell centres (mm), not to be changed; the window is centred on the origin."""
-    return _centres(scene.mesh)
-
-
-@lru_cache(maxsize=64)
-def _centres(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """As `cell_centres`."""
-    nx, ny = mesh.cells
-    dx, dy = mesh.spacing
-    x, y = (np.arange(nx) - 0.5 * (nx - 1)) * dx, (np.arange(ny) - 0.5 * (ny - 1)) * dy
-    x.setflags(write=False)
-    y.setflags(write=False)
-    return x, y
-
-
 def initial_gap(scene: Scene) -> np.ndarray:
     """Undeformed distance h = x^2/(2 Rx) + y^2/(2 Ry) at the cell centres (mm), [nx, ny]."""
-    x, y = cell_centres(scene)
+    x, y = scene.mesh.centres
     gap: np.ndarray = (x**2 / (2.0 * scene.radius[0]))[:, None] + (y**2 / (2.0 * scene.radius[1]))[None, :]
     return gap
 
@@ -97,7 +81,7 @@ def solve_pressure(
     """
     nx, ny = scene.mesh.cells
     dx, dy = scene.mesh.spacing
-    x, y = cell_centres(scene)
+    x, y = scene.mesh.centres
     if guess is None:
         ax, ay = estimated_contact(scene)
         guess = np.sqrt(np.clip(1.0 - ((x / ax) ** 2)[:, None] - ((y / ay) ** 2)[None, :], 0.0, None))

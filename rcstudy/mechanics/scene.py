@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
+
+import numpy as np
 
 Coupling = Literal["one-way", "full"]
 Method = Literal["newton", "paper-cg"]
@@ -26,6 +29,11 @@ class Material:
     def G(self) -> float:
         """Shear modulus (MPa)."""
         return self.E / (2.0 * (1.0 + self.nu))
+
+    @property
+    def compliance(self) -> float:
+        """(1 - nu^2)/E (1/MPa) of a half-space: its share of 1/E* (Johnson 1985, Eq. 4.23)."""
+        return (1.0 - self.nu**2) / self.E
 
 
 @dataclass(frozen=True)
@@ -55,6 +63,20 @@ class Mesh:
     def spacing(self) -> tuple[float, float]:
         """Cell sizes dx, dy (mm)."""
         return self.size[0] / self.cells[0], self.size[1] / self.cells[1]
+
+    @property
+    def centres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates x [nx], y [ny] of the cells' centres (mm), not to be changed."""
+        return _centres(self)
+
+
+@lru_cache(maxsize=64)
+def _centres(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """As `Mesh.centres`."""
+    x, y = ((np.arange(n) - 0.5 * (n - 1)) * step for n, step in zip(mesh.cells, mesh.spacing, strict=True))
+    x.setflags(write=False)
+    y.setflags(write=False)
+    return x, y
 
 
 @dataclass(frozen=True)

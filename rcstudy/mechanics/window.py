@@ -8,7 +8,7 @@ import numpy as np
 
 from rcstudy.mechanics.contact import influence_of
 from rcstudy.mechanics.convolution import ONE_AT_A_TIME
-from rcstudy.mechanics.normal import cell_centres, estimated_contact, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
 _CELLS = 24
@@ -30,7 +30,7 @@ def contact_extent(scene: Scene) -> tuple[float, float]:
         touched = solution.p > 0.0
         edge = touched[[0, -1]].any(), touched[:, [0, -1]].any()
         if not any(edge):
-            x, y = cell_centres(trial)
+            x, y = trial.mesh.centres
             squares = solution.p**2
             return 2.0 * _half_width(x, squares.max(axis=1)), 2.0 * _half_width(y, squares.max(axis=0))
         size = size[0] * (_WIDER if edge[0] else 1.0), size[1] * (_WIDER if edge[1] else 1.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from rcstudy.report.labels import KEEP, wrapped
 from rcstudy.report.style import DPI, WIDTH
-from rcstudy.report.views import GridView, number_text
+from rcstudy.report.views import GridView, short_number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -108,8 +108,8 @@ def conditions(grid: GridView, *, friction: bool = True) -> str:
         ("hertz_pressure", "$p_0$ = {} MPa"),
     ):
         if name in grid and (friction or name != "friction") and np.ptp(grid.small(name).values) == 0:
-            texts.append(form.format(number_text(case.setting(name))).replace(" ", KEEP))
+            texts.append(form.format(short_number(case.setting(name))).replace(" ", KEEP))
     if "x" in grid and "y" in grid:
         dx, dy = case.spacing
-        texts.append("cells of " + f"{number_text(dx)} mm × {number_text(dy)} mm".replace(" ", KEEP))
+        texts.append("cells of " + f"{short_number(dx)} mm × {short_number(dy)} mm".replace(" ", KEEP))
     return ", ".join(texts) + "."

@@ -219,7 +219,7 @@ def _plain(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float | np.floating) else str(value)
 
 
-def number_text(value: float) -> str:
+def short_number(value: float) -> str:
     """A given number as people write it: `0.5`, `0.002`, `0` (four significant digits)."""
     return f"{value:.4g}"
 
@@ -234,13 +234,13 @@ def layers_text(case: CaseView, *, math: bool = False) -> str:
         return "no layer"
     moduli = [E for E, _ in case.layers]
     base, symbol = case.substrate_modulus, ("E_s" if math else "Es")
-    last = number_text(moduli[0] / base)
+    last = short_number(moduli[0] / base)
     if not np.isfinite(base) or not _relative_modulus(case):
         last, symbol = f"{moduli[0]:.7g}", (r"\mathrm{MPa}" if math else "MPa")
     name = "E_{}".format if math else "E{}".format
     space = r"\," if math else " "
     steps = [name(1)]
-    steps += [f"{number_text(moduli[0] / moduli[k])}{space}{name(k + 1)}" for k in range(1, len(moduli))]
+    steps += [f"{short_number(moduli[0] / moduli[k])}{space}{name(k + 1)}" for k in range(1, len(moduli))]
     steps += [f"{last}{space}{symbol}"]
     text = " = ".join(steps)
     return f"${text}$" if math else text
@@ -276,5 +276,5 @@ def creepage_text(case: CaseView, *, math: bool = False) -> str:
     parts = []
     for name, value, units in zip(names, case.creepage, ("", "", " rad/mm"), strict=True):
         if value:
-            parts.append(f"${name} = {number_text(value)}$" if math else f"{name} = {number_text(value)}{units}")
+            parts.append(f"${name} = {short_number(value)}$" if math else f"{name} = {short_number(value)}{units}")
     return ", ".join(parts) or "no creepage"
