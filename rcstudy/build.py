@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, cast
 
@@ -20,6 +21,7 @@ Parts = dict[str, Any]
 
 
 _WIDER = 1.05  # than the contact is found on a coarse mesh, it may be on a finer one
+_ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # stands in for the one that is sought
 
 
 class BuildError(ValueError):
@@ -96,20 +98,31 @@ def _layer(spec: LayerSpec, es: float, a: float) -> Layer:
 
 
 @lru_cache(maxsize=4096)
-def fitted_size(
-    substrate: Material,
-    layers: tuple[Layer, ...],
-    counterbody: Material | None,
-    radius: tuple[float, float],
-    load: float,
-    margins: tuple[float, float],
-) -> tuple[float, float]:
-    """`mesh.size: auto`: the sides (mm) of a window `margins` times as wide as the contact without friction."""
-    from rcstudy.mechanics.window import contact_extent  # brings the compiled kernels: only studies that fit need them
+def _extents(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Widths (mm) of the contact of `scene` without friction, and of what holds it when it slides."""
+    # these bring the compiled kernels: only studies that fit need them
+    from rcstudy.mechanics.window import contact_extent, sliding_extent
 
-    mesh = Mesh((1.0, 1.0), (1, 1))  # stands in for the one that is sought
-    extent = contact_extent(Scene(substrate, radius, load, mesh, layers, counterbody))
-    return margins[0] * extent[0], margins[1] * extent[1]
+    extent = contact_extent(scene)
+    return extent, sliding_extent(scene, extent) if scene.coupling == "full" else extent
+
+
+def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[float, float]:
+    """`mesh.size: auto`: the sides (mm) of a window of `cells` that is `margin` times as wide as the contact.
+
+    As the contact without friction, that is; with full coupling no narrower than what holds it when it slides.
+    """
+    # what does not matter to it is left out, so that all cases of one pressure have one window
+    bare = Scene(scene.substrate, scene.radius, scene.load, _ANY_MESH, scene.layers, scene.counterbody)
+    if scene.coupling == "full" and scene.creepage is not None and scene.moves_by_pressure:
+        bare = replace(bare, friction=scene.friction, coupling="full")
+    # of few cells one has to be free on either side, whatever the margin
+    least = [_WIDER * n / (n - 2) for n in cells]
+    x, y = (
+        max(max(margin, wider) * width, wider * sliding)
+        for wider, width, sliding in zip(least, *_extents(bare), strict=True)
+    )
+    return x, y
 
 
 def build(parts: Parts) -> Scene:
@@ -129,23 +142,13 @@ def build(parts: Parts) -> Scene:
         layers = _coating(coating["layer_count"], thickness, modulus, nu, es)
     else:
         layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
-    size: tuple[Quantity, Quantity] | None = parts["mesh"]["size"]
-    if size is None:
-        # of few cells one has to be free on either side, whatever the margin
-        along_x, along_y = (max(parts["mesh"]["margin"], _WIDER * n / (n - 2)) for n in parts["mesh"]["cells"])
-        try:
-            with np.errstate(all="ignore"):
-                width = fitted_size(substrate, layers, counterbody, radius, parts["load"], (along_x, along_y))
-        except (ArithmeticError, LookupError, ValueError):
-            raise BuildError("materials, radius or load too extreme for a window to be fitted to the contact") from None
-    else:
-        width = size[0].resolve(a), size[1].resolve(a)
     creepage = parts["creepage"]
+    cells = parts["mesh"]["cells"]
     scene = Scene(
         substrate=substrate,
         radius=radius,
         load=parts["load"],
-        mesh=Mesh(width, parts["mesh"]["cells"]),
+        mesh=_ANY_MESH,
         layers=layers,
         counterbody=counterbody,
         friction=parts["friction"],
@@ -158,7 +161,15 @@ def build(parts: Parts) -> Scene:
     )
     if scene.conflict:
         raise BuildError(scene.conflict)
-    return scene
+    size: tuple[Quantity, Quantity] | None = parts["mesh"]["size"]
+    if size is not None:
+        return replace(scene, mesh=Mesh((size[0].resolve(a), size[1].resolve(a)), cells))
+    try:
+        with np.errstate(all="ignore"):
+            fitted = fitted_size(scene, parts["mesh"]["margin"], cells)
+    except (ArithmeticError, LookupError, ValueError):
+        raise BuildError("materials, radius or load too extreme for a window to be fitted to the contact") from None
+    return replace(scene, mesh=Mesh(fitted, cells))
 
 
 def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:

@@ -310,6 +310,44 @@ def test_fitted_window(name, margin):
         assert filled == pytest.approx(1.0 / margin, abs=1.5 / cells + 0.03)
 
 
+RUBBER = {
+    "substrate": {"E": 210000, "nu": 0.3},
+    "layers": [{"E": 5, "nu": 0.46, "thickness": 1.3}],
+    "radius": 50,
+    "load": 50,
+    "friction": 1.0,
+    "coupling": "full",
+}
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)])
+def test_fitted_window_holds_what_friction_moves(direction):
+    """`size: auto`: rubber that slides reaches a third farther than it does without friction."""
+    creepage = {"longitudinal": 0.3 * direction[0], "lateral": 0.3 * direction[1]}
+    scene = {**RUBBER, "creepage": creepage, "mesh": {"size": "auto", "cells": [40, 40]}}
+    result = of(scene)
+    assert result.status == Status.SOLVED, result.reason
+    touched = result.fields["pressure"] > 0.0
+    reach = max(np.abs(np.argwhere(touched) - 19.5).max(axis=0)[k] for k in (0, 1) if direction[k])
+    assert 1.1 * 20 / 1.35 < reach < 19.5  # it fills the window, or nearly so
+
+
+def test_fitted_windows_without_what_moves_them():
+    """One way, without creepage and for bodies that pressure does not move the window is that without friction."""
+
+    def width(**changes):
+        return scene_from_mapping({**RUBBER, "mesh": {"size": "auto", "cells": [40, 40]}, **changes}).mesh.size
+
+    sliding = width(creepage={"longitudinal": 0.3})
+    free = width(coupling="one-way", creepage={"longitudinal": 0.3})
+    assert min(sliding) > 1.05 * max(free)
+    assert sliding == width(creepage={"lateral": 0.001, "spin": 0.1})  # one for all creepages
+    assert free == width() == width(friction=0.01, creepage={"longitudinal": 0.3})
+    steel = {"layers": [], "counterbody": {"E": 210000, "nu": 0.3}}
+    assert width(**steel, creepage={"spin": 0.1}) == width(**steel)
+
+
 @pytest.mark.parametrize("load", [338.0, 339.0])
 def test_few_cells_let_another_in(load):
     """Seven cells across: the last change of the approach lets a cell overlap that the active set had left out."""

@@ -215,7 +215,7 @@ class NormalContact:
         """Area (mm^2) that thin layers add to what cells find: `aligned.py`."""
         return 0.0
 
-    @property
+    @cached_property
     def short_of_edges(self) -> float:
         """Area (mm^2) along the edges, as a circle's, that soft layers leave in doubt (`skins.py`)."""
         if not self.influence.layered:

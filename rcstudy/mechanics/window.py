@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from rcstudy.mechanics.contact import influence_of
 from rcstudy.mechanics.convolution import ONE_AT_A_TIME
+from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
-from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Creepage, Mesh, Scene, Tolerance
 
 _CELLS = 24
 _WIDER = 1.5  # first window over the estimated contact, and each window over the last one that was too small
+_SLIDES = 1.0  # creepage at which all of a contact slips
+_ROUNDING = 1e-9
+_WIDEST = 4.0  # window over the contact without friction, beyond which none is tried
 
 
 def contact_extent(scene: Scene) -> tuple[float, float]:
@@ -22,22 +27,73 @@ def contact_extent(scene: Scene) -> tuple[float, float]:
     linear there, would vanish. Right to about 3 %.
     """
     ax, ay = estimated_contact(scene)
-    size = 2.0 * _WIDER * ax, 2.0 * _WIDER * ay
-    while True:
-        trial = replace(scene, mesh=Mesh(size, (_CELLS, _CELLS)), tolerance=Tolerance(1e-4, 1e-4))
+    first = 2.0 * _WIDER * ax, 2.0 * _WIDER * ay
+    return _extent(replace(scene, creepage=None), first, _pressure, (np.inf, np.inf))
+
+
+def sliding_extent(scene: Scene, extent: tuple[float, float]) -> tuple[float, float]:
+    """Widths (mm) along x and y of a window, centred as all are, that holds the contact of `scene` when it slides.
+
+    With full coupling tractions move the contact, most where all of it slips: as far as it does along x, one way or the
+    other, or along y. `extent`: that without friction, the least of what is returned, and all if no sliding contact is
+    found.
+    """
+    scene = replace(scene, coupling="full", discretisation="kalker", method="newton")
+    first, most = (tuple(factor * width for width in extent) for factor in (_WIDER, _WIDEST))
+    widths = [extent]
+    for slides in (Creepage(_SLIDES), Creepage(-_SLIDES), Creepage(0.0, _SLIDES)):
+        widths.append(_extent(replace(scene, creepage=slides), first, _pressure_with_friction, most))
+    x, y = np.max(widths, axis=0)
+    return float(x), float(y)
+
+
+def _extent(
+    scene: Scene,
+    size: tuple[float, ...],
+    pressure: Callable[[Scene], np.ndarray],
+    most: tuple[float, ...],
+) -> tuple[float, float]:
+    """Twice how far the contact of `scene` reaches from the origin along x and y (mm), zero where that is not found.
+
+    `size`: of the first window, which grows up to `most`; `pressure`: solves for it.
+    """
+    while size[0] <= most[0] and size[1] <= most[1]:
+        trial = replace(scene, mesh=Mesh((size[0], size[1]), (_CELLS, _CELLS)), tolerance=Tolerance(1e-4, 1e-4))
         with ONE_AT_A_TIME:
-            solution = solve_pressure(trial, influence_of(trial), initial_gap(trial))
-        touched = solution.p > 0.0
-        edge = touched[[0, -1]].any(), touched[:, [0, -1]].any()
+            squares = pressure(trial) ** 2
+        if not squares.any():
+            break
+        edge = squares[[0, -1]].any(), squares[:, [0, -1]].any()
         if not any(edge):
-            x, y = trial.mesh.centres
-            squares = solution.p**2
-            return 2.0 * _half_width(x, squares.max(axis=1)), 2.0 * _half_width(y, squares.max(axis=0))
+            (x, y), along = trial.mesh.centres, (squares.max(axis=1), squares.max(axis=0))
+            return _reach(x, along[0]), _reach(y, along[1])
         size = size[0] * (_WIDER if edge[0] else 1.0), size[1] * (_WIDER if edge[1] else 1.0)
+    return 0.0, 0.0
 
 
-def _half_width(x: np.ndarray, squares: np.ndarray) -> float:
-    """Distance from the origin at which `squares` (p^2 at `x`, symmetric) falls to zero, from its last two values."""
+def _pressure(scene: Scene) -> np.ndarray:
+    """Pressure [nx, ny] (MPa) without friction."""
+    return solve_pressure(scene, influence_of(scene), initial_gap(scene)).p
+
+
+def _pressure_with_friction(scene: Scene) -> np.ndarray:
+    """Pressure [nx, ny] (MPa) with full coupling; nil if that is not found."""
+    contact, rolling = solve_coupled(scene)
+    solution = contact.solution
+    return solution.p if solution.edge or (solution.converged and rolling.converged) else np.zeros_like(solution.p)
+
+
+def _reach(x: np.ndarray, squares: np.ndarray) -> float:
+    """Twice the larger distance from the origin at which `squares` (p^2 at `x`, symmetric) end, ahead or behind.
+
+    That ahead where the contact is symmetric: rounding must not choose.
+    """
+    ahead, behind = _end(x, squares), _end(x, squares[::-1])
+    return 2.0 * (behind if behind > ahead * (1.0 + _ROUNDING) else ahead)
+
+
+def _end(x: np.ndarray, squares: np.ndarray) -> float:
+    """Where `squares` (p^2 at `x`) fall to zero, from their last two values."""
     last = int(np.flatnonzero(squares > 0.0)[-1])
     step = float(x[1] - x[0])
     slope = squares[last - 1] - squares[last] if last > 0 else 0.0
