@@ -9,7 +9,7 @@ import pytest
 from contacts import LOAD, STEEL, hertz_of, solved, steel, window
 from scipy.linalg import solve_toeplitz
 
-from rcstudy.mechanics import aligned
+from rcstudy.mechanics import aligned, edges
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
@@ -122,10 +122,10 @@ def test_where_the_edge_is_in_a_row_of_cells(offset):
     bend, slope, value = np.polyfit([-2.0, -1.0, 0.0], squares, 2)
     roots = np.roots([bend, slope, value])
     seen = min(roots[roots > 0.0])
-    true = np.interp(seen, aligned._SEEN, aligned._TRUE)
+    true = np.interp(seen, edges.SEEN, edges.TRUE)
     assert true == pytest.approx(60.0 - x[outer], abs=0.008)
     second = p[outer - 1] / np.sqrt(1.0 - (x[outer - 1] / 60.0) ** 2)
-    assert np.interp(60.0 - x[outer], aligned._TRUE, aligned._PRESSED) == pytest.approx(second, abs=3e-4)
+    assert np.interp(60.0 - x[outer], edges.TRUE, aligned._PRESSED) == pytest.approx(second, abs=3e-4)
 
 
 # --- the operator ---
@@ -487,7 +487,7 @@ def test_contact_area_on_any_mesh(radii, room):
         scene = steel(Mesh((2.0, 2.0), (n, n)), radius=radii)
         contact = AlignedContact(solve_normal(scene))
         ours.append(contact.area / exact - 1.0)
-        by_rows.append(contact._area_by_rows * np.prod(scene.mesh.spacing) / exact - 1.0)
+        by_rows.append(contact.outline.area_by_rows * np.prod(scene.mesh.spacing) / exact - 1.0)
     assert abs(np.array(ours)).max() < room
     assert np.std(ours) < 0.7 * np.std(by_rows)
 
@@ -504,7 +504,7 @@ def test_contact_area_on_layers_a_few_cells_thin():
             coarse = replace(scene, mesh=Mesh((0.7, 0.7), (n, n)))
             contact = AlignedContact(solve_normal(coarse))
             ours.append(contact.area / exact - 1.0)
-            by_parabolas.append(contact._area_by_parabolas * np.prod(coarse.mesh.spacing) / exact - 1.0)
+            by_parabolas.append(contact.outline.area_by_parabolas * np.prod(coarse.mesh.spacing) / exact - 1.0)
     assert np.median(np.abs(ours)) < 7e-4
     assert np.linalg.norm(ours) < 0.6 * np.linalg.norm(by_parabolas)
 
@@ -532,7 +532,7 @@ def test_area_along_the_outline_of_an_ellipse():
     contact = AlignedContact(solve_normal(scene))
     assert h.a[1] > 4.0 * h.a[0]
     for side, across in zip(scene.mesh.spacing, h.a[::-1], strict=True):
-        moved = contact._along_outline(lambda response, spacing, side=side: 0.1 * (spacing == side))
+        moved = contact.outline._along_outline(lambda response, spacing, side=side: 0.1 * (spacing == side))
         assert moved == pytest.approx(np.pi * 0.1 * side * across, rel=0.2)
 
 

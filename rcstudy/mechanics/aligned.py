@@ -29,8 +29,6 @@ in stick cells, direction and slip in slip cells.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -49,10 +47,11 @@ from rcstudy.mechanics.convolution import (
     symbols,
     traction_quadrants,
 )
-from rcstudy.mechanics.kernels import outline, row_cells, rows, stick
+from rcstudy.mechanics.edges import TRUE, Outline
+from rcstudy.mechanics.kernels import row_cells, rows, stick
 from rcstudy.mechanics.rolling import RollingSolution, SlipOperator
 from rcstudy.mechanics.scene import Creepage, Scene
-from rcstudy.mechanics.skins import BORDERS, EDGES, shift_by_layers, shift_under_soft_layers
+from rcstudy.mechanics.skins import BORDERS, shift_by_layers
 from rcstudy.mechanics.unseen import Unseen, unseen_slip
 
 _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
@@ -64,17 +63,8 @@ _SPIN_POINT = 0.5  # in cells ahead of the centre
 # edge's normal times as much (both measured on round contacts).
 _LEADING = 0.0264
 
-# Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
-# and where the contact ends in truth: the two-dimensional contact of a cylinder on many cells, moved over the mesh.
-# Good to 0.03 cells also for edges at an angle. An edge farther out than 0.85 brings the next cell into contact.
-_SEEN = np.concatenate(
-    (
-        [0.0006, 0.0052, 0.0139, 0.0263, 0.0421, 0.0613, 0.0838, 0.1098, 0.1393, 0.1728, 0.2105],
-        [0.2529, 0.3009, 0.3552, 0.4172, 0.4884, 0.5712, 0.6690, 0.7871, 0.9338, 1.1200],
-    )
-)
-_TRUE = np.linspace(-0.15, 0.85, _SEEN.size)
-# By how much the cell beside the outermost one is pressed more than its centre in the true contact, from the same ones.
+# By how much the cell beside the outermost one is pressed more than its centre in the true contact, of that
+# cylinder of which `edges.TRUE` is.
 _PRESSED = np.concatenate(
     (
         [1.0465, 1.0384, 1.0315, 1.0257, 1.0208, 1.0167, 1.0134, 1.0106, 1.0083, 1.0065, 1.0051],
@@ -82,7 +72,6 @@ _PRESSED = np.concatenate(
     )
 )
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
-_MOST_BEYOND = 0.25  # of the area that cells find, that layers make it larger or smaller: of contacts of a few cells
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 _HALFWAY = 1e-3  # in cells: closer to the middle between two, either or both are taken, whatever rounding says
 
@@ -101,11 +90,9 @@ class AlignedContact(NormalContact):
         super().__init__(contact.scene, contact.influence, contact.solution, box, coarser)
         self._p = p = np.ascontiguousarray(self.solution.p[box.slices])
         ny = p.shape[1]
-        self._low, self._high, self._edges = _edges_of(p)
-        # a contact at the window's edge is refused later on; until then its cells must not leave the box
-        np.clip(self._edges, -0.49, p.shape[0] - 0.51, out=self._edges)
-        touched = self._high >= self._low
-        back, front = self._edges
+        self.outline = outline = Outline(p, contact.scene.mesh.spacing, contact.influence)
+        touched = outline.high >= outline.low
+        back, front = outline.ends
         # a row shorter than twice theta cells has one cell, in its middle
         self._start = np.where(touched, np.maximum(front - _EDGE, 0.5 * (back + front)), 0.0)
         self._count = np.where(touched, np.maximum(1, np.ceil(self._start - back)), 0).astype(np.int64)
@@ -118,7 +105,7 @@ class AlignedContact(NormalContact):
         row_cells.number_cells(leading, self._count, self._held, self._cells, self._index)
         knots, squares = np.zeros((2, ny, 2 * p.shape[0] + 3))
         self._profiles = knots, squares, np.zeros(ny, dtype=np.int64)
-        rows.row_profiles(p, self._low, self._high, self._edges, _TRUE, _PRESSED, *self._profiles)
+        rows.row_profiles(p, outline.low, outline.high, outline.ends, TRUE, _PRESSED, *self._profiles)
         self._pressure, self._middle = np.zeros(number), np.zeros(number)
         of_cells = self._start, self._count, self._index, self._pressure, self._middle
         rows.row_bounds(p, *self._profiles, *of_cells)
@@ -183,7 +170,7 @@ class AlignedContact(NormalContact):
         """Slips `s` [m, 2] by pressure, changed in place, without what leading cells make too much of them."""
         dx, dy = self.scene.mesh.spacing
         part = _LEADING * self.influence.slip_under_pressure
-        row_cells.ease_leading_cells(self._edges[1], self._index, self.pressure, part, dx / dy, s)
+        row_cells.ease_leading_cells(self.outline.ends[1], self._index, self.pressure, part, dx / dy, s)
         return s
 
     @cached_property
@@ -306,95 +293,30 @@ class AlignedContact(NormalContact):
         pressure: np.ndarray = self._p[self._own[:, 0], self._own[:, 1]]
         return pressure
 
-    @cached_property
+    @property
     def area(self) -> float:
-        """Area of the contact (mm^2), within its edges: by parabolas, moved by what these and thin layers miss."""
-        return self._outlined - self._lifted
+        """Area of the contact (mm^2), within its edges."""
+        return self.outline.area
 
-    @cached_property
-    def _outlined(self) -> float:
-        """Area (mm^2) within the edges, be there contact or not."""
-        dx, dy = self.scene.mesh.spacing
-        return self._area_within(bent=True) * dx * dy + self.beyond_edges - self.short_of_edges
-
-    @cached_property
+    @property
     def beyond_edges(self) -> float:
-        """Area (mm^2) between the edges that cells find and those that layers make (`skins.py`); that of an ellipse."""
-        return self._along_outline(lambda response, side: shift_by_layers(response, side, EDGES))
+        """Area (mm^2) between the edges that cells find and those that layers make."""
+        return self.outline.beyond_edges
 
-    @cached_property
+    @property
     def short_of_edges(self) -> float:
-        """Area (mm^2) by which edges are found too far out on soft layers a few cells thick (`skins.py`)."""
-        return self._along_outline(shift_under_soft_layers)
-
-    def _along_outline(self, width: Callable[[Callable[[np.ndarray], np.ndarray], float], float]) -> float:
-        """Area (mm^2) along an ellipse of a `width` in cells that follows from how layers yield to pressure."""
-        if not self.influence.layered:
-            return 0.0
-        spacing = self.scene.mesh.spacing
-        by_x, by_y = (side * width(self.influence.normal_response, side) for side in spacing)
-        _, tips = self._chords
-        area = self._area_by_parabolas * spacing[0] * spacing[1]
-        b = 0.5 * float(tips[1] - tips[0]) * spacing[1]
-        a = area / (math.pi * b)
-        outline = math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))  # Ramanujan 1914
-        along = outline * (by_x * b + by_y * a) / (a + b)
-        return min(max(along, -_MOST_BEYOND * area), _MOST_BEYOND * area)
-
-    @cached_property
-    def _lifted(self) -> float:
-        """Area (mm^2) where plates lift off within the contact, by cells."""
-        dx, dy = self.scene.mesh.spacing
-        spanned = np.maximum(self._high - self._low + 1, 0).sum()
-        return float(spanned - len(self._own)) * dx * dy
-
-    @cached_property
-    def _area_by_parabolas(self) -> float:
-        """Area in cells within the edges that rows have."""
-        return self._area_within(bent=False)
-
-    def _area_within(self, *, bent: bool) -> float:
-        """Area in cells within the edges of rows and columns, by parabolas or moved by what these miss (`bent`)."""
-        dx, dy = self.scene.mesh.spacing
-        edges = _crossings(self._p, self._low, self._high, self._edges, bent=bent)
-        found = outline.area_within(edges, _crossings(*self._columns, bent=bent), dx, dy)
-        return float(found) if found > 0.0 else self._area_by_rows
-
-    @cached_property
-    def _columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The contact's columns as if they were rows: pressures [ny, nx], and what `_edges_of` finds."""
-        p = np.ascontiguousarray(self._p.T)
-        return p, *_edges_of(p)
-
-    @cached_property
-    def _chords(self) -> tuple[np.ndarray, np.ndarray]:
-        """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
-        sides = _crossings(*self._columns)
-        tips = np.array([np.nanmin(sides[0]), np.nanmax(sides[1])])
-        chords = self._edges[1] - self._edges[0]
-        rows.between_tips(chords, tips)
-        return chords, tips
-
-    @cached_property
-    def _area_by_rows(self) -> float:
-        """Area of the contact in cells, from its chords."""
-        return float(rows.area_under(*self._chords))
+        """Area (mm^2) by which edges are found too far out on soft layers a few cells thick."""
+        return self.outline.short_of_edges
 
     @property
     def pressure_max(self) -> float:
         """Largest pressure (MPa), between cells."""
-        return self._summit[0]
-
-    @cached_property
-    def _summit(self) -> tuple[float, float, float]:
-        """Largest pressure (MPa) and its place along x and y, in cells."""
-        summit: tuple[float, float, float] = rows.summit(self._p)
-        return summit
+        return self.outline.summit[0]
 
     @cached_property
     def _top(self) -> np.ndarray:
         """Numbers of the cells closest to the largest pressure: two where it is halfway between two rows."""
-        _, x, y = self._summit
+        _, x, y = self.outline.summit
         j = np.unique(np.rint([y - _HALFWAY, y + _HALFWAY]).astype(np.int64))
         j = j[self._count[j] > 0]
         k = np.clip(np.rint(self._start[j] - x).astype(np.int64), 0, self._count[j] - 1)
@@ -405,7 +327,7 @@ class AlignedContact(NormalContact):
         """What slip zones hide that are narrower than a cell."""
         if not self.scene.moves_by_pressure:
             return Unseen()
-        rows = self._index, self._edges[1], *self.centres
+        rows = self._index, self.outline.ends[1], *self.centres
         return unseen_slip(rows, rolling.q, rolling.slip, self.pressure, friction, _EDGE, self.influence)
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
@@ -421,7 +343,7 @@ class AlignedContact(NormalContact):
             return 0.0, largest
         ny = self.box.shape[1]
         length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
-        of_rows = self._index, self._start, self._count, self._edges
+        of_rows = self._index, self._start, self._count, self.outline.ends
         found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [friction * self.pressure_max if slip[self._top].any() else largest]
@@ -447,40 +369,19 @@ class AlignedContact(NormalContact):
 
         Rows and borders go by the same edges, so they tell which part of the contact slips.
         """
-        area = self._area_by_parabolas
-        chords, tips = self._chords
+        area = self.outline.area_by_parabolas
+        chords, tips = self.outline.chords
         widths = np.zeros(length.size)
-        low, high = stick.slip_widths(length, slip, self._index, self._count, self._edges, widths)
+        low, high = stick.slip_widths(length, slip, self._index, self._count, self.outline.ends, widths)
         if low < high:
             slips = float(stick.area_of_slip(chords, tips, widths, low, high))
             # Of what chords miss of the contact half is at its trailing edge, all of it where no cell of a row sticks.
-            slips += 0.5 * (1.0 + slips / area) * (area - self._area_by_rows)
+            slips += 0.5 * (1.0 + slips / area) * (area - self.outline.area_by_rows)
             return self._slipping_part(slips / area)
         stick.shorten_tips(length, chords)
         # what chords miss of the contact they miss of the stick zone, too
-        return self._slipping_part(1.0 - float(rows.area_under(length, _NOT_KNOWN)) / self._area_by_rows)
+        return self._slipping_part(1.0 - float(rows.area_under(length, _NOT_KNOWN)) / self.outline.area_by_rows)
 
     def _slipping_part(self, part: float) -> float:
         """Area of the slip zone (mm^2), by what `part` of all within the edges slips, with what has lifted off."""
-        return max(self._outlined * min(max(part, 0.0), 1.0) - self._lifted, 0.0)
-
-
-def _crossings(
-    p: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarray, *, bent: bool = False
-) -> np.ndarray:
-    """Where the contact begins and ends [2, ny] in rows of pressures `p` [nx, ny], nan in those without contact.
-
-    low, high, edges: as `_edges_of` finds them; `bent`: edges moved by `outline.bend_edges`.
-    """
-    if bent:
-        edges = edges.copy()
-        outline.bend_edges(p, low, high, edges)
-    return np.where(high >= low, edges, np.nan)
-
-
-def _edges_of(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """First and last cell [ny] in contact of each row of pressures `p` [nx, ny], and where its contact ends [2, ny]."""
-    ny = p.shape[1]
-    low, high, edges = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
-    rows.row_edges(p, _SEEN, _TRUE, low, high, edges)
-    return low, high, edges
+        return max(self.outline.within * min(max(part, 0.0), 1.0) - self.outline.lifted, 0.0)

@@ -1,0 +1,146 @@
+"""Where the edge of a contact lies between cells, and the area within it.
+
+p^2 falls almost linearly towards the edge. Where the parabola through it of the outer three cells of a row comes to
+zero tells the edge, by a table (`SEEN`, `TRUE`), in columns as in rows; each is taken where the edge is steep to it.
+What layers thinner than cells make of the edge, which no cell sees, is added (`skins.py`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+
+from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.kernels import outline as kernel
+from rcstudy.mechanics.kernels import rows
+from rcstudy.mechanics.skins import EDGES, shift_by_layers, shift_under_soft_layers
+
+# Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
+# and where the contact ends in truth: the two-dimensional contact of a cylinder on many cells, moved over the mesh.
+# Good to 0.03 cells also for edges at an angle. An edge farther out than 0.85 brings the next cell into contact.
+SEEN = np.concatenate(
+    (
+        [0.0006, 0.0052, 0.0139, 0.0263, 0.0421, 0.0613, 0.0838, 0.1098, 0.1393, 0.1728, 0.2105],
+        [0.2529, 0.3009, 0.3552, 0.4172, 0.4884, 0.5712, 0.6690, 0.7871, 0.9338, 1.1200],
+    )
+)
+TRUE = np.linspace(-0.15, 0.85, SEEN.size)
+_MOST_BEYOND = 0.25  # of the area that cells find, that layers make it larger or smaller: of contacts of a few cells
+
+
+class Outline:
+    """The outline of the contact whose cells, of sides `spacing` (mm), have pressures `p` [nx, ny] (MPa).
+
+    Rows are along x. `low`, `high` [ny]: the first and last cell in contact of each (`high` < `low` if there are none);
+    `ends` [2, ny]: where its contact ends, in cells from the first one's centre. `influence`: of the bodies.
+    """
+
+    def __init__(self, p: np.ndarray, spacing: tuple[float, float], influence: Influence) -> None:
+        self._p, self.spacing, self.influence = p, spacing, influence
+        self.low, self.high, self.ends = _edges_of(p)
+        # a contact at the window's edge is refused later on; until then its cells must not leave the array
+        np.clip(self.ends, -0.49, p.shape[0] - 0.51, out=self.ends)
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the contact (mm^2), within its edges: by parabolas, moved by what these and thin layers miss."""
+        return self.within - self.lifted
+
+    @cached_property
+    def within(self) -> float:
+        """Area (mm^2) within the edges, be there contact or not."""
+        dx, dy = self.spacing
+        return self._area_within(bent=True) * dx * dy + self.beyond_edges - self.short_of_edges
+
+    @cached_property
+    def beyond_edges(self) -> float:
+        """Area (mm^2) between the edges that cells find and those that layers make (`skins.py`); that of an ellipse."""
+        return self._along_outline(lambda response, side: shift_by_layers(response, side, EDGES))
+
+    @cached_property
+    def short_of_edges(self) -> float:
+        """Area (mm^2) by which edges are found too far out on soft layers a few cells thick (`skins.py`)."""
+        return self._along_outline(shift_under_soft_layers)
+
+    def _along_outline(self, width: Callable[[Callable[[np.ndarray], np.ndarray], float], float]) -> float:
+        """Area (mm^2) along an ellipse of a `width` in cells that follows from how layers yield to pressure."""
+        if not self.influence.layered:
+            return 0.0
+        spacing = self.spacing
+        by_x, by_y = (side * width(self.influence.normal_response, side) for side in spacing)
+        _, tips = self.chords
+        area = self.area_by_parabolas * spacing[0] * spacing[1]
+        b = 0.5 * float(tips[1] - tips[0]) * spacing[1]
+        a = area / (math.pi * b)
+        outline = math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))  # Ramanujan 1914
+        along = outline * (by_x * b + by_y * a) / (a + b)
+        return min(max(along, -_MOST_BEYOND * area), _MOST_BEYOND * area)
+
+    @cached_property
+    def lifted(self) -> float:
+        """Area (mm^2) where plates lift off within the contact, by cells."""
+        dx, dy = self.spacing
+        spanned = np.maximum(self.high - self.low + 1, 0).sum()
+        return float(spanned - np.count_nonzero(self._p > 0.0)) * dx * dy
+
+    @cached_property
+    def area_by_parabolas(self) -> float:
+        """Area in cells within the edges that rows have."""
+        return self._area_within(bent=False)
+
+    def _area_within(self, *, bent: bool) -> float:
+        """Area in cells within the edges of rows and columns, by parabolas or moved by what these miss (`bent`)."""
+        dx, dy = self.spacing
+        edges = _crossings(self._p, self.low, self.high, self.ends, bent=bent)
+        found = kernel.area_within(edges, _crossings(*self._columns, bent=bent), dx, dy)
+        return float(found) if found > 0.0 else self.area_by_rows
+
+    @cached_property
+    def _columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The contact's columns as if they were rows: pressures [ny, nx], and what `_edges_of` finds."""
+        p = np.ascontiguousarray(self._p.T)
+        return p, *_edges_of(p)
+
+    @cached_property
+    def chords(self) -> tuple[np.ndarray, np.ndarray]:
+        """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
+        sides = _crossings(*self._columns)
+        tips = np.array([np.nanmin(sides[0]), np.nanmax(sides[1])])
+        chords = self.ends[1] - self.ends[0]
+        rows.between_tips(chords, tips)
+        return chords, tips
+
+    @cached_property
+    def area_by_rows(self) -> float:
+        """Area of the contact in cells, from its chords."""
+        return float(rows.area_under(*self.chords))
+
+    @cached_property
+    def summit(self) -> tuple[float, float, float]:
+        """Largest pressure (MPa) and its place along x and y, in cells."""
+        summit: tuple[float, float, float] = rows.summit(self._p)
+        return summit
+
+
+def _crossings(
+    p: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarray, *, bent: bool = False
+) -> np.ndarray:
+    """Where the contact begins and ends [2, ny] in rows of pressures `p` [nx, ny], nan in those without contact.
+
+    low, high, edges: as `_edges_of` finds them; `bent`: edges moved by `outline.bend_edges`.
+    """
+    if bent:
+        edges = edges.copy()
+        kernel.bend_edges(p, low, high, edges)
+    return np.where(high >= low, edges, np.nan)
+
+
+def _edges_of(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First and last cell [ny] in contact of each row of pressures `p` [nx, ny], and where its contact ends [2, ny]."""
+    ny = p.shape[1]
+    low, high, edges = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
+    rows.row_edges(p, SEEN, TRUE, low, high, edges)
+    return low, high, edges
