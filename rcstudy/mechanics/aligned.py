@@ -80,10 +80,12 @@ class AlignedContact(NormalContact):
     """A contact for the tractions on rows of cells that begin where the contact begins.
 
     In place of the mesh's cells in contact it has `cells` of rows moved by `shift` [ny] cells along x. `coarser`: other
-    than made from that of `contact`.
+    than made from that of `contact`. `like`: rows have the places and cells that they have there, as far as they can.
     """
 
-    def __init__(self, contact: NormalContact, coarser: NormalContact | None = None) -> None:
+    def __init__(
+        self, contact: NormalContact, coarser: NormalContact | None = None, like: AlignedContact | None = None
+    ) -> None:
         box = contact.box.grown(1, 0, contact.scene.mesh.cells)
         if coarser is None and contact.coarser is not None:
             coarser = AlignedContact(contact.coarser)
@@ -96,6 +98,8 @@ class AlignedContact(NormalContact):
         # a row shorter than twice theta cells has one cell, in its middle
         self._start = np.where(touched, np.maximum(front - _EDGE, 0.5 * (back + front)), 0.0)
         self._count = np.where(touched, np.maximum(1, np.ceil(self._start - back)), 0).astype(np.int64)
+        if like is not None:
+            self._take_rows(like)
         leading = np.rint(self._start - _HALFWAY).astype(np.int64)
         self.shift = self._start - leading
         number = int(self._count.sum())
@@ -111,6 +115,16 @@ class AlignedContact(NormalContact):
         rows.row_bounds(p, *self._profiles, *of_cells)
         # plates can lift off within a row: what they carry there is nothing, but a bound must not be
         np.maximum(self._pressure, _LEAST * self._pressure.max(initial=0.0), out=self._pressure)
+
+    def _take_rows(self, other: AlignedContact) -> None:
+        """Take the rows of `other`, where both have cells and the box has room for them."""
+        ahead, aside = other.box.i0 - self.box.i0, other.box.j0 - self.box.j0
+        j = np.arange(max(aside, 0), min(aside + other._count.size, self._count.size))
+        start, count = other._start[j - aside] + ahead, other._count[j - aside]
+        leading = np.rint(start - _HALFWAY)
+        room = (leading < self.box.shape[0]) & (leading - count >= -1)
+        j, start, count = (values[room & (count > 0) & (self._count[j] > 0)] for values in (j, start, count))
+        self._start[j], self._count[j] = start, count
 
     @cached_property
     def cells(self) -> np.ndarray:

@@ -8,8 +8,10 @@ leave the gap closed to `_ENOUGH`: moments are then within 0.005 % of the fixed 
 (after one turn, 0.16 and 0.4 %, on fine meshes more than the cells' own errors). As nothing before the last step need
 be exact, that takes little longer than the exact solution on cells as they are with tractions on aligned ones after it.
 
-Where friction is high a turn gains less, and `KEPT` is enough. Aitken's relaxation, as turns may swing there. On few
-cells they may do so for good, from one set of cells in contact to another: the proof finds that.
+Where friction is high a turn gains less, and `KEPT` is enough. Each turn starts from a mixture of the last ones
+(`mixing.py`), as they may creep or swing there. From one set of cells in contact to another, and back, they may swing
+for good: rows jump. So after `_MOVING` turns rows stay where they are, while pressure and tractions go on. What does
+not settle then either, the proof finds.
 """
 
 from __future__ import annotations
@@ -20,14 +22,16 @@ import numpy as np
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_rolling
-from rcstudy.mechanics.coupled import relaxed, solve_coupled
+from rcstudy.mechanics.coupled import solve_coupled
+from rcstudy.mechanics.mixing import Mixing
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene, Tolerance
 
 _START = 1e-4  # tolerance of pressure and tractions on cells as they are
 _FIRST = 1e-2  # of the first tractions on aligned cells
-_MAX_TURNS = 12
+_MAX_TURNS = 16
+_MOVING = 5  # of them, in which rows go to where the contact begins
 _ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, over the approach, when turns end
 _GAIN = 0.4  # part of that which a turn leaves of it, as a rule; where it leaves more, `KEPT` has to do
 _TURN = 1e-2  # how far tractions of a turn that is not the last are solved, over what is left
@@ -48,23 +52,24 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     contact = AlignedContact(start)
     rolling = solve_rolling(contact, scene, tolerance=max(own.tangential, _FIRST)).after(rolling)
     gap = initial_gap(scene)
-    lift, change = np.zeros(gap.shape), np.zeros(gap.shape)
-    relaxation, error = 1.0, np.inf
+    lift = np.zeros(gap.shape)
+    mixing, error = Mixing(), np.inf
     for turn in range(_MAX_TURNS):
         box = contact.box.grown(contact.box.shape[0] // 8 + 2, contact.box.shape[1] // 8 + 2, scene.mesh.cells)
-        last, change = change, -lift
+        change = -lift
         change[box.slices] += contact.lift(rolling.q, box)
-        within = change[contact.solution.p > 0.0]
-        before, error = error, float(np.ptp(within)) / max(abs(contact.solution.approach), 1e-300)
+        touched = contact.solution.p > 0.0
+        before, error = error, float(np.ptp(change[touched])) / max(abs(contact.solution.approach), 1e-300)
         if turn > 0 and error <= (_ENOUGH if error < _GAIN * before else KEPT):
             break
-        if turn > 1:  # the first change is from none to all
-            relaxation = relaxed(relaxation, last, change)
-        lift = lift + relaxation * change
+        if turn in (1, _MOVING + 1):  # the first change is from none to all
+            mixing.forget()
+        lift = mixing.following(lift, change, touched)
         pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p).after(contact.solution)
         if pressure.edge or not pressure.converged:
             return NormalContact(scene, influence, pressure), None
-        following = AlignedContact(NormalContact(scene, influence, pressure), contact.coarser)
+        like = contact if turn >= _MOVING else None
+        following = AlignedContact(NormalContact(scene, influence, pressure), contact.coarser, like)
         last_turn = _GAIN * error <= _ENOUGH
         tolerance = own.tangential if last_turn else max(own.tangential, min(_FIRST, _TURN * error))
         guess = _carried_over(contact, rolling.q, following)

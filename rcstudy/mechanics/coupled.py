@@ -45,6 +45,7 @@ from rcstudy.mechanics.convolution import (
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, coupled, tractions
 from rcstudy.mechanics.krylov import gmres
+from rcstudy.mechanics.mixing import Mixing
 from rcstudy.mechanics.normal import HOPELESS, at_edge, clear_of_sides, initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.rolling import (
@@ -304,14 +305,14 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
     """Stresses [3, nx, ny] of the window from `stress`, by pressure and tractions in turn; box, turns, products.
 
     Until a turn leaves more than the part `gain` of the last one's error. Each turn is solved as far as the change of
-    u_z by the last one asks for; Aitken's relaxation, as plain substitution may swing or creep.
+    u_z by the last one asks for, and starts from a mixture of them, as plain substitution may swing or creep.
     """
     own = scene.tolerance
     gap = initial_gap(scene)
     box = Box(0, 0, 0, 0)
-    lift, change = np.zeros(gap.shape), np.zeros(gap.shape)
-    error = relaxation = 1.0
-    before = np.inf
+    lift = np.zeros(gap.shape)
+    mixing = Mixing()
+    error, before = 1.0, np.inf
     turn = products = 0
     tolerance = Tolerance(1.0, 1.0)
     # a lift that hardly changes is not enough, if what it came from was only solved roughly
@@ -328,22 +329,15 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
         stress = np.stack([contact.spread(rolling.q[:, 0]), contact.spread(rolling.q[:, 1]), pressure.p])
         if not box.holds(contact.box):
             box = contact.box.grown(contact.box.shape[0] // 4 + 2, contact.box.shape[1] // 4 + 2, scene.mesh.cells)
-        last, change = change, -lift
+        change = -lift
         change[box.slices] += contact.lift(rolling.q, box)
         before = error if turn > 0 else np.inf
         error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap - lift, 0.0))
         turn += 1
-        if turn > 2:  # the first change is from none to all
-            relaxation = relaxed(relaxation, last, change)
-        lift = lift + relaxation * change
+        if turn == 2:  # the first change is from none to all
+            mixing.forget()
+        lift = mixing.following(lift, change, pressure.p > 0.0)
     return stress, box, turn, products
-
-
-def relaxed(relaxation: float, last: np.ndarray, change: np.ndarray) -> float:
-    """Aitken's relaxation of the next turn: by how the `last` change of the lift, so relaxed, became this `change`."""
-    difference = change - last
-    factor = -float(np.sum(last * difference)) / max(float(np.sum(difference**2)), 1e-300)
-    return min(max(relaxation * factor, 0.2), 1.5)
 
 
 def _tractions(system: CoupledSystem) -> RollingSolution:

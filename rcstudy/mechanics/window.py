@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from rcstudy.mechanics.contact import influence_of
-from rcstudy.mechanics.convolution import ONE_AT_A_TIME
-from rcstudy.mechanics.coupled import solve_coupled
+from rcstudy.mechanics.contact import NormalContact, influence_of
+from rcstudy.mechanics.convolution import ONE_AT_A_TIME, Box
+from rcstudy.mechanics.mixing import Mixing
 from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
-from rcstudy.mechanics.scene import Creepage, Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
 _CELLS = 24
 _WIDER = 1.5  # first window over the estimated contact, and each window over the last one that was too small
-_SLIDES = 1.0  # creepage at which all of a contact slips
+_TURNS = 8  # of pressure and what tractions lift, at most
+_ENOUGH = 1e-2  # change of that lift by a turn, over the approach, at which they end
 _ROUNDING = 1e-9
 _WIDEST = 4.0  # window over the contact without friction, beyond which none is tried
 
@@ -28,21 +30,19 @@ def contact_extent(scene: Scene) -> tuple[float, float]:
     """
     ax, ay = estimated_contact(scene)
     first = 2.0 * _WIDER * ax, 2.0 * _WIDER * ay
-    return _extent(replace(scene, creepage=None), first, _pressure, (np.inf, np.inf))
+    return _extent(scene, first, _pressure, (np.inf, np.inf))
 
 
 def sliding_extent(scene: Scene, extent: tuple[float, float]) -> tuple[float, float]:
     """Widths (mm) along x and y of a window, centred as all are, that holds the contact of `scene` when it slides.
 
-    With full coupling tractions move the contact, most where all of it slips: as far as it does along x, one way or the
-    other, or along y. `extent`: that without friction, the least of what is returned, and all if no sliding contact is
-    found.
+    With full coupling tractions move the contact, most where all of it slips: as far as it does along x or along y,
+    the one way or the other, which are mirror images. `extent`: that without friction, the least of what is returned.
     """
-    scene = replace(scene, coupling="full", discretisation="kalker", method="newton")
     first, most = (tuple(factor * width for width in extent) for factor in (_WIDER, _WIDEST))
     widths = [extent]
-    for slides in (Creepage(_SLIDES), Creepage(-_SLIDES), Creepage(0.0, _SLIDES)):
-        widths.append(_extent(replace(scene, creepage=slides), first, _pressure_with_friction, most))
+    for along in (0, 1):
+        widths.append(_extent(scene, first, partial(_sliding_pressure, along=along), most))
     x, y = np.max(widths, axis=0)
     return float(x), float(y)
 
@@ -76,11 +76,30 @@ def _pressure(scene: Scene) -> np.ndarray:
     return solve_pressure(scene, influence_of(scene), initial_gap(scene)).p
 
 
-def _pressure_with_friction(scene: Scene) -> np.ndarray:
-    """Pressure [nx, ny] (MPa) with full coupling; nil if that is not found."""
-    contact, rolling = solve_coupled(scene)
-    solution = contact.solution
-    return solution.p if solution.edge or (solution.converged and rolling.converged) else np.zeros_like(solution.p)
+def _sliding_pressure(scene: Scene, along: int) -> np.ndarray:
+    """Pressure [nx, ny] (MPa) where all of the contact slips along x (0) or y (1), in turn with its lift."""
+    influence, gap = influence_of(scene), initial_gap(scene)
+    lift, mixing = np.zeros(gap.shape), Mixing()
+    solution = solve_pressure(scene, influence, gap)
+    for _ in range(_TURNS):
+        if solution.edge:
+            break
+        contact = NormalContact(scene, influence, solution)
+        q = np.zeros((len(contact.cells), 2))
+        q[:, along] = scene.friction * contact.pressure
+        change = contact.lift(q, _whole(scene)) - lift
+        touched = solution.p > 0.0
+        if np.ptp(change[touched]) <= _ENOUGH * solution.approach:
+            break
+        lift = mixing.following(lift, change, touched)
+        solution = solve_pressure(scene, influence, gap + lift, solution.p)
+    return solution.p
+
+
+def _whole(scene: Scene) -> Box:
+    """The box of all cells."""
+    nx, ny = scene.mesh.cells
+    return Box(0, nx, 0, ny)
 
 
 def _reach(x: np.ndarray, squares: np.ndarray) -> float:
