@@ -60,6 +60,7 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 
 _MAX_NEWTON = 30
 _MAX_TURNS = 60
+_CLOSE = 1e-6  # how far turns are solved at least: plates are stiff, and Newton's method has to settle from there
 _TURN = 0.3  # how far a turn is solved, over the error of the last one
 _FAR = 1.0  # residual of a pressure that is too far off for Newton's method to begin with
 _GAIN = 0.2  # of a turn's error that the next may leave, if Newton's method is not to take over
@@ -307,7 +308,7 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
     Until a turn leaves more than the part `gain` of the last one's error. Each turn is solved as far as the change of
     u_z by the last one asks for, and starts from a mixture of them, as plain substitution may swing or creep.
     """
-    own = scene.tolerance
+    own = Tolerance(min(scene.tolerance.normal, _CLOSE), min(scene.tolerance.tangential, _CLOSE))
     gap = initial_gap(scene)
     box = Box(0, 0, 0, 0)
     lift = np.zeros(gap.shape)
