@@ -32,7 +32,7 @@ from rcstudy.cube import case_dims, engine, grids, open_cube
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
-from rcstudy.publish import replacing
+from rcstudy.publish import make_folder, replacing
 from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, Row, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import errors_table, settings_table, summary_text
@@ -167,7 +167,7 @@ def run(
             f"{study.path}: no problem is solved with more than one mesh, tolerance, method or discretisation: "
             "there is nothing to measure errors against"
         )
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     paths: list[Path] = []
     if cube is None:
         cube = out / "solutions.nc"

@@ -14,7 +14,7 @@ from rcstudy.cube import grids, open_cube
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL
 from rcstudy.mechanics.scene import Scene
-from rcstudy.publish import replacing
+from rcstudy.publish import make_folder, replacing
 from rcstudy.result import Status
 from rcstudy.spec import MAX_NAME
 from rcstudy.study import study_from_text
@@ -88,6 +88,8 @@ def listing(found: Sequence[FailedCase]) -> str:
 
 def write_studies(found: Sequence[FailedCase], folder: Path) -> list[Path]:
     """A file for each study in `folder`. Raises UserError when they cannot be written."""
+    if found:
+        make_folder(folder)
     paths = []
     for case in found:
         path = folder / f"{case.name}.yaml"

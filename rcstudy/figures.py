@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy.errors import UserError
+from rcstudy.publish import make_folder
 from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES, is_paper_grid
 from rcstudy.report.paper_figures import paper_figure
@@ -34,7 +35,7 @@ def make_figures(tree: xr.DataTree, out: Path, formats: Sequence[str] = ("png", 
     found = grids(tree)
     paper = {name: grid for name, grid in found.items() if is_paper_grid(grid)}
     out = Path(out)
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     paths: list[Path] = []
     with style():
         for name in AXES if paper else ():

@@ -42,6 +42,16 @@ def replacing(path: Path | str) -> Iterator[Path]:
         raise UserError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
+def make_folder(path: Path) -> None:
+    """Make the folder `path` for what is to be written, with those it is in, if need be; UserError if it cannot be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise UserError(f"{path}: is a file, not a folder") from None
+    except OSError as error:
+        raise UserError(f"{path}: cannot be made: {error.strerror or error}") from error
+
+
 def write_whole(path: Path, parts: Iterable[bytes]) -> None:
     """Write a new file `path` of these bytes, atomically and durably; its folder must be there.
 

@@ -10,6 +10,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rcstudy.publish import make_folder
 from rcstudy.report import measures
 from rcstudy.report.paper import MAPS, PaperCase, is_paper_grid, paper_cases, select
 from rcstudy.report.paper_statements import STATEMENTS
@@ -49,7 +50,7 @@ def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
     """
     found = grids(tree)
     out = Path(out)
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     cases = paper_cases(found)
     others = [grid for grid in found.values() if not is_paper_grid(grid)]
     paths: list[Path] = []

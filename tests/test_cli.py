@@ -294,6 +294,13 @@ def test_figures_and_tables(tmp_path: Path) -> None:
     written = run("tables", path, "-o", tmp_path / "tables")
     assert written.exit_code == 0, written.output
     assert {".csv", ".md", ".tex"} <= {entry.suffix for entry in (tmp_path / "tables").iterdir()}
+    for command in ("figures", "tables"):
+        for folder in (path, path / "within"):
+            refused = run(command, path, "-o", folder)
+            assert refused.exit_code == 2
+            assert (
+                f"{folder}: is a file, not a folder" in refused.output or f"{folder}: cannot be made" in refused.output
+            )
     wrong = run("figures", path, "-o", tmp_path / "more", "--formats", "shoe")
     assert wrong.exit_code == cli.EXIT_BAD_INPUT, wrong.output
 
