@@ -97,7 +97,7 @@ def test_output_that_nobody_takes(tmp_path: Path) -> None:
         ("$R plan s.yaml > /dev/full", 2, "output: No space left on device\n"),
         ("$R show c.nc > /dev/full", 2, "output: No space left on device\n"),
         ("$R plan s.yaml >&-", 0, ""),
-        ("$R tables c.nc -o s.yaml", 2, "s.yaml: File exists\n"),
+        ("$R tables c.nc -o s.yaml", 2, "s.yaml: is a file, not a folder\n"),
     ):
         done = run(tmp_path, shell)
         assert done.returncode in (code, 141) if "head" in shell else done.returncode == code, (shell, done)
