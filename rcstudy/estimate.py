@@ -132,88 +132,127 @@ def error_estimates(
     `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact;
     `hidden`: what differences between them do not show.
     """
-    finest = levels[0]
-    hidden = hidden or Hidden()
     dx, dy = scene.mesh.spacing
     # of oblong cells the longer sides count
     per_radius = math.sqrt(cells * min(dx / dy, dy / dx) / math.pi)
-    force = scene.friction * scene.load
-    if "traction_max" in finest:  # where friction is far more than is needed, tractions are what they are
-        force = min(force, _TRACTIONS * finest["traction_max"] * finest["contact_area"])
-    power = max(force * _fastest(scene.creepage, finest["contact_radius"]), abs(finest.get("friction_power", 0.0)))
-    moment = force * finest["contact_radius"]
-    scales = {"friction force": force, "friction moment": moment, "friction power": power, **finest}
-    pulling = scene.friction if scene.coupling == "full" and scene.moves_by_pressure else 0.0
-    tolerance = max(scene.tolerance.normal, scene.tolerance.tangential)
-    cusps = [part / per_radius for part in _CUSPS[scene.discretisation]]
-    beside = {  # of themselves
-        "contact_area": _SOFTLY * hidden.softly,
-        "contact_radius": 0.5 * _SOFTLY * hidden.softly,
-        "pressure_max": cusps[0] * hidden.cusp_of_pressure + 4.0 * hidden.softly**2,
-        "traction_max": 0.0 if _at_peak(scene, finest) else cusps[1] * hidden.cusp_of_tractions,
-        "approach": _LIFT[scene.discretisation] / per_radius * abs(hidden.lift) + 2.5 * hidden.softly**2,
-    }
-    out = {}
-    for name, fit in (ALIGNED if scene.discretisation == "aligned" else FITS).items():
-        if name not in finest:
-            continue
-        scale = abs(scales[fit.scale])
-        values = [level[name] for level in levels]
+    case = _Case(scene, levels[0], hidden or Hidden(), per_radius)
+    fits = ALIGNED if scene.discretisation == "aligned" else FITS
+    hides = case.parts_hidden()
+    bars = {}
+    for name, fit in fits.items():
+        if name in levels[0]:
+            bars[name] = case.by_meshes(fit, [level[name] for level in levels]) + case.left_by_solver(name, fit)
+            bars[name] += hides.get(name, 0.0) * abs(levels[0][name])
+    if "slip_area" in levels[0]:
+        case.add_what_slips(bars, len(levels))
+        case.raise_largest_traction(bars)
+        case.add_unseen_slip(bars)
+    return {f"{name}_error": bar for name, bar in bars.items()}
+
+
+class _Case:
+    """One solution: scalars on its own mesh (`finest`), what is hidden, and the scales of its errors.
+
+    `per_radius`: cells per radius of the contact. The methods that begin with a verb change the `bars` they are given,
+    by the names of the scalars.
+    """
+
+    def __init__(self, scene: Scene, finest: dict[str, float], hidden: Hidden, per_radius: float) -> None:
+        self.scene, self.finest, self.hidden, self.per_radius = scene, finest, hidden, per_radius
+        self.aligned = scene.discretisation == "aligned"
+        force = scene.friction * scene.load
+        if "traction_max" in finest:  # where friction is far more than is needed, tractions are what they are
+            force = min(force, _TRACTIONS * finest["traction_max"] * finest["contact_area"])
+        self.fastest = _fastest(scene.creepage, finest["contact_radius"])
+        self.power = max(force * self.fastest, abs(finest.get("friction_power", 0.0)))
+        moment = force * finest["contact_radius"]
+        self.scales = {"friction force": force, "friction moment": moment, "friction power": self.power, **finest}
+        slip = finest.get("slip_area")
+        self.all_slips = slip is not None and slip == finest["contact_area"] and hidden.slip.missing == 0.0
+        # tractions are mu p where they are largest, where the pressure is
+        most = scene.friction * finest.get("pressure_max", math.inf)
+        self.at_peak = finest.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
+
+    def by_meshes(self, fit: Fit, values: Sequence[float]) -> float:
+        """What differences between the `values` on the meshes tell, and the noise of edges between cells."""
+        scene, scale = self.scene, abs(self.scales[fit.scale])
         if len(values) == 1:
-            estimate = fit.k0 / per_radius * scale
-        else:
-            difference = abs(values[0] - values[1])
-            guard = 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
-            difference = max(difference, guard)
-            unit, part = per_radius**-1.5 * scale, _part(fit, finest)
-            noise, pull = (fit.k * part + fit.rest) * unit, fit.coupled * pulling * part * unit
-            estimate = math.hypot(fit.c * difference, noise + pull)
-            estimate += fit.excess * max(difference - _FAR * noise, 0.0)
-        off = tolerance + (hidden.unsettled if fit.scale.startswith("friction") else 0.0)
-        off += _BY_LAYERS.get(name, 0.0) * abs(hidden.by_layers)
-        out[f"{name}_error"] = estimate + off * scale + beside.get(name, 0.0) * abs(finest[name])
-    slip = finest.get("slip_area")
-    all_slips = slip is not None and slip == finest["contact_area"] and hidden.slip.missing == 0.0
-    if all_slips:
-        out["slip_area_error"] = out["contact_area_error"]
-        if _turns_within(scene.creepage, finest["contact_radius"]):
-            out["slip_area_error"] += 2.0 * dx * dy  # that may stick around the pole of spin
-    elif slip == hidden.slip.missing and finest["traction_max"] > 0.0:  # of what cells show nothing slips
-        out["slip_area_error"] = max(out["slip_area_error"], _UNSEEN / per_radius * finest["contact_area"])
-        # and what pressure it has, that goes like the root of the distance from the edge
-        unseen = (_UNSEEN / per_radius) ** 1.5 * power
-        # kalker's cells have no power where none slips, yet what is put in goes somewhere
-        if scene.discretisation == "kalker" and not scene.moves_by_pressure:
-            unseen = max(unseen, _put_in(scene.creepage, finest))
-        out["friction_power_error"] = max(out["friction_power_error"], unseen)
-        if scene.discretisation == "aligned":  # tractions that grow without bound towards the leading edge
-            for name, part in _STUCK.items():
-                out[f"{name}_error"] += part / per_radius * abs(finest[name])
-    elif slip and scene.discretisation == "aligned" and len(levels) > 1:
-        # its borders are found within the contact's edge
-        out["slip_area_error"] = math.hypot(out["slip_area_error"], out["contact_area_error"])
-    if slip is not None and slip - hidden.slip.missing <= _UNSEEN / per_radius * finest["contact_area"]:
-        # where nearly all stick tractions grow like K/sqrt(r) until they meet the bound, p0 sqrt(2 r/a)
-        found, bound = finest["traction_max"], scene.friction * finest["pressure_max"] * math.sqrt(2.0 / per_radius)
-        largest = math.sqrt(_LEADING * found * bound)
-        out["traction_max_error"] = max(out["traction_max_error"], largest - found)
-    if slip and _at_peak(scene, finest):
-        out["traction_max_error"] = max(out["traction_max_error"], scene.friction * out["pressure_max_error"])
-    if slip is not None and hidden.slip.force > 0.0:
-        fastest = _fastest(scene.creepage, finest["contact_radius"])
-        out["force_x_error"] += _NARROW * abs(hidden.slip.force_x)
-        out["force_y_error"] += _NARROW * abs(hidden.slip.force_y)
-        out["moment_z_error"] += _NARROW * abs(hidden.slip.moment_z)
-        out["friction_power_error"] += _NARROW * (hidden.slip.force * fastest + hidden.slip.power)
-        out["traction_max_error"] += 0.5 * hidden.slip.force / finest["contact_area"]
-        out["slip_area_error"] += 0.0 if all_slips else 0.4 * hidden.slip.area
-    return out
+            return fit.k0 / self.per_radius * scale
+        difference = abs(values[0] - values[1])
+        guard = 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
+        difference = max(difference, guard)
+        unit, part = self.per_radius**-1.5 * scale, _part(fit, self.finest)
+        pulling = scene.friction if scene.coupling == "full" and scene.moves_by_pressure else 0.0
+        noise, pull = (fit.k * part + fit.rest) * unit, fit.coupled * pulling * part * unit
+        estimate = math.hypot(fit.c * difference, noise + pull)
+        return estimate + fit.excess * max(difference - _FAR * noise, 0.0)
 
+    def left_by_solver(self, name: str, fit: Fit) -> float:
+        """What the tolerances leave, unsettled directions of slip, and layers too thin for the cells."""
+        off = max(self.scene.tolerance.normal, self.scene.tolerance.tangential)
+        off += self.hidden.unsettled if fit.scale.startswith("friction") else 0.0
+        off += _BY_LAYERS.get(name, 0.0) * abs(self.hidden.by_layers)
+        return off * abs(self.scales[fit.scale])
 
-def _at_peak(scene: Scene, scalars: dict[str, float]) -> bool:
-    """Whether tractions are largest where the pressure is: they are mu p there."""
-    most = scene.friction * scalars.get("pressure_max", math.inf)
-    return scalars.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
+    def parts_hidden(self) -> dict[str, float]:
+        """Of scalars, parts of themselves that soft layers, cusps and the lift by tractions hide."""
+        hidden, discretisation = self.hidden, self.scene.discretisation
+        of_pressure, of_tractions = (part / self.per_radius for part in _CUSPS[discretisation])
+        lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
+        return {
+            "contact_area": _SOFTLY * hidden.softly,
+            "contact_radius": 0.5 * _SOFTLY * hidden.softly,
+            "pressure_max": of_pressure * hidden.cusp_of_pressure + 4.0 * hidden.softly**2,
+            "traction_max": 0.0 if self.at_peak else of_tractions * hidden.cusp_of_tractions,
+            "approach": lift + 2.5 * hidden.softly**2,
+        }
+
+    def add_what_slips(self, bars: dict[str, float], meshes: int) -> None:
+        """Slip areas where all slips, and all that follows from slip where cells show none."""
+        scene, finest = self.scene, self.finest
+        dx, dy = scene.mesh.spacing
+        slip, missing = finest["slip_area"], self.hidden.slip.missing
+        if self.all_slips:
+            bars["slip_area"] = bars["contact_area"]
+            if _turns_within(scene.creepage, finest["contact_radius"]):
+                bars["slip_area"] += 2.0 * dx * dy  # that may stick around the pole of spin
+        elif slip == missing and finest["traction_max"] > 0.0:  # of what cells show nothing slips
+            bars["slip_area"] = max(bars["slip_area"], _UNSEEN / self.per_radius * finest["contact_area"])
+            # and what pressure it has, that goes like the root of the distance from the edge
+            unseen = (_UNSEEN / self.per_radius) ** 1.5 * self.power
+            # kalker's cells have no power where none slips, yet what is put in goes somewhere
+            if not self.aligned and not scene.moves_by_pressure:
+                unseen = max(unseen, _put_in(scene.creepage, finest))
+            bars["friction_power"] = max(bars["friction_power"], unseen)
+            if self.aligned:  # tractions that grow without bound towards the leading edge
+                for name, part in _STUCK.items():
+                    bars[name] += part / self.per_radius * abs(finest[name])
+        elif slip and self.aligned and meshes > 1:
+            # its borders are found within the contact's edge
+            bars["slip_area"] = math.hypot(bars["slip_area"], bars["contact_area"])
+
+    def raise_largest_traction(self, bars: dict[str, float]) -> None:
+        """The largest traction where nearly all sticks, and where it is that of the largest pressure."""
+        finest, friction = self.finest, self.scene.friction
+        slip = finest["slip_area"]
+        if slip - self.hidden.slip.missing <= _UNSEEN / self.per_radius * finest["contact_area"]:
+            # where nearly all stick tractions grow like K/sqrt(r) until they meet the bound, p0 sqrt(2 r/a)
+            found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
+            bars["traction_max"] = max(bars["traction_max"], math.sqrt(_LEADING * found * bound) - found)
+        if slip and self.at_peak:
+            bars["traction_max"] = max(bars["traction_max"], friction * bars["pressure_max"])
+
+    def add_unseen_slip(self, bars: dict[str, float]) -> None:
+        """What slip zones at the leading edge hide that are narrower than a cell."""
+        slip = self.hidden.slip
+        if slip.force <= 0.0:
+            return
+        bars["force_x"] += _NARROW * abs(slip.force_x)
+        bars["force_y"] += _NARROW * abs(slip.force_y)
+        bars["moment_z"] += _NARROW * abs(slip.moment_z)
+        bars["friction_power"] += _NARROW * (slip.force * self.fastest + slip.power)
+        bars["traction_max"] += 0.5 * slip.force / self.finest["contact_area"]
+        bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.area
 
 
 def _fastest(creepage: Creepage | None, radius: float) -> float:
