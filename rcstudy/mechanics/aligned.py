@@ -37,6 +37,7 @@ from rcstudy.mechanics.contact import NormalContact
 from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
+    ShiftedTransform,
     padded_shape,
     point_factor,
     pressure_quadrants,
@@ -173,12 +174,8 @@ class AlignedContact(NormalContact):
         # first of all: of a contact one row wide the symbols are made in this very plan
         hat = self.influence.once(("by pressure, x first", padded), make)
         plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self._phase)
-        plan.real[:] = 0.0
-        plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]] = self.pressure
-        plan.forward()
-        plan.hat *= hat
-        plan.backward()
-        return self.eased(np.ascontiguousarray(plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]].T))
+        slips = self._convolved(self.pressure, hat, plan, plan)[:, self.cells[:, 0], self.cells[:, 1]]
+        return self.eased(np.ascontiguousarray(slips.T))
 
     def eased(self, s: np.ndarray) -> np.ndarray:
         """Slips `s` [m, 2] by pressure, changed in place, without what leading cells make too much of them."""
@@ -196,12 +193,7 @@ class AlignedContact(NormalContact):
         padded = self._padded
         hat = self._along_by_pressure(padded)
         plan = shifted_transform(padded, 2, ny).shifted(self._phase, point_factor(padded[0], hat.shape[1]))
-        plan.real[:] = 0.0
-        plan.by_cell[:, self.cells[:, 0], self.cells[:, 1]] = self.pressure
-        plan.forward()
-        plan.hat *= hat
-        plan.backward()
-        return plan.by_cell[:, : nx + 1].copy()
+        return self._convolved(self.pressure, hat, plan, plan)[:, : nx + 1].copy()
 
     def _along_by_pressure(self, padded: tuple[int, int]) -> np.ndarray:
         """Symbols of displacements along the surface by pressure, waves along x first."""
@@ -225,13 +217,28 @@ class AlignedContact(NormalContact):
         shift[corner[1] : corner[1] + self.shift.size] = self.shift
         plan = shifted_transform(padded, 2, box.shape[1])
         there = plan.shifted(row_phases(padded[0], shift))
-        there.real[:] = 0.0
-        there.by_cell[:, self.cells[:, 0] + corner[0], self.cells[:, 1] + corner[1]] = q.T
-        there.forward()
-        there.hat *= hat
-        plan.backward()
-        lift: np.ndarray = -plan.by_cell[:, : box.shape[0]].sum(axis=0)
+        lift: np.ndarray = -self._convolved(q.T, hat, there, plan, corner)[:, : box.shape[0]].sum(axis=0)
         return lift
+
+    def _convolved(
+        self,
+        stress: np.ndarray,
+        symbol: np.ndarray,
+        there: ShiftedTransform,
+        back: ShiftedTransform,
+        corner: tuple[int, int] = (0, 0),
+    ) -> np.ndarray:
+        """Products [2, nx, ny] with `symbol` of `stress` [m] or [2, m] on the moved cells, in the array of `back`.
+
+        `there` and `back` are plans of the same arrays, moved or not; the box begins at their cell `corner`.
+        """
+        there.real[:] = 0.0
+        there.by_cell[:, self.cells[:, 0] + corner[0], self.cells[:, 1] + corner[1]] = stress
+        there.forward()
+        there.hat *= symbol
+        back.backward()
+        products: np.ndarray = back.by_cell
+        return products
 
     @cached_property
     def _phase(self) -> np.ndarray:
