@@ -21,6 +21,7 @@ from dataclasses import replace
 import numpy as np
 
 from rcstudy.mechanics.aligned import AlignedContact
+from rcstudy.mechanics.cascade import coarser_tolerance
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_rolling
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.mixing import Mixing
@@ -50,7 +51,13 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     if start.solution.edge or not start.solution.converged:
         return NormalContact(scene, influence, start.solution), None
     contact = AlignedContact(start)
-    rolling = solve_rolling(contact, scene, tolerance=max(own.tangential, _FIRST)).after(rolling)
+    # the coarser mesh's tractions are for the error bars; those on the mesh's own cells are a better guess
+    coarse: RollingSolution | None = None
+    if contact.coarser is not None:
+        coarse = solve_rolling(contact.coarser, scene, tolerance=coarser_tolerance(own).tangential)
+    guess = _carried_over(start, rolling.q, contact)
+    first = solve_rolling(contact, scene, guess, max(own.tangential, _FIRST))
+    rolling = first.after(replace(rolling, coarser=coarse))
     gap = initial_gap(scene)
     lift = np.zeros(gap.shape)
     mixing, error = Mixing(), np.inf
@@ -80,7 +87,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     return contact, rolling
 
 
-def _carried_over(contact: AlignedContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:
+def _carried_over(contact: NormalContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:
     """Tractions [m, 2] (MPa) to start from on the cells of `other`: the same fractions of the bound as `q`."""
     fraction = q / contact.pressure[:, None]
     carried = [other.gather(contact.spread(np.ascontiguousarray(component))) for component in fraction.T]
