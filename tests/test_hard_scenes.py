@@ -510,6 +510,28 @@ def test_no_traction_beyond_the_largest_bound():
 
 
 @pytest.mark.heavy
+def test_cells_that_carry_nothing_are_not_proved():
+    """A skin on a film lifts off within rows; where it does the direction of slip has nothing to be right for."""
+    scene = {
+        "substrate": {"E": 2e5, "nu": 0.0},
+        "layers": [
+            {"E": "740.724 Es", "nu": 0.45, "thickness": "0.029356 a"},
+            {"E": "0.000929102 Es", "nu": 0.11531479, "thickness": "0.0078917 a"},
+        ],
+        "radius": 50,
+        "load": 0.0480316,
+        "friction": 1.4538388,
+        "coupling": "full",
+        "discretisation": "aligned",
+        "creepage": {"longitudinal": -9.038e-06, "lateral": 9.496e-06, "spin": -0.22522},
+        "mesh": {"size": "auto", "cells": [64, 64]},
+        "tolerance": {"normal": 1.7e-06, "tangential": 1.56e-07},
+    }
+    result = of(scene)
+    assert result.status == Status.SOLVED, result.reason
+
+
+@pytest.mark.heavy
 def test_directions_of_slip_settle_by_looking_again():
     """What was added to the slip was kept for good: status 0 with a moment of 3.2e-5, that must be none."""
     layers = (

@@ -82,6 +82,7 @@ class AlignedContact(NormalContact):
 
     In place of the mesh's cells in contact it has `cells` of rows moved by `shift` [ny] cells along x. `coarser`: other
     than made from that of `contact`. `like`: rows have the places and cells that they have there, as far as they can.
+    `carrying` [m]: flags of the cells that carry something.
     """
 
     def __init__(
@@ -115,7 +116,9 @@ class AlignedContact(NormalContact):
         of_cells = self._start, self._count, self._index, self._pressure, self._middle
         rows.row_bounds(p, *self._profiles, *of_cells)
         # plates can lift off within a row: what they carry there is nothing, but a bound must not be
-        np.maximum(self._pressure, _LEAST * self._pressure.max(initial=0.0), out=self._pressure)
+        least = _LEAST * self._pressure.max(initial=0.0)
+        self.carrying = self._pressure > least
+        np.maximum(self._pressure, least, out=self._pressure)
 
     def _take_rows(self, other: AlignedContact) -> None:
         """Take the rows of `other`, where both have cells and the box has room for them."""

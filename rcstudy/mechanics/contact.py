@@ -87,6 +87,11 @@ class NormalContact:
         """Pressure [m] (MPa) of the cells in contact."""
         return self.gather(self.solution.p)
 
+    @cached_property
+    def carrying(self) -> np.ndarray:
+        """Flags [m] of the cells that carry some of the load: all of them."""
+        return np.ones(len(self.cells), dtype=np.bool_)
+
     @property
     def pressure_max(self) -> float:
         """Largest pressure (MPa)."""

@@ -76,21 +76,22 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
 def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:
     """Stick slip, direction of the slip cells' traction, and the bound, all relative (keys of `result.VARIABLES`).
 
-    `s` [m, 2]: the slip by `slips`.
+    `s` [m, 2]: the slip by `slips`. Where a plate has lifted off within a row of aligned cells nothing is carried, and
+    slip is free to be anything.
     """
     w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure
     size = np.hypot(rolling.q[:, 0], rolling.q[:, 1])
     speed = np.hypot(s[:, 0], s[:, 1])
     largest = float(np.hypot(w[:, 0], w[:, 1]).max())
-    slip = rolling.slip
+    slip, stick = rolling.slip & contact.carrying, ~rolling.slip & contact.carrying
     # slip has to point against the traction; weighted by the slip itself, whose direction means nothing where it
     # vanishes
     astray = np.hypot(*(s * size[:, None] + speed[:, None] * rolling.q).T) / np.maximum(size, 1e-300)
-    excess = np.where(slip, np.abs(size - bound), np.clip(size - bound, 0.0, None))
+    excess = np.where(rolling.slip, np.abs(size - bound), np.clip(size - bound, 0.0, None))
     scale = largest if largest > 0.0 else 1.0
     return {
-        "proof_stick": float(speed[~slip].max(initial=0.0)) / scale,
+        "proof_stick": float(speed[stick].max(initial=0.0)) / scale,
         "proof_slip": float(astray[slip].max(initial=0.0)) / scale,
         "proof_bound": float(excess.max()) / float(bound.max()),
     }
