@@ -20,7 +20,7 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import rcstudy
-from rcstudy.mechanics.kernels import arrays, coefficients, coupled, meshes, pressure, tractions
+from rcstudy.mechanics.kernels import arrays, coefficients, coupled, gmres, meshes, pressure, tractions
 from rcstudy.mechanics.scene import Layer, Material
 
 STEEL = Material(210000.0, 0.3)
@@ -858,13 +858,13 @@ def test_arnoldi_step_and_gmres_update(n: int) -> None:
     z = rng.normal(size=(steps, n))
     for k in range(steps):
         w = np.append(a @ z[k], 99.0)  # rows that are no part of the system may follow
-        residual = tractions.arnoldi_step(v, k, w, h, rotation, g)
+        residual = gmres.arnoldi_step(v, k, w, h, rotation, g)
         np.testing.assert_array_equal(w, np.append(a @ z[k], 99.0))
         images = (a @ z[: k + 1].T)[:, : k + 1]
         y, *_ = np.linalg.lstsq(images, start, rcond=None)
         assert residual == pytest.approx(np.linalg.norm(start - images @ y), abs=1e-10 * beta)
         x = np.full(n, np.nan)
-        tractions.gmres_update(h, g, z, z, k + 1, x, np.empty(0))
+        gmres.gmres_update(h, g, z, z, k + 1, x, np.empty(0))
         np.testing.assert_allclose(x, z[: k + 1].T @ y, rtol=1e-8, atol=1e-8)
         if k + 1 < n:
             np.testing.assert_allclose(v[: k + 2] @ v[: k + 2].T, np.eye(k + 2), atol=1e-12)
@@ -882,7 +882,7 @@ def test_arnoldi_step_ends_when_the_space_is_exhausted() -> None:
     v, h = np.full((2, 3), np.nan), np.zeros((2, 1))
     rotation, g = np.zeros((2, 1)), np.array([2.0, 0.0])
     v[0] = (0.0, 1.0, 0.0)
-    assert tractions.arnoldi_step(v, 0, np.array([0.0, 5.0, 0.0]), h, rotation, g) == 0.0
+    assert gmres.arnoldi_step(v, 0, np.array([0.0, 5.0, 0.0]), h, rotation, g) == 0.0
     np.testing.assert_array_equal(v[1], 0.0)
     np.testing.assert_array_equal(h, [[5.0], [0.0]])
     np.testing.assert_array_equal(g, [2.0, 0.0])
@@ -897,11 +897,11 @@ def test_gmres_update(k: int) -> None:
     w, more = rng.normal(size=(k + 2, 13)), np.full(4, np.nan)
     x = np.full(9, np.nan)
     y = np.linalg.solve(np.triu(h[:k, :k]), g[:k])
-    tractions.gmres_update(h, g, z, w, k, x, more)
+    gmres.gmres_update(h, g, z, w, k, x, more)
     np.testing.assert_allclose(x, z[:k].T @ y, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(more, w[:k, 9:].T @ y, rtol=1e-12, atol=1e-12)
     h[k - 1, k - 1] = 0.0
-    tractions.gmres_update(h, g, z, w, k, x, np.empty(0))
+    gmres.gmres_update(h, g, z, w, k, x, np.empty(0))
     assert np.isfinite(x).all()
     rest = np.linalg.solve(np.triu(h[: k - 1, : k - 1]), g[: k - 1])
     np.testing.assert_allclose(x, z[: k - 1].T @ rest, rtol=1e-12, atol=1e-12)

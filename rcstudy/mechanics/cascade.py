@@ -68,7 +68,7 @@ def place_among_coarser(fine: tuple[int, ...], coarse: tuple[int, ...]) -> tuple
 
 
 def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
-    """Pressure [nx, ny] to start from, from the pressure on a mesh of twice the cell size.
+    """Pressure [nx, ny] (MPa) to start from on a `window` of nx x ny cells, from that `p` on cells of twice the size.
 
     p^2 is nearly linear at the edge of a contact, so it is interpolated; cells more outside than inside stay without.
     """

@@ -38,6 +38,8 @@ def contact_modulus(body: Material, counterbody: Material | None) -> float:
 def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> Hertz:
     """Contact of a paraboloid x^2/(2 Rx) + y^2/(2 Ry) pressed by `load` (N) on a half-space of E* = `modulus` (MPa).
 
+    `radius`: Rx, Ry (mm).
+
     Johnson (1985), Eqs 4.24 to 4.34, with complete elliptic integrals, no approximation.
     """
     rx, ry = radius

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from rcstudy.mechanics.keeping import keep_within
-from rcstudy.mechanics.kernels import arrays, tractions
+from rcstudy.mechanics.kernels import arrays
+from rcstudy.mechanics.kernels import gmres as kernel
 
 Product = Callable[[np.ndarray, np.ndarray], None]
 
@@ -83,10 +84,10 @@ def gmres(
             v, z, w, h, rotation, g = room.arrays
         precondition(v[k], z[k])
         apply(z[k], w[k])
-        residual = tractions.arnoldi_step(v, k, w[k], h, rotation, g)
+        residual = kernel.arnoldi_step(v, k, w[k], h, rotation, g)
         k += 1
         if residual <= relative * beta:
             break
     x, more = np.empty(b.size), np.empty(extra)
-    tractions.gmres_update(h, g, z, w, k, x, more)
+    kernel.gmres_update(h, g, z, w, k, x, more)
     return x, more

@@ -77,7 +77,7 @@ def solve_pressure(
     """Solve the normal problem of `scene` to `scene.tolerance.normal`.
 
     `influence`: the bodies' coefficients on the scene's mesh; `gap` [nx, ny]: undeformed distance (mm), including
-    any displacement by tractions; `guess`: a pressure to start from.
+    any displacement by tractions; `guess` [nx, ny] (MPa): a pressure to start from.
     """
     nx, ny = scene.mesh.cells
     dx, dy = scene.mesh.spacing

@@ -81,9 +81,10 @@ class NormalOperator:
         return convolve(self.inverse, self.padded, gap)
 
     def attainable(self, gap: np.ndarray, g: np.ndarray, p: np.ndarray) -> float:
-        """About the least residual that rounding allows, at pressure `p` and gaps undeformed `gap` and deformed `g`.
+        """About the least relative residual that rounding allows, at pressure `p` (MPa).
 
-        All [nx, ny]. Rounding leaves noise in the gap, and the inverse makes pressures of it.
+        `gap`, `g`: gaps (mm) undeformed and deformed; all [nx, ny]. Rounding leaves noise in the gap, and the inverse
+        makes pressures of it.
         """
         noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
         return noise * self.stiffness * math.sqrt(float(np.count_nonzero(p))) / arrays.norm2(p)

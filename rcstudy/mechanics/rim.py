@@ -36,9 +36,9 @@ _LONGEST = 4  # cells of a rim over those along two sides of the box; longer one
 
 
 class RimSolver:
-    """Pressures `p` of sum `total` on a box of cells, and the gaps `g` that they leave, on their way to the solution.
+    """Pressures `p` of sum `total` (MPa) on a box of cells, and the gaps `g` (mm) that they leave, on their way.
 
-    `gap` [nx, ny] (mm): undeformed distance; `p` [nx, ny]: pressures >= 0 to start from.
+    `gap` [nx, ny] (mm): undeformed distance; `p` [nx, ny] (MPa): pressures >= 0 to start from.
     """
 
     def __init__(self, operator: NormalOperator, gap: np.ndarray, p: np.ndarray, total: float) -> None:

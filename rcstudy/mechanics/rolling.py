@@ -466,7 +466,7 @@ class _Tractions:
 
 
 def on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """`q` [m, 2], none beyond `bound` [m], and slip cells that fell short of it on it, along `normal` [m, 2].
+    """`q` [m, 2] (MPa), none beyond `bound` [m], and slip cells that fell short of it on it, along `normal` [m, 2].
 
     What misses the bound by rounding alone stays as it is.
     """
@@ -476,7 +476,7 @@ def on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndar
 
 
 def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """`q` [m, 2] scaled back to `bound` [m] where it exceeds it."""
+    """`q` [m, 2] (MPa) scaled back to `bound` [m] (MPa) where it exceeds it."""
     size = np.hypot(q[:, 0], q[:, 1])
     result: np.ndarray = q * np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]
     return result
