@@ -243,7 +243,7 @@ class _Grid:
             here, there = _status_word(int(ours[index])), _status_word(int(theirs[index]))
             if here != there:
                 self._add(index, "status", np.inf, 0.0, 1.0, f"is {here}, in the reference {there}")
-            elif here != Status.SOLVED.name.lower() and not allow_unsolved:
+            elif here != Status.SOLVED.words and not allow_unsolved:
                 self._add(index, "status", np.inf, 0.0, 1.0, f"is {here} in both cubes")
 
     def compare_scalar(self, name: str) -> None:
@@ -351,7 +351,7 @@ class _Grid:
 
 
 def _status_word(value: int) -> str:
-    return Status(value).name.lower() if value in set(Status) else f"unknown ({value})"
+    return Status(value).words if value in set(Status) else f"unknown ({value})"
 
 
 def _as_floats(values: np.ndarray) -> np.ndarray:
