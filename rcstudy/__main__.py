@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
@@ -16,6 +17,8 @@ from rcstudy.streams import prepare_streams
 from rcstudy.threads import limit_threads
 
 if TYPE_CHECKING:
+    from types import FrameType
+
     from rcstudy.pool import Pool
 
 
@@ -26,6 +29,7 @@ def main() -> None:
     """
     limit_threads()
     prepare_streams()
+    heed_terminations()
     code: str | int | None = EXIT_INTERRUPTED
     try:
         with _workers(sys.argv[1:]) as processes:
@@ -37,6 +41,25 @@ def main() -> None:
         # when it was caught, and `python -m` would then end by SIGINT in place of this code.
         os._exit(_flushed(code))
     sys.exit(code)
+
+
+def heed_terminations() -> None:
+    """Take what ends a job of a batch system, or a terminal that closes, as Ctrl-C: nothing that is solved is lost.
+
+    Where these are ignored (`nohup`), or Ctrl-C is (jobs in the background of a script), they stay as they are.
+    """
+    if not callable(signal.getsignal(signal.SIGINT)):
+        return
+
+    def as_interrupt(_: int, frame: FrameType | None) -> None:
+        handler = signal.getsignal(signal.SIGINT)  # the one of the moment: it may be held back
+        if callable(handler):
+            handler(signal.SIGINT, frame)
+
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # not on every system
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, as_interrupt)
 
 
 def _flushed(code: int) -> int:

@@ -11,7 +11,10 @@ meshes that agree by chance (where there is none, D is `_NO_GUARD` times the fir
 fall between cells, which no difference of two meshes shows reliably; what comes from the stick zone's border depends on
 how large that zone is. Under full coupling pressures have their share, the pull, of what friction mu does. Differences
 far beyond the noise show a mesh too coarse for what the bodies do, such as layers thinner than a cell: then a multiple
-of them counts. A contact too small for a coarser mesh gets k0 scale/N, what 19 of 20 such contacts kept. The constants
+of them counts. A contact too small for a coarser mesh gets k0 scale/N, what 19 of 20 such contacts kept, or, where it
+is of fewer cells still, q scale/N^r, which falls as errors do there (`_FEW`; 1500 contacts of 1 to 100 cells). What a
+contact of one to four cells is, cells do not tell at all: it may be of any size below theirs. To its bars comes by how
+much it differs from the Hertz contact of what the layers yield to a wave of its size. The constants
 were set on 900 random contacts with `aligned` and 850 with `kalker`, 300 and 600 of them wild, against meshes four
 times finer, and checked on others (`scripts/error_bars.py`).
 
@@ -28,6 +31,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.unseen import Unseen
 
@@ -74,7 +78,7 @@ FITS: dict[str, Fit] = {
     "force_x": Fit(0.8, 0.45, 0.35, "friction force", stick=0.5, rest=0.1),
     "force_y": Fit(1.0, 0.45, 0.35, "friction force", stick=0.5, rest=0.02),
     "moment_z": Fit(1.0, 0.19, 0.2, "friction moment", stick=0.5, rest=0.02),
-    "pressure_max": Fit(0.6, 0.03, 0.1, "pressure_max", coupled=0.07),
+    "pressure_max": Fit(0.6, 0.03, 0.16, "pressure_max", coupled=0.07),
     "contact_area": Fit(0.5, 1.1, 0.45, "contact_area"),
     "slip_area": Fit(0.5, 1.4, 0.6, "contact_area"),
     "contact_radius": Fit(0.5, 0.55, 0.22, "contact_radius"),
@@ -97,6 +101,34 @@ ALIGNED: dict[str, Fit] = {
     "friction_power": Fit(0.22, 0.034, 1.5, "friction power", stick=1.0, rest=0.017, excess=0.6),
 }
 
+# q and r of contacts of few cells
+_FEW: dict[str, dict[str, tuple[float, float]]] = {
+    "kalker": {
+        "force_x": (0.4, 1.5),
+        "force_y": (0.55, 1.35),
+        "moment_z": (0.22, 1.5),
+        "pressure_max": (0.45, 2.2),
+        "contact_area": (1.4, 1.6),
+        "slip_area": (1.9, 1.5),
+        "contact_radius": (0.65, 1.6),
+        "approach": (0.15, 2.4),
+        "traction_max": (0.5, 1.9),
+        "friction_power": (1.0, 1.0),
+    },
+    "aligned": {
+        "force_x": (0.5, 2.6),
+        "force_y": (0.5, 2.6),
+        "moment_z": (0.5, 2.8),
+        "pressure_max": (0.55, 2.8),
+        "contact_area": (0.55, 2.4),
+        "slip_area": (1.4, 2.5),
+        "contact_radius": (0.27, 2.4),
+        "approach": (0.15, 2.4),
+        "traction_max": (0.8, 2.7),
+        "friction_power": (0.5, 2.5),
+    },
+}
+_FEWEST = 5  # cells, of fewer than which a contact may be of any size below theirs
 
 # Of what layers too thin for the cells do to the contact's area, for which their shift of the edge makes up: parts that
 # may be left, and that forces, which know nothing of it, may be off.
@@ -141,8 +173,12 @@ def error_estimates(
     bars = {}
     for name, fit in fits.items():
         if name in levels[0]:
-            bars[name] = case.by_meshes(fit, [level[name] for level in levels]) + case.left_by_solver(name, fit)
+            values = [level[name] for level in levels]
+            bars[name] = case.by_meshes(fit, values) if len(values) > 1 else case.by_cells(name, fit)
+            bars[name] += case.left_by_solver(name, fit)
             bars[name] += hides.get(name, 0.0) * abs(levels[0][name])
+    if cells < _FEWEST:
+        case.add_what_cells_miss(bars)
     if "slip_area" in levels[0]:
         case.add_what_slips(bars, len(levels))
         case.raise_largest_traction(bars)
@@ -173,11 +209,14 @@ class _Case:
         most = scene.friction * finest.get("pressure_max", math.inf)
         self.at_peak = finest.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
 
+    def by_cells(self, name: str, fit: Fit) -> float:
+        """What contacts of so many cells kept that have no coarser mesh."""
+        q, r = _FEW[self.scene.discretisation][name]
+        return max(fit.k0 / self.per_radius, q * self.per_radius**-r) * abs(self.scales[fit.scale])
+
     def by_meshes(self, fit: Fit, values: Sequence[float]) -> float:
         """What differences between the `values` on the meshes tell, and the noise of edges between cells."""
         scene, scale = self.scene, abs(self.scales[fit.scale])
-        if len(values) == 1:
-            return fit.k0 / self.per_radius * scale
         difference = abs(values[0] - values[1])
         guard = 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
         difference = max(difference, guard)
@@ -186,6 +225,24 @@ class _Case:
         noise, pull = (fit.k * part + fit.rest) * unit, fit.coupled * pulling * part * unit
         estimate = math.hypot(fit.c * difference, noise + pull)
         return estimate + fit.excess * max(difference - _FAR * noise, 0.0)
+
+    def add_what_cells_miss(self, bars: dict[str, float]) -> None:
+        """By how much a contact of one to four cells differs from the Hertz contact that it is about."""
+        finest, (ax, ay) = self.finest, estimated_contact(self.scene)
+        pressure = abs(1.5 * self.scene.load / (math.pi * ax * ay) - finest["pressure_max"])
+        area = abs(math.pi * ax * ay - finest["contact_area"])
+        radius = abs(math.sqrt(ax * ay) - finest["contact_radius"])
+        missed = {
+            "pressure_max": pressure,
+            "contact_area": area,
+            "contact_radius": radius,
+            "slip_area": area,
+            "traction_max": self.scene.friction * pressure,
+            "approach": 0.5 * radius / finest["contact_radius"] * abs(finest["approach"]),
+            "moment_z": 0.6 * self.scales["friction moment"],
+        }
+        for name in bars:
+            bars[name] += missed.get(name, 0.0)
 
     def left_by_solver(self, name: str, fit: Fit) -> float:
         """What the tolerances leave, unsettled directions of slip, and layers too thin for the cells."""

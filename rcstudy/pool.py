@@ -38,6 +38,8 @@ ATTEMPTS = 2
 """Times a case is tried before the death of its worker is laid at its door."""
 
 _FAILED_STARTS = 3
+# signals that end a sweep: terminals and batch systems send them to all its processes, and it is the parent that heeds
+_ENDS = {getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)}
 _PATIENCE = 0.1  # seconds that results may wait for others to be sent with
 _SEND_BYTES = 2**21  # of results, several times those of 0.1 s
 # A batch is sent to a worker that is still at another one, so that it need not wait, if a pipe takes so many bytes
@@ -215,13 +217,9 @@ class Pool:
     def stop(self) -> None:
         """End all workers. They hold nothing that is wanted, and to leave by themselves would take them a while."""
         for worker in self._workers:
-            worker.process.terminate()
-        deadline = time.monotonic() + 1.0
+            worker.process.kill()
         for worker in self._workers:
-            worker.process.join(max(0.0, deadline - time.monotonic()))
-            if worker.process.is_alive():
-                worker.process.kill()
-                worker.process.join()
+            worker.process.join()
             worker.connection.close()
         self._workers.clear()
 
@@ -237,7 +235,8 @@ def _widen(connection: Connection) -> None:
 
 def _work(connection: Connection, preload: str) -> None:
     """A worker's life: what solves, then scenes in, their results out, until it is ended or the parent is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where they could not be held back from the start
+    for number in _ENDS:  # where they could not be held back from the start
+        signal.signal(number, signal.SIG_IGN)
     if preload:
         importlib.import_module(preload)
     try:
@@ -274,11 +273,11 @@ def _how_it_died(code: int | None) -> str:
 
 @contextlib.contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Hold Ctrl-C back in the block; processes started in it never see one, this one does afterwards."""
+    """Hold back in the block what ends a sweep; processes started in it never see it, this one does afterwards."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
     try:
         yield
     finally:

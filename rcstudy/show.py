@@ -78,12 +78,15 @@ def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame) -> Iterator[st
         if variable in grid and len(values := solved[variable].dropna()):
             nil = _NIL * _scale(variable, solved)
             low, high = (0.0 if abs(value) <= nil else float(value) for value in (values.min(), values.max()))
-            units = VARIABLES[variable].units
-            yield (
-                f"  {variable:<16} {low:.5g} to {high:.5g} {units}"
-                if low != high
-                else (f"  {variable:<16} {low:.5g} {units}")
-            )
+            found = f"{low:.5g} to {high:.5g}" if low != high else f"{low:.5g}"
+            yield f"  {variable:<16} {found} {VARIABLES[variable].units}{_error(solved, variable)}"
+
+
+def _error(solved: pd.DataFrame, variable: str) -> str:
+    """The largest estimated error among the solved cases, as an addition to a variable's line."""
+    name = f"{variable}_error"
+    most = float(solved[name].max()) if name in solved else np.nan
+    return f", ± {most:.2g} at most" if np.isfinite(most) else ""
 
 
 def _cells(grid: xr.Dataset) -> str:

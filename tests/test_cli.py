@@ -198,11 +198,12 @@ def start_long_sweep(folder: Path, workers: str) -> subprocess.Popen[str]:
     return sweep
 
 
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 @pytest.mark.parametrize("workers", ["1", "2"])
-def test_ctrl_c(tmp_path: Path, workers: str) -> None:
-    """To the whole process group, as a terminal does it, once the sweep says that it solves."""
+def test_ctrl_c(tmp_path: Path, workers: str, end: signal.Signals) -> None:
+    """To the whole process group, as terminals and batch systems do it, once the sweep says that it solves."""
     sweep = start_long_sweep(tmp_path, workers)
-    os.killpg(sweep.pid, signal.SIGINT)
+    os.killpg(sweep.pid, end)
     out, err = sweep.communicate(timeout=60)
     assert sweep.returncode == cli.EXIT_INTERRUPTED, err
     assert out == ""
@@ -216,6 +217,20 @@ def test_ctrl_c(tmp_path: Path, workers: str) -> None:
     units = ["long.nc.units"] if int(told[1]) else []
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["long.nc", *units, "long.yaml"]
     assert gone(sweep.pid), "a worker is left"
+
+
+def test_ends_that_are_ignored_stay_so() -> None:
+    """`nohup`, and jobs in the background of a script, which Ctrl-C does not reach."""
+    for ignored in ("HUP", "INT"):
+        words = f"trap '' {ignored}; exec {sys.executable} -c"
+        code = (
+            "import signal; from rcstudy.__main__ import heed_terminations; heed_terminations(); "
+            "print([signal.getsignal(s).__class__.__name__ for s in (signal.SIGTERM, signal.SIGHUP)])"
+        )
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        command = ["bash", "-c", f'{words} "{code}"']
+        found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60).stdout
+        assert found == {"HUP": "['function', 'Handlers']\n", "INT": "['Handlers', 'Handlers']\n"}[ignored]
 
 
 def test_a_study_that_is_refused_leaves_no_workers(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import logging
+import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -503,7 +504,8 @@ def test_three_forms_of_a_table_have_the_same_rows(tables: Path) -> None:
         body = latex.split(r"\midrule")[1].split(r"\bottomrule")[0]
         lines_ = [line for line in body.splitlines() if line.endswith(r"\\")]
         assert len(lines_) == len(rows)
-        assert {line.count(" & ") + 1 for line in lines_} == {len(rows[0])}
+        errors = sum(key.endswith("_error") and key.removesuffix("_error") in rows[0] for key in rows[0])
+        assert {line.count(" & ") + 1 for line in lines_} == {len(rows[0]) - errors}
 
 
 def test_writer_escapes_and_rounds(tmp_path: Path) -> None:
@@ -516,6 +518,27 @@ def test_writer_escapes_and_rounds(tmp_path: Path) -> None:
     assert r"p$|$q \& 5 \% $\to$ \_ & 0.00 \\" in latex and r"\caption{50 \% of x\_y}" in latex
     assert r"A\_b$|$ & $N$ \\" in latex
     assert escape("~^\\{}#$<") == r"\textasciitilde{}\textasciicircum{}\textbackslash{}\{\}\#\$$<$"
+
+
+def test_numbers_with_their_errors(tmp_path: Path) -> None:
+    """As many decimals as two digits of the error have; a number without an error, or next to nil, in its own form."""
+    column = Column("n", "N", form=".2f", error="n_error")
+    rows = [
+        {"n": 53.1866577, "n_error": 0.1279},
+        {"n": -1234.56, "n_error": 234.5},
+        {"n": 0.00136910686, "n_error": 1.0587e-06},
+        {"n": -1e-17, "n_error": 0.067},
+        {"n": 1e-12, "n_error": 3e-11},
+        {"n": 2.0, "n_error": 0.0},
+        {"n": 2.0},
+        {"n": math.nan, "n_error": math.nan},
+    ]
+    write_table(tmp_path, "t", "c", [column], rows)
+    assert (tmp_path / "t.csv").read_text().splitlines()[:3] == ["n,n_error", "53.1866577,0.1279", "-1234.56,234.5"]
+    cells = [line.strip("| ") for line in (tmp_path / "t.md").read_text().splitlines()[4:]]
+    assert cells[:3] == ["53.19 ± 0.13", "-1235 ± 234", "0.0013691 ± 0.0000011"]
+    assert cells[3:] == ["0.000 ± 0.067", "0.00 ± 3e-11", "2.00", "2.00", ""]
+    assert r"53.19 $\pm$ 0.13 \\" in (tmp_path / "t.tex").read_text()
 
 
 def test_letters_go_on_after_z() -> None:

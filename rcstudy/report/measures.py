@@ -28,6 +28,16 @@ def slip_ratio(case: CaseView) -> float:
     return case.number("slip_area") / case.number("contact_area")
 
 
+def slip_ratio_error(case: CaseView) -> float:
+    """The most by which errors of both areas, as they are estimated, can change `slip_ratio`.
+
+    Where all slips they are one and the same error, but for what may stick after all.
+    """
+    ratio, area = slip_ratio(case), case.number("contact_area")
+    of_slip, of_contact = case.number("slip_area_error"), case.number("contact_area_error")
+    return max(of_slip - of_contact, 0.0) / area if ratio == 1.0 else (of_slip + ratio * of_contact) / area
+
+
 def pressure_ratio(case: CaseView) -> float:
     """Peak pressure over Hertz's peak pressure of the uncoated pair."""
     return case.number("pressure_max") / case.setting("hertz_pressure")

@@ -12,6 +12,7 @@ from rcstudy.publish import replacing
 
 Value = str | float | int
 
+_DECIMALS = 8  # of a number with its error, at most
 LONG = 40
 """Tables of more rows become a longtable in LaTeX."""
 
@@ -34,6 +35,7 @@ _LATEX = {
     "≤": r"$\le$",
     "×": r"$\times$",
     "−": "$-$",
+    "±": r"$\pm$",
     "–": "--",
 }
 
@@ -43,7 +45,8 @@ class Column:
     """A column: its key in the rows and in the CSV header, its titles, and the form of its numbers for people.
 
     `form` is a format specification (`.4g`, `.2f`). `wide` columns hold sentences and wrap in LaTeX at that
-    share of the text's width; `latex` is the title in LaTeX (default: `title`, escaped).
+    share of the text's width; `latex` is the title in LaTeX (default: `title`, escaped). `error` is the key of the
+    estimated error of the numbers: a column of its own in the CSV, behind a ± elsewhere.
     """
 
     key: str
@@ -51,6 +54,7 @@ class Column:
     latex: str = ""
     form: str = ".4g"
     wide: float = 0.0
+    error: str = ""
 
 
 Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
@@ -62,7 +66,8 @@ def write_table(
 ) -> list[Path]:
     """Write `rows` as out/stem.csv, .md and .tex; missing numbers (NaN, absent keys) are left empty.
 
-    Numbers have nine significant digits in the CSV and the form `Column.form` elsewhere.
+    Numbers have nine significant digits in the CSV; elsewhere the form `Column.form`, or, where their error is known,
+    as many decimals as two digits of that have.
     Returns the three paths. UserError when a file cannot be written.
     """
     texts = {"csv": None, "md": _markdown(caption, columns, rows), "tex": _latex(stem, caption, columns, rows)}
@@ -74,8 +79,9 @@ def write_table(
                 file.write(text)
             else:
                 writer = csv.writer(file, lineterminator="\n")
-                writer.writerow([c.key for c in columns])
-                writer.writerows([[_text(row.get(c.key, ""), ".9g") for c in columns] for row in rows])
+                keys = [key for c in columns for key in (c.key, c.error) if key]
+                writer.writerow(keys)
+                writer.writerows([[_text(row.get(key, ""), ".9g") for key in keys] for row in rows])
         paths.append(path)
     return paths
 
@@ -89,9 +95,20 @@ def _text(value: Value, form: str) -> str:
     return text.removeprefix("-") if float(text) == 0.0 else text
 
 
+def _cell(row: Mapping[str, Value], column: Column) -> str:
+    """The number or text of a column as people read it, with its error if that is known."""
+    value, error = row.get(column.key, ""), row.get(column.error, math.nan)
+    if not isinstance(value, float) or not isinstance(error, float) or math.isnan(value) or not error > 0.0:
+        return _text(value, column.form)
+    decimals = max(1 - math.floor(math.log10(error)), 0)
+    if decimals > _DECIMALS:  # next to nil
+        return f"{_text(value, column.form)} ± {error:.1g}"
+    return f"{_text(value, f'.{decimals}f')} ± {error:.{decimals}f}"
+
+
 def _markdown(caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
     lines = [caption, "", _bar([c.title for c in columns]), "|" + " --- |" * len(columns)]
-    lines += [_bar([_text(row.get(c.key, ""), c.form).replace("|", r"\|") for c in columns]) for row in rows]
+    lines += [_bar([_cell(row, c).replace("|", r"\|") for c in columns]) for row in rows]
     return "\n".join(lines) + "\n"
 
 
@@ -102,7 +119,7 @@ def _bar(cells: Sequence[str]) -> str:
 def _latex(stem: str, caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
     spec = "".join(rf"p{{{c.wide:g}\textwidth}}" if c.wide else "l" for c in columns)
     head = [r"\toprule", " & ".join(c.latex or escape(c.title) for c in columns) + r" \\", r"\midrule"]
-    body = [" & ".join(escape(_text(row.get(c.key, ""), c.form)) for c in columns) + r" \\" for row in rows]
+    body = [" & ".join(escape(_cell(row, c)) for c in columns) + r" \\" for row in rows]
     title = rf"\caption{{{escape(caption)}}}\label{{tab:{stem.replace('_', '-')}}}"
     if len(rows) > LONG or any(c.wide for c in columns):
         lines = [rf"\begin{{longtable}}{{{spec}}}", title + r" \\", *head, r"\endhead", *body, r"\bottomrule"]
