@@ -1,8 +1,10 @@
 """Compares a cube with a reference: structure and status exactly, numbers relative to their own scale.
 
-A field is measured against its largest magnitude in its own case, a scalar against its largest magnitude in its grid.
-Where that is next to nothing (the lateral force of a purely longitudinal creepage) a millionth of the quantity's
-natural scale (friction times load, say) takes its place, so that rounding is not mistaken for a difference.
+A field is measured against its largest magnitude in its own case, a scalar against its own magnitude there: forces
+and moment (over Hertz's radius) against the largest of them, the area of slip against that of contact, the power of
+friction against force times creepage. So no case hides behind one under a thousand times the load. Where all that is
+next to nothing (the lateral traction of a purely longitudinal creepage) a millionth of the quantity's natural scale
+(friction times load, say) takes its place, so that rounding is not mistaken for a difference.
 What a solver tells of its own work (iterations, residuals, proof, error estimates, seconds) must be there but is not
 compared.
 """
@@ -223,6 +225,7 @@ class _Grid:
             grid = name if grids_of is None else str(grids_of[index])
             self.rules[index] = tolerances.of_case(grid, str(self.labels[index]))
         self.natural = _natural_scales(theirs, dims)
+        self.together = _scales_of_a_kind(theirs, dims, self.natural)
 
     def _case(self, index: tuple[int, ...]) -> str:
         label = str(self.labels[index])
@@ -261,10 +264,10 @@ class _Grid:
             return
         a, b = _as_floats(a), _as_floats(b)
         setting = name in SETTINGS or name in LAYER_SETTINGS
-        scale = _largest(b)
-        if not setting and name in self.natural:
-            scale = max(scale, _FLOOR * _largest(self.natural[name]))
         for index in np.ndindex(*self.shape):
+            scale = _largest(np.atleast_1d(b[index]))
+            if not setting and name in self.natural:
+                scale = max(scale, float(self.together[name][index]), _FLOOR * float(self.natural[name][index]))
             rtol = COORDINATE_RTOL if setting else self.rules[index].rtol(name)
             difference, note = _difference(np.atleast_1d(a[index]), np.atleast_1d(b[index]))
             if name == "slip_area":
@@ -390,16 +393,9 @@ def _relative(difference: float, scale: float) -> float:
 
 def _natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.ndarray]:
     """The size a quantity could have in each case, from its settings: {variable: array of the cases' shape}."""
-    shape = tuple(grid.sizes[d] for d in dims)
-
-    def setting(name: str) -> np.ndarray:
-        if name not in grid or not set(grid[name].dims) <= set(dims):
-            return np.zeros(shape)
-        values = grid[name].variable.set_dims(dict(zip(dims, shape, strict=True))).values
-        return np.nan_to_num(values.astype(float))
-
-    mu, load, a, p0 = (setting(n) for n in ("friction", "load", "hertz_radius", "hertz_pressure"))
-    slide = np.sqrt(setting("longitudinal") ** 2 + setting("lateral") ** 2 + (setting("spin") * a) ** 2)
+    mu, load, a, p0 = (_by_case(grid, dims, n) for n in ("friction", "load", "hertz_radius", "hertz_pressure"))
+    along, across, spin = (_by_case(grid, dims, n) for n in ("longitudinal", "lateral", "spin"))
+    slide = np.sqrt(along**2 + across**2 + (spin * a) ** 2)
     return {
         "pressure": p0,
         "pressure_max": p0,
@@ -415,3 +411,27 @@ def _natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.nda
         "contact_area": np.pi * a**2,
         "slip_area": np.pi * a**2,
     }
+
+
+def _scales_of_a_kind(grid: xr.Dataset, dims: tuple[str, ...], natural: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """What numbers of a case are measured against that may vanish beside others of their kind, as `_natural_scales`."""
+    x, y, moment, contact = (
+        np.abs(_by_case(grid, dims, n)) for n in ("force_x", "force_y", "moment_z", "contact_area")
+    )
+    a = _by_case(grid, dims, "hertz_radius")
+    force = np.maximum(np.maximum(x, y), np.divide(moment, a, out=np.zeros_like(a), where=a > 0.0))
+    slide = np.divide(
+        natural["friction_power"], natural["force_x"], out=np.zeros_like(a), where=natural["force_x"] > 0.0
+    )
+    kinds = {"force_x": force, "force_y": force, "moment_z": force * a}
+    kinds |= {"slip_area": contact, "friction_power": force * slide}
+    return {name: kinds.get(name, np.zeros_like(a)) for name in natural}
+
+
+def _by_case(grid: xr.Dataset, dims: tuple[str, ...], name: str) -> np.ndarray:
+    """A number of each case, in the cases' shape; 0 where there is none."""
+    shape = tuple(grid.sizes[d] for d in dims)
+    if name not in grid or not set(grid[name].dims) <= set(dims):
+        return np.zeros(shape)
+    values = grid[name].variable.set_dims(dict(zip(dims, shape, strict=True))).values
+    return np.nan_to_num(values.astype(float), posinf=0.0, neginf=0.0)

@@ -308,7 +308,7 @@ def test_vanishing_components_are_not_measured_against_themselves(tmp_path: Path
         def change(case: Case, result: Result) -> Result:
             fields = dict(result.fields)
             fields["traction_y"] = fields["traction_y"] + size * np.abs(fields["traction_x"]).max()
-            return replace(result, fields=fields, scalars={**result.scalars, "force_y": size * 100.0})
+            return replace(result, fields=fields, scalars={**result.scalars, "force_y": size * 1e5})
 
         return change
 
@@ -317,6 +317,15 @@ def test_vanishing_components_are_not_measured_against_themselves(tmp_path: Path
     assert same.same, same.text()
     found = outcome(changed(tmp_path / "large.nc", noise(1e-9), made), reference)
     assert {d.variable for d in found.bad} == {"traction_y", "force_y"}
+
+
+def test_no_case_hides_behind_a_larger_one(tmp_path: Path) -> None:
+    """A number is measured against those of its own case, whatever others are in the grid."""
+    names = ("force_x", "force_y", "moment_z", "contact_area", "approach", "pressure_max", "friction_power")
+    good = changed(tmp_path / "good.nc", with_scalars(**dict.fromkeys(names, 1e-5)))
+    off = changed(tmp_path / "off.nc", with_scalars(**dict.fromkeys(names, 1.001e-5)))
+    assert outcome(good, good).same
+    assert {d.variable for d in outcome(off, good).bad} == set(names)
 
 
 def test_coordinates_settings_units_and_types(tmp_path: Path, reference: Path) -> None:
