@@ -149,6 +149,11 @@ def _result(
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED
+    # no proof looks at what is made of the fields
+    sums = scalars | {name: float(field.sum()) for name, field in fields.items()}
+    if no_numbers := [name for name, value in sums.items() if not math.isfinite(value)]:
+        status = Status.ERROR
+        reasons.append(f"no finite numbers: {', '.join(no_numbers)}")
     return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -507,6 +509,39 @@ def test_no_traction_beyond_the_largest_bound():
             }
             scalars = of(scene).scalars
             assert scalars["traction_max"] <= 0.3 * scalars["pressure_max"] * (1.0 + 1e-12)
+
+
+@pytest.mark.parametrize("name", ["moment_z", "slip_area"])
+def test_a_number_that_is_none_is_no_result(name, monkeypatch):
+    """What is made of fields that are proved: a status with its reason, and the number is not kept from sight."""
+    solving = sys.modules["rcstudy.solve"]
+    made = solving._rolling_numbers
+    monkeypatch.setattr(solving, "_rolling_numbers", lambda *of: {**made(*of), name: math.nan})
+    result = solve_scene(Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)), creepage=Creepage(0.002)))
+    assert result.status == Status.ERROR
+    assert f"no finite numbers: {name}" in result.reason
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("friction", [0.1, 0.2738669154335304, 0.4])
+def test_rows_that_stay_where_the_contact_has_left(friction):
+    """Their cells ahead of the contact carry nothing; moments were none."""
+    layers = [(0.009538, 0.5, 0.03962), (0.4871, 0.5, 8.132), (364.1, 0.3, 0.08094), (0.0015, 0.3, 2.045)]
+    scene = {
+        "substrate": {"E": 14.459485, "nu": 0.5},
+        "layers": [{"E": f"{e} Es", "nu": nu, "thickness": f"{t} a"} for e, nu, t in (*layers, (0.8684, 0.3, 0.1719))],
+        "counterbody": {"E": "Es", "nu": 0.3},
+        "radius": [0.18116362685393197, 2.8517216979714255],
+        "load": 2836.1837788737053,
+        "friction": friction,
+        "coupling": "full",
+        "discretisation": "aligned",
+        "creepage": {"longitudinal": 0.001, "lateral": 0.001, "spin": 0.001},
+    }
+    for cells in (16, 20):
+        result = of(scene, mesh={"size": "auto", "cells": [cells, cells]})
+        assert result.status == Status.SOLVED, result.reason
+        assert all(np.isfinite(value) for value in result.scalars.values())
 
 
 @pytest.mark.heavy

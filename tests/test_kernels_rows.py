@@ -299,6 +299,26 @@ def test_row_bounds_when_the_edge_is_within_the_outermost_cells() -> None:
     np.testing.assert_allclose(within, at, atol=0.07)
 
 
+@pytest.mark.parametrize("ahead", [-1.7, -0.6, -0.2, 0.3])
+def test_row_bounds_of_rows_that_stay(ahead: float) -> None:
+    """Cells that begin ahead of the contact, or end behind it, carry nothing; all the others, as ever, everything."""
+    p = np.sqrt(np.maximum(ellipse((18, 1), (8.5, 0.0), (5.3, 1.0)), 0.0))
+    edges = np.array([[3.2], [13.8]])
+    start, count = np.array([edges[1, 0] - ahead]), np.array([14])
+    inside = np.flatnonzero(p[:, 0])
+    found, index = np.full((2, 14), np.nan), np.arange(14)[:, None]
+    profiles = found_profiles(p, inside[:1], inside[-1:], edges)
+    rows.row_bounds(p, *profiles, start, count, index, *found)
+    assert np.isfinite(found).all()
+    pressure, middle = found
+    assert pressure.sum() == pytest.approx(p.sum(), rel=1e-14)
+    centres_ = start[0] - np.arange(14)
+    empty = (centres_ - 0.5 >= edges[1, 0]) | (centres_ + 0.5 <= edges[0, 0])
+    assert empty.any() and not empty.all()
+    assert (pressure[empty] == 0.0).all() and (pressure[~empty] > 0.0).all()
+    assert (np.abs(middle - centres_)[~empty] < 1.01).all()
+
+
 # --- between cells ---
 
 

@@ -202,7 +202,7 @@ def row_bounds(
 
     And the middle of its force, a position along x, into middle [m]. index: as in `row_cells.number_cells`. From
     `row_profiles` (all_knots, all_squares, known), scaled so that every row carries the force that it carries in p. The
-    first and last cell take what lies beyond them.
+    first and last cell take what lies beyond them; cells ahead or behind where the contact ends carry nothing.
     """
     most = all_knots.shape[1]
     mass, moment = np.zeros(most), np.zeros(most)
@@ -221,7 +221,9 @@ def row_bounds(
         for k in range(count[j]):
             x = start[j] - k - 0.5
             here = moment_here = 0.0
-            if k < count[j] - 1 and x > knots[0]:
+            if k < count[j] - 1 and x >= knots[n - 1]:  # a cell of rows kept where they were (`aligned_coupled.py`)
+                here, moment_here = mass[n - 1], moment[n - 1]
+            elif k < count[j] - 1 and x > knots[0]:
                 while knots[m] > x:
                     m -= 1
                 length = x - knots[m]
