@@ -29,6 +29,8 @@ class Index:
     def __init__(self, cases: Iterable[Case], keep: Keep) -> None:
         self.keep = keep
         self.cube: EarlierCube | None = None
+        self.leaving = 0
+        """Solved cases of the cube that are not among these."""
         self._scenes: dict[str, Scene] = {}
         for case in cases:
             self._scenes.setdefault(case.key, case.scene)
@@ -74,9 +76,18 @@ class Index:
         """Note the cases of a cube, which is this index's from now on."""
         self.cube = cube
         serves = [grid.keep.covers(self.keep) for grid in cube.grids]
-        for key, status, grid, flat in cube.places():
+        places = list(cube.places())
+        self.leaving = len({key for key, status, _, _ in places if key not in self._scenes and status == Status.SOLVED})
+        for key, status, grid, flat in places:
             if key in self._scenes and (serves[grid] or status != Status.SOLVED):
                 self._put(key, (status, -1, grid, flat))
+
+    def losses(self) -> str:
+        """What the cube has and the next one will not have, in words; "" if nothing."""
+        lost = [f"{self.leaving} solved cases that the study no longer has"] if self.leaving else []
+        if self.cube is not None and not self.keep.fields and any(grid.keep.fields for grid in self.cube.grids):
+            lost.append("all fields")
+        return " and ".join(lost)
 
     def check_cube(self) -> int:
         """Read all solved cases that are taken from the cube, and forget the damaged ones; how many those are."""
