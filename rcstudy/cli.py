@@ -18,6 +18,8 @@ import typer
 from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD, UserError
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rcstudy.sweep import Summary
 
 EXIT_DIFFERENT = 1
@@ -68,6 +70,14 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
             raise typer.Exit(code)
 
     return run
+
+
+def _tell_of_changes(tree: xr.DataTree, path: Path) -> None:
+    """A line for each grid of a cube whose numbers somebody has changed since they were written."""
+    from rcstudy.cube import changed_grids
+
+    for name in changed_grids(tree):
+        print(f"{path}: grid {name}: its numbers are not those that were written (checksum)", file=sys.stderr)
 
 
 def _version(wanted: bool) -> None:
@@ -262,6 +272,7 @@ def show(cube: CubePath) -> None:
     from rcstudy.show import summary
 
     with reading(cube), open_cube(cube) as tree:
+        _tell_of_changes(tree, cube)
         text = summary(tree)
     print(text)
 
@@ -289,8 +300,8 @@ def compare(
 ) -> int:
     """Compare a cube with a reference: exit code 0 when they agree, 1 when not.
 
-    Structure, status and missing values must be the same; numbers may differ by 1e-6 of the largest magnitude of the
-    field in its case (scalars: of the variable in its grid) unless tolerances say otherwise.
+    Structure, status and missing values must be the same; fields may differ by 1e-6 of their largest magnitude in the
+    case, numbers by 1e-6 of themselves (forces and moment: of the largest of them) unless tolerances say otherwise.
     """
     from rcstudy import compare as comparing
     from rcstudy.cube import open_cube, reading
@@ -299,6 +310,8 @@ def compare(
     allowed = Tolerances() if tolerances is None else load_tolerances(tolerances)
     allowed = allowed.with_options(dict(parse_option(text) for text in rtol or ()), state_flips)
     with reading(cube, reference), open_cube(cube) as ours, open_cube(reference) as theirs:
+        _tell_of_changes(ours, cube)
+        _tell_of_changes(theirs, reference)
         outcome = comparing.compare(ours, theirs, allowed, allow_unsolved=allow_unsolved)
     print(outcome.text())
     return 0 if outcome.same else EXIT_DIFFERENT
@@ -321,6 +334,7 @@ def figures(
 
     wanted = tuple(word.strip() for word in formats.split(",") if word.strip())
     with reading(cube), open_cube(cube) as tree:
+        _tell_of_changes(tree, cube)
         written = make_figures(tree, output, wanted)
     print(f"{len(written)} files in {output}")
 
@@ -338,6 +352,7 @@ def tables(
     from rcstudy.tables import make_tables
 
     with reading(cube), open_cube(cube) as tree:
+        _tell_of_changes(tree, cube)
         written = make_tables(tree, output)
     print(f"{len(written)} files in {output}")
 

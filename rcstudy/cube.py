@@ -12,8 +12,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from rcstudy.cube_writer import checksum
 from rcstudy.errors import UserError, first_line
-from rcstudy.layout import GRID, LABEL, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, result_items
+from rcstudy.layout import CASE_KEY, CHECKSUM, GRID, LABEL, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, result_items
+from rcstudy.record import SCALARS
 from rcstudy.result import VARIABLES, Result, Status
 from rcstudy.screen import foreign_content
 from rcstudy.spec import MAX_CELLS, grid_name_problem
@@ -68,6 +70,18 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
         tree.close()
         raise
     return tree
+
+
+def changed_grids(tree: xr.DataTree) -> list[str]:
+    """The grids of an opened cube whose keys, statuses or numbers are not those written, by their checksum."""
+    changed = []
+    for name, grid in grids(tree).items():
+        stored = {n: grid[n].values for n in (CASE_KEY, "status", "status_reason", *SCALARS) if n in grid}
+        for text in {CASE_KEY, "status_reason"} & set(stored):
+            stored[text] = stored[text].astype(str).astype(object)
+        if checksum(stored) != grid.attrs.get(CHECKSUM):
+            changed.append(name)
+    return changed
 
 
 @contextlib.contextmanager

@@ -232,13 +232,14 @@ class _Case:
         pressure = abs(1.5 * self.scene.load / (math.pi * ax * ay) - finest["pressure_max"])
         area = abs(math.pi * ax * ay - finest["contact_area"])
         radius = abs(math.sqrt(ax * ay) - finest["contact_radius"])
+        approach = abs(ax * ay / math.sqrt(math.prod(self.scene.radius)) - finest["approach"])
         missed = {
             "pressure_max": pressure,
             "contact_area": area,
             "contact_radius": radius,
             "slip_area": area,
             "traction_max": self.scene.friction * pressure,
-            "approach": 0.5 * radius / finest["contact_radius"] * abs(finest["approach"]),
+            "approach": max(0.5 * radius / finest["contact_radius"] * abs(finest["approach"]), approach),
             "moment_z": 0.6 * self.scales["friction moment"],
         }
         for name in bars:

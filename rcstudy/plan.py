@@ -132,7 +132,9 @@ def plan_report(study: Study) -> str:
         lines.append(study.description.strip())
     for grid in expansion.grids:
         lines += ["", *_grid_lines(grid, of_grid[grid.name])]
-    stored = f"{study.outputs.precision} fields" if study.outputs.fields else "scalars only"
+    stored = "scalars only"
+    if study.outputs.fields:
+        stored = f"{study.outputs.precision} fields, {_bytes(total.field_bytes)} before compression"
     lines += [
         "",
         "total",
@@ -140,7 +142,7 @@ def plan_report(study: Study) -> str:
         f"  normal problems  {total.normal_problems}, each solved once, or once a batch where workers share its cases",
         f"  layer sets       {total.layer_sets}; workers keep influence coefficients while the bodies stay the same",
         f"  memory, about    {_bytes(total.worker_bytes)} a worker, {_bytes(total.parent_bytes)} the main process",
-        f"  cube, about      {_bytes(total.file_bytes)} ({stored}, {_bytes(total.field_bytes)} before compression)",
+        f"  cube, about      {_bytes(total.file_bytes)} ({stored})",
         f"  time, about      {duration(total.seconds)} of one core, divided among the workers",
         "",
         f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction solution,"

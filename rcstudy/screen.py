@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 from h5py import h5a, h5d, h5g, h5l, h5o, h5t, h5z
 
+from rcstudy.layout import SCHEMA_ATTRIBUTE
 from rcstudy.yamltree import shorten
 
 MAX_RANK = 32
@@ -30,6 +31,8 @@ _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
 def foreign_content(path: Path) -> str:
     """What stands in the HDF5 file `path` that no cube has, in words; "" if there is nothing. OSError if unreadable."""
     with h5py.File(path, "r") as file:
+        if SCHEMA_ATTRIBUTE not in file.attrs:
+            return f"it has no attribute {SCHEMA_ATTRIBUTE}"
         if problem := _problem_of_attributes(file.id):
             return f"/ {problem}"
         for problem in _problems_of_group(file.id, "", 0):

@@ -117,11 +117,13 @@ def show(node: Node) -> str:
     if node.is_list:
         return shorten(f"[{', '.join(show(v) if v.size == 1 else '...' for v in node.value[:6])}]", 60)
     text = shorten(node.text, 60) or "(nothing)"
-    return f'"{text}"' if isinstance(node.value, str) and _reads_as_a_number(node.value) else text
+    return f'"{text}"' if isinstance(node.value, str) and _needs_quotes(node.value) else text
 
 
-def _reads_as_a_number(text: str) -> bool:
-    """Whether `text` looks like a number, so that only its quotes tell that it is none."""
+def _needs_quotes(text: str) -> bool:
+    """Whether `text` looks like a number, true or false, so that only its quotes tell that it is none."""
+    if text in ("true", "false"):
+        return True
     try:
         float(text)
     except ValueError:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from contacts import MIDDLING, hertz_of, steel
+from contacts import MIDDLING, STEEL, hertz_of, steel
 
 from rcstudy.estimate import Hidden, error_estimates
 from rcstudy.mechanics.contact import solve_normal
-from rcstudy.mechanics.scene import Creepage, Mesh, Tolerance
+from rcstudy.mechanics.scene import Creepage, Mesh, Scene, Tolerance
 from rcstudy.mechanics.unseen import Unseen
-from rcstudy.solve import _coarser_numbers, _cusps, _lift
+from rcstudy.result import Status
+from rcstudy.solve import _coarser_numbers, _cusps, _lift, solve_scene
 
 CELL = (np.pi / 314) ** 0.5  # over the radius
 HIDDEN = [
@@ -140,3 +142,25 @@ def test_a_coarser_mesh_whose_window_is_too_small_does_not_count() -> None:
     assert contact.coarser is not None
     assert contact.coarser.solution.edge and not contact.solution.edge
     assert list(_coarser_numbers(contact, contact.scene, None)) == []
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_of_contacts_of_few_cells(discretisation: str) -> None:
+    """Bare bodies, 1 to 60 cells in contact, against Hertz: on the fewest, which tell nothing of it, too."""
+    held: dict[str, list[bool]] = {name: [] for name in ("pressure_max", "contact_area", "contact_radius", "approach")}
+    fewest = []
+    for load in 10.0 ** np.linspace(-3.0, 2.5, 56):
+        scene = Scene(STEEL, (50.0, 50.0), load, Mesh((2.0, 2.0), (17, 16)), discretisation=discretisation)
+        result = solve_scene(scene)
+        assert result.status == Status.SOLVED, result.reason
+        hertz = hertz_of(counterbody=None, load=load)
+        truth = {"pressure_max": hertz.p0, "contact_area": math.pi * hertz.radius**2}
+        truth |= {"contact_radius": hertz.radius, "approach": hertz.approach}
+        fewest.append(int((result.fields["pressure"] > 0.0).sum()) < 5)
+        for name, value in truth.items():
+            held[name].append(abs(result.scalars[name] - value) <= result.scalars[f"{name}_error"])
+    assert 15 < sum(fewest) < 45
+    for name, within in held.items():
+        assert np.mean(within) > 0.9, name
+        assert all(np.array(within)[fewest]), name

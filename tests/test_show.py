@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import h5py
 import pytest
+import synthetic
 from studies import BASE, load_text
+from typer.testing import CliRunner
 
+from rcstudy import cli
+from rcstudy.cube import grids as grids_of
 from rcstudy.cube import open_cube
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result, Status
@@ -86,3 +91,21 @@ def failing(scenes: Sequence[Scene]) -> Iterator[Result]:
     """Nothing is solved."""
     for _ in scenes:
         yield Result(Status.NOT_CONVERGED, "out of patience")
+
+
+@pytest.mark.parametrize("change", ["number", "status", "key"])
+@pytest.mark.parametrize("command", ["show", "compare", "tables"])
+def test_changed_numbers_are_told(tmp_path: Path, command: str, change: str) -> None:
+    """By the checksum of each grid, where there are several; the cube as it was written is told nothing of."""
+    path = synthetic.write(tmp_path / "c.nc", synthetic.several())
+    words = [command, str(path), *([str(path)] if command == "compare" else [])]
+    words += ["-o", str(tmp_path / "out")] if command == "tables" else []
+    assert "checksum" not in CliRunner().invoke(cli.app, words).output
+    with open_cube(path) as tree:
+        name = list(grids_of(tree))[1]
+    with h5py.File(path, "r+") as file:
+        dataset = file[name][{"number": "pressure_max", "status": "status", "key": "case_key"}[change]]
+        first = (0,) * len(dataset.shape)
+        dataset[first] = {"number": 1e300, "status": 1, "key": "0" * 64}[change]
+    told = CliRunner().invoke(cli.app, words).output
+    assert f"{path}: grid {name}: its numbers are not those that were written (checksum)" in told

@@ -162,6 +162,11 @@ def test_aliases_stand_for_what_they_name(load):
 # what is refused
 
 
+def test_text_that_only_its_quotes_tell_from_what_is_allowed(tmp_path):
+    with pytest.raises(UserError, match=r'outputs.fields: "true": true or false'):
+        load_text(tmp_path, BASE + "  g: {axes: {friction: [1]}}\noutputs: {fields: 'true'}\n")
+
+
 @pytest.mark.parametrize(
     ("scene", "words"),
     [

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.influence import Influence
 
 _LEAST = 1e-9  # k: less is nothing
+_NOTHING = 1e-12  # of a cell
 _MISSED = 0.85  # of the area that is missing by the law above: fits of those contacts' areas give 0.79 to 0.95 of it
 _BY_PRESSURE = 0.2  # of the slip that the largest pressure causes on the spot, beside the rigid slip, for the power
 
@@ -86,5 +87,7 @@ def unseen_slip(
     sums = np.zeros(6)
     leading_slip.unseen_rows(*rows, q, slip, pressure, friction, k, dx / dy, theta, sums)
     force_x, force_y, force, moment, area, missing = (float(value) * dx * dy for value in sums)
+    if abs(missing) < _NOTHING * dx * dy:
+        missing = 0.0
     power = force * _BY_PRESSURE * abs(influence.slip_under_pressure) * float(pressure.max())
     return Unseen(force_x, force_y, force, moment, area, _MISSED * missing, power)
