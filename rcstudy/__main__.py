@@ -110,6 +110,12 @@ def _run(processes: Pool | None) -> str | int | None:
     try:
         app(obj=processes)
     except SystemExit as leaving:
+        # typer, which still reads the command line, leaves without a word; commands say what they keep
+        cause: BaseException | None = leaving
+        while cause is not None and not isinstance(cause, KeyboardInterrupt):
+            cause = cause.__cause__ or cause.__context__
+        if cause is not None:
+            print("interrupted", file=sys.stderr)
         return leaving.code
     return 0
 

@@ -17,6 +17,7 @@ from studies import OLD
 from typer.testing import CliRunner, Result
 from workers import gone
 
+from rcstudy import __main__ as main_module
 from rcstudy import cli
 from rcstudy.cube import case_table, open_cube
 from rcstudy.result import Status
@@ -217,6 +218,25 @@ def test_ctrl_c(tmp_path: Path, workers: str, end: signal.Signals) -> None:
     units = ["long.nc.units"] if int(told[1]) else []
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["long.nc", *units, "long.yaml"]
     assert gone(sweep.pid), "a worker is left"
+
+
+@pytest.mark.parametrize(("told", "words"), [(False, "interrupted\n"), (True, "")])
+def test_ctrl_c_while_the_command_line_is_read(
+    told: bool, words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """typer leaves without a word then; commands that were at work have said theirs."""
+
+    def app(**_: object) -> None:
+        if told:
+            raise SystemExit(cli.EXIT_INTERRUPTED)
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise SystemExit(cli.EXIT_INTERRUPTED) from error
+
+    monkeypatch.setattr(cli, "app", app)
+    assert main_module._run(None) == cli.EXIT_INTERRUPTED
+    assert capsys.readouterr().err == words
 
 
 def test_ends_that_are_ignored_stay_so() -> None:
