@@ -120,10 +120,17 @@ class Pool:
         while len(self._workers) < workers:
             self._start()
 
-    def solve(self, batches: Iterable[Sequence[Case]], workers: int, solve: Solve) -> Iterator[tuple[Case, Any]]:
+    def solve(
+        self,
+        batches: Iterable[Sequence[Case]],
+        workers: int,
+        solve: Solve,
+        tell: Callable[[str], None] | None = None,
+    ) -> Iterator[tuple[Case, Any]]:
         """Solve `batches` (cases sharing a normal problem) in so many processes; yield results as they come.
 
-        A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers.
+        A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers. `tell` is
+        told of workers that die.
         Raises UserError when worker processes do not start.
         """
         self._waiting, self._next = deque(list(batch) for batch in batches), None
@@ -136,7 +143,11 @@ class Pool:
                 try:
                     message = worker.connection.recv()
                 except (EOFError, OSError):
+                    had = len(worker.batches)
                     yield from self._bury(worker)
+                    if tell is not None and had:
+                        how = _how_it_died(worker.process.exitcode)
+                        tell(f"a worker process died ({how}); what it had goes to others")
                     continue
                 if message is None:
                     worker.ready = True

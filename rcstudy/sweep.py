@@ -308,7 +308,7 @@ def _results(
     if workers is None or wanted == 1:
         batches = yield from _solved_here(batches, solve, hand_over=wanted > 1)
     if batches:
-        yield from processes.solve(batches, wanted, solve)
+        yield from processes.solve(batches, wanted, solve, say)
 
 
 def _solved_here(

@@ -261,6 +261,8 @@ def test_a_worker_killed(folder: Path) -> None:
     code, out, err = finished(start(folder, "-o", "c.nc", "--workers", "2", solver="dies_once", env=environment))
     assert (folder / "died").exists()
     assert (code, out[:21]) == (0, "60 of 60 cases solved"), err
+    assert err.count("a worker process died (") == 1
+    assert "; what it had goes to others" in err
     cubes.assert_same(folder / "c.nc", folder / "good.nc")
 
 
