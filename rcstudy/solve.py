@@ -150,9 +150,9 @@ def _result(
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED
     # proofs look at pressure, tractions and slip on the solver's cells, not at what is made of them
-    made = [name for name in fields if name.startswith(("traction", "slip"))]
-    sums = scalars | {name: float(fields[name].sum()) for name in made}
-    if no_numbers := [name for name, value in sums.items() if not math.isfinite(value)]:
+    sums = scalars | {name: float(fields[name].sum()) for name in fields if name.startswith(("traction", "slip"))}
+    no_numbers = [name for name, value in sums.items() if not math.isfinite(value)]
+    if no_numbers and status == Status.SOLVED:
         status = Status.ERROR
         reasons.append(f"no finite numbers: {', '.join(no_numbers)}")
     return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
