@@ -171,9 +171,10 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
 
 
 def _lift(contact: NormalContact, rolling: RollingSolution) -> float:
-    """Mean of the surface's lift by tractions, weighted with the pressure, over the approach."""
-    p = contact.solution.p[contact.box.slices]
-    return float(np.sum(p * contact.lift(rolling.q, contact.box)) / (p.sum() * contact.solution.approach))
+    """Mean of the surface's lift by tractions, weighted with the pressure, over the approach; by reciprocity."""
+    i, j = contact.cells.T
+    work = float(np.sum(rolling.q.T * contact.displacement_by_pressure[:, i, j]))
+    return work / (float(contact.pressure.sum()) * contact.solution.approach)
 
 
 def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tuple[float, float]:

@@ -12,7 +12,8 @@ import pytest
 from contacts import MIDDLING, STEEL, hertz_of, steel
 
 from rcstudy.estimate import Hidden, error_estimates
-from rcstudy.mechanics.contact import solve_normal
+from rcstudy.mechanics.aligned import AlignedContact
+from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Mesh, Scene, Tolerance
 from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import Status
@@ -126,13 +127,16 @@ def test_cusps_are_where_stick_and_slip_meet(first_stick: float, expected: tuple
     assert _cusps(contact, scene, rolling) == pytest.approx(expected)
 
 
-def test_lift_is_the_mean_under_the_pressure_over_the_approach() -> None:
-    p, lift = np.random.default_rng(5).random((2, 6, 4))
-    box = SimpleNamespace(slices=(slice(1, 5), slice(0, 3)))
-    solution = SimpleNamespace(p=p, approach=0.1)
-    contact: Any = SimpleNamespace(solution=solution, box=box, lift=lambda q, box: lift[box.slices])
-    expected = np.average(lift[box.slices], weights=p[box.slices]) / 0.1
-    assert _lift(contact, SimpleNamespace(q=None)) == pytest.approx(expected, rel=1e-12)  # type: ignore[arg-type]
+@pytest.mark.parametrize(("discretisation", "rel"), [("kalker", 1e-12), ("aligned", 0.05)])
+def test_lift_is_the_mean_under_the_pressure_over_the_approach(discretisation: str, rel: float) -> None:
+    """By reciprocity: work of the tractions on displacements by pressure. On moved rows both are approximations."""
+    scene = replace(steel(Mesh((1.0, 1.2), (20, 24)), creepage=Creepage(0.003, -0.002, 0.01)), counterbody=None)
+    contact = solve_normal(scene)
+    if discretisation == "aligned":
+        contact = AlignedContact(contact)
+    rolling = solve_rolling(contact, scene)
+    mean = np.average(contact.lift(rolling.q, contact.box), weights=contact.solution.p[contact.box.slices])
+    assert _lift(contact, rolling) == pytest.approx(mean / contact.solution.approach, rel=rel)
 
 
 def test_a_coarser_mesh_whose_window_is_too_small_does_not_count() -> None:

@@ -69,7 +69,7 @@ def test_against_turns(name: str) -> None:
     assert rolling.converged
     np.testing.assert_array_equal(contact.solution.p.reshape(-1) > 0.0, p > 0.0)
     assert np.abs(contact.solution.p.reshape(-1) - p).max() <= 1e-7 * p.max()
-    found = np.stack([contact.spread(q) for q in rolling.q.T], axis=-1).reshape(-1, 2)
+    found = contact.spread(rolling.q.T).reshape(2, -1).T
     assert np.abs(found - q).max() <= 1e-7 * p.max()
     assert contact.solution.approach == pytest.approx(approach, rel=1e-7)
     if name == "stiff layers":  # turning the coupling off has to be seen
@@ -103,7 +103,7 @@ def state(name: str) -> CoupledSystem:
     contact = solve_normal(scene)
     q = solve_rolling(contact, scene).q
     system = CoupledSystem(scene, contact.influence, Box(0, scene.mesh.cells[0], 0, scene.mesh.cells[1]))
-    system.look(np.stack([contact.spread(q[:, 0]), contact.spread(q[:, 1]), contact.solution.p]))
+    system.look(contact.spread(np.stack([*q.T, contact.pressure])))
     return system
 
 
@@ -202,7 +202,7 @@ def test_a_plate_on_a_soft_core(monkeypatch: pytest.MonkeyPatch) -> None:
     contact, rolling = solve_coupled(scene)
     assert rolling.iterations > 5
     system = CoupledSystem(scene, contact.influence, contact.box)
-    stress = np.stack([contact.spread(rolling.q[:, 0]), contact.spread(rolling.q[:, 1]), contact.solution.p])
+    stress = contact.spread(np.stack([*rolling.q.T, contact.pressure]))
     assert system.solve(np.ascontiguousarray(stress[:, *contact.box.slices]), 1.0) <= 1
     assert system.solved
     solved(scene)
@@ -267,7 +267,7 @@ def test_lift_by_moved_rows() -> None:
     hats = symbols(pressure_quadrants(quadrant), padded)
     for moved in (0, 2):  # the shortest wave is not moved, so not by one
         contact.shift = np.full(contact.box.shape[1], float(moved))
-        windows = (contact.spread(np.ascontiguousarray(component)) for component in q.T)
+        windows = contact.spread(q.T)
         expected = -sum(
             convolve(hat, padded, np.roll(window, moved, axis=0)[box.slices])
             for hat, window in zip(hats, windows, strict=True)

@@ -78,7 +78,7 @@ def test_padded_around_holds_a_convolution_of_what_is_not_zero(window: tuple[int
     rng = np.random.default_rng(3)
     source = np.zeros(window)
     source[held.slices] = rng.standard_normal(held.shape)
-    padded = padded_around(source)
+    padded = padded_around(held, Box(0, window[0], 0, window[1]))
     quadrant = rng.standard_normal((padded[0] // 2 + 2, padded[1] // 2 + 2))
     found = convolve(symbols([(quadrant, (1, 1))], padded)[0], padded, source)
     expected = np.zeros(window)

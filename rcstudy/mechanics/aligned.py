@@ -38,6 +38,7 @@ from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
     ShiftedTransform,
+    padded_around,
     padded_shape,
     point_factor,
     pressure_quadrants,
@@ -212,7 +213,7 @@ class AlignedContact(NormalContact):
 
         As without moved rows: they are moved on the way there and not back. `box` must hold the contact.
         """
-        padded = padded_shape(box.shape)
+        padded = padded_around(self.box, box)
         # first of all: of a contact one row wide the symbols are made in this very plan
         hat = self._along_by_pressure(padded)
         corner = self.box.i0 - box.i0, self.box.j0 - box.j0

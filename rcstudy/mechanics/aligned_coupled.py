@@ -89,7 +89,5 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
 
 def _carried_over(contact: NormalContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:
     """Tractions [m, 2] (MPa) to start from on the cells of `other`: the same fractions of the bound as `q`."""
-    fraction = q / contact.pressure[:, None]
-    carried = [other.gather(contact.spread(np.ascontiguousarray(component))) for component in fraction.T]
-    result: np.ndarray = np.stack(carried, axis=1) * other.pressure[:, None]
-    return result
+    fractions = q.T / contact.pressure
+    return np.ascontiguousarray((other.gather(contact.spread(fractions)) * other.pressure).T)

@@ -23,6 +23,7 @@ from rcstudy.mechanics.convolution import (
     PairOperator,
     convolve,
     difference_symbols,
+    padded_around,
     padded_shape,
     pressure_quadrants,
     real_symbols,
@@ -161,10 +162,10 @@ class NormalContact:
 
         `box` must hold the contact; zero for quasi-identical bodies.
         """
-        padded = padded_shape(box.shape)
+        padded = padded_around(self.box, box)
         out = np.zeros(box.shape)
-        for component, hat in enumerate(self._along_by_pressure(padded)):
-            out -= convolve(hat, padded, self.spread(q[:, component])[box.slices])
+        for hat, component in zip(self._along_by_pressure(padded), self.spread(q.T), strict=True):
+            out -= convolve(hat, padded, component[box.slices])
         return out
 
     @property
@@ -187,13 +188,16 @@ class NormalContact:
         return (self.box.i0 + i) * self.scene.mesh.cells[1] + self.box.j0 + j
 
     def gather(self, window: np.ndarray) -> np.ndarray:
-        """Values [m] at the cells in contact of an array [nx, ny] of the window."""
-        return window.take(self._places)
+        """Values [..., m] at the cells in contact of arrays [..., nx, ny] of the window."""
+        return window.reshape(*window.shape[:-2], -1).take(self._places, axis=-1)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Array [nx, ny] of the window with `values` [m] at the cells in contact, zero elsewhere."""
-        out = np.zeros(self.scene.mesh.cells, dtype=values.dtype)
-        out.reshape(-1)[self._places] = values
+        """Arrays [..., nx, ny] of the window with `values` [..., m] at the cells in contact, zero elsewhere."""
+        nx, ny = self.scene.mesh.cells
+        out = np.zeros((*values.shape[:-1], nx, ny), dtype=values.dtype)
+        # one by one: a single assignment to all takes twice as long
+        for window, own in zip(out.reshape(-1, nx * ny), values.reshape(-1, values.shape[-1]), strict=True):
+            window[self._places] = own
         return out
 
     def on_window(
@@ -203,11 +207,7 @@ class NormalContact:
 
         From `q` [m, 2], `s` [m, 2], `slip` [m]; zero outside the contact.
         """
-        return (
-            np.stack([self.spread(component) for component in q.T]),
-            np.stack([self.spread(component) for component in s.T]),
-            self.spread(slip),
-        )
+        return self.spread(q.T), self.spread(s.T), self.spread(slip)
 
     @cached_property
     def area(self) -> float:

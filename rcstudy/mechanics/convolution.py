@@ -271,12 +271,13 @@ def padded_shape(box: tuple[int, int]) -> tuple[int, int]:
     return good_length(2 * box[0] - 1), good_length(2 * box[1] - 1)
 
 
-def padded_around(source: np.ndarray) -> tuple[int, int]:
-    """The same for a convolution that takes `source` [nx, ny], zero towards the sides, to all of these cells."""
-    held = Box.around(source != 0.0)
-    nx, ny = source.shape
-    # the farthest that a cell in use is from another cell
-    reach = max(nx - 1 - held.i0, held.i1 - 1), max(ny - 1 - held.j0, held.j1 - 1)
+def padded_around(source: Box, box: Box) -> tuple[int, int]:
+    """The same for a convolution that takes the cells of `source`, a part of `box`, to all of that."""
+    # the farthest that a cell of the one is from a cell of the other
+    reach = (
+        max(box.i1 - 1 - source.i0, source.i1 - 1 - box.i0),
+        max(box.j1 - 1 - source.j0, source.j1 - 1 - box.j0),
+    )
     return good_length(2 * reach[0] + 1), good_length(2 * reach[1] + 1)
 
 

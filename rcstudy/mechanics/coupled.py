@@ -244,7 +244,7 @@ def solve_coupled(
     influence = influence or influence_of(scene)
     contact, q, coarse = _start(scene, influence, level)
     began_at_edge = at_edge(Box.around(contact.solution.p > 0.0), scene.mesh.cells)
-    stress = np.stack([contact.spread(q[:, 0]), contact.spread(q[:, 1]), contact.solution.p])
+    stress = _stresses(contact, q)
     box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)
     start, farthest = stress, _FAR
     iterations = products = 0
@@ -254,7 +254,7 @@ def solve_coupled(
         steps = system.solve(np.ascontiguousarray(stress[:, *box.slices]), farthest)
         iterations += steps
         products += system.products
-        stress = np.zeros_like(stress)
+        stress = np.zeros(stress.shape)
         stress[:, *box.slices] = system.stress
         touched = Box.around(stress[2] > 0.0)
         if not system.solved and not taken_in_turn and scene.tolerance.normal >= system.attainable:
@@ -282,7 +282,7 @@ def solve_coupled(
     )
     rolling = _tractions(system)
     rolling.iterations, rolling.products, rolling.coarser = iterations, products, coarse
-    return NormalContact(scene, influence, solution, box, contact.coarser), rolling
+    return NormalContact(scene, influence, solution, coarser=contact.coarser), rolling
 
 
 def _start(scene: Scene, influence: Influence, level: int) -> tuple[NormalContact, np.ndarray, RollingSolution | None]:
@@ -300,6 +300,11 @@ def _start(scene: Scene, influence: Influence, level: int) -> tuple[NormalContac
     guess = NormalSolution(p, coarser.solution.approach, np.inf, 0, 0, converged=False)
     contact = NormalContact(scene, influence, guess, coarser=coarser)
     return contact, interpolated_tractions(coarser, coarse, contact, scene.friction), coarse
+
+
+def _stresses(contact: NormalContact, q: np.ndarray) -> np.ndarray:
+    """Stresses [3, nx, ny] of the window: tractions `q` [m, 2], pressures of `contact`."""
+    return contact.spread(np.stack([*q.T, contact.pressure]))
 
 
 def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float) -> tuple[np.ndarray, Box, int, int]:
@@ -324,10 +329,10 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
         eased = replace(scene, tolerance=tolerance)
         pressure = solve_pressure(eased, influence, gap + lift, stress[2])
         contact = NormalContact(scene, influence, pressure)
-        q = np.stack([contact.gather(stress[0]), contact.gather(stress[1])], axis=1)
+        q = np.ascontiguousarray(contact.gather(stress[:2]).T)
         rolling = solve_rolling(contact, eased, within(q, scene.friction * contact.pressure))
         products += pressure.products + rolling.products
-        stress = np.stack([contact.spread(rolling.q[:, 0]), contact.spread(rolling.q[:, 1]), pressure.p])
+        stress = _stresses(contact, rolling.q)
         if not box.holds(contact.box):
             box = contact.box.grown(contact.box.shape[0] // 4 + 2, contact.box.shape[1] // 4 + 2, scene.mesh.cells)
         change = -lift
