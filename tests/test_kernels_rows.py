@@ -319,6 +319,38 @@ def test_row_bounds_of_rows_that_stay(ahead: float) -> None:
     assert (np.abs(middle - centres_)[~empty] < 1.01).all()
 
 
+def test_carry_on() -> None:
+    """Against sums over all pairs of cells; rows not taken stay as they are, and a row's only cell holds all of it."""
+    rng = np.random.default_rng(11)
+    before = rng.random((9, 5))
+    p = before + 0.1 * rng.random((9, 5))
+    start, count = np.array([6.3, 7.0, 5.6, 6.9, 4.2]), np.array([6, 5, 4, 6, 1])
+    taken = np.array([0, 2, 3, 4])
+    index = np.full((6, 5), -1)
+    numbers = iter(rng.permutation(count.sum()))
+    for j, n in enumerate(count):
+        index[:n, j] = [next(numbers) for _ in range(n)]
+    index_before = np.full((7, 5), -1)
+    index_before[:6] = np.where(index >= 0, count.sum() - 1 - index, -1)
+    bounds = rng.random(count.sum())
+    bounds[index_before[5, 3]] = -0.6  # and what it changes by leaves it below nothing
+    out = np.full(count.sum(), np.nan)
+    rows.carry_on(p, before, start, count, index, taken, bounds, index_before, out)
+    assert np.isnan(out[index[: count[1], 1]]).all()
+    for j in taken:
+        n = count[j]
+        places = start[j] - np.arange(n)
+        expected = bounds[index_before[:n, j]].copy()
+        for i in range(len(p)):
+            nearest = np.clip(i, places[-1], places[0])
+            expected += np.maximum(1.0 - np.abs(places - nearest), 0.0) * (p[i, j] - before[i, j])
+        expected = np.maximum(expected, 0.0)
+        expected *= p[:, j].sum() / expected.sum()
+        np.testing.assert_allclose(out[index[:n, j]], expected, atol=1e-13)
+    assert out[index[5, 3]] == 0.0
+    assert out[index[0, 4]] == pytest.approx(p[:, 4].sum())
+
+
 # --- between cells ---
 
 

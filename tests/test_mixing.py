@@ -85,6 +85,15 @@ def on_rubber(modulus: float, nu: float, thickness: float, friction: float, cree
         ((1.1, 0.4974, 0.18), 0.5, {"longitudinal": 0.02, "lateral": 0.3, "spin": 0.05}),
         ((1.247, 0.3675, 0.1113), 1.0, {"longitudinal": 0.02}),
         ((1.859, 0.4431, 0.1019), 1.5, {"longitudinal": -0.3, "lateral": -0.3, "spin": 0.05}),
+        # pressures on rows that stay jumped with each cell that came into contact or left it
+        ((1.117, 0.4762, 0.1536), 1.0, {"longitudinal": 0.02, "lateral": -0.3, "spin": -0.05}),
+        ((1.33, 0.4931, 0.7373), 1.0, {"lateral": -0.02}),
+        ((3.099, 0.4865, 0.133), 1.5, {"longitudinal": 0.3, "lateral": 0.02}),
+        # many modes of a film grow: 16 turns, or mixtures of eight, were too few
+        ((14.663, 0.4971, 0.1148), 1.5, {"longitudinal": -0.02, "lateral": -0.3}),
+        # windows were too small: eight turns of a sliding film told too little of where it reaches
+        ((37.728, 0.4916, 0.1272), 1.5, {"longitudinal": 0.02, "lateral": 0.3, "spin": 0.05}),
+        ((5.905, 0.4987, 0.3416), 1.5, {"longitudinal": 0.3}),
     ],
 )
 def test_turns_on_rubber_settle(layer, friction, creepage):

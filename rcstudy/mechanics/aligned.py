@@ -101,8 +101,7 @@ class AlignedContact(NormalContact):
         # a row shorter than twice theta cells has one cell, in its middle
         self._start = np.where(touched, np.maximum(front - _EDGE, 0.5 * (back + front)), 0.0)
         self._count = np.where(touched, np.maximum(1, np.ceil(self._start - back)), 0).astype(np.int64)
-        if like is not None:
-            self._take_rows(like)
+        taken = self._take_rows(like) if like is not None else None
         leading = np.rint(self._start - _HALFWAY).astype(np.int64)
         self.shift = self._start - leading
         number = int(self._count.sum())
@@ -116,13 +115,15 @@ class AlignedContact(NormalContact):
         self._pressure, self._middle = np.zeros(number), np.zeros(number)
         of_cells = self._start, self._count, self._index, self._pressure, self._middle
         rows.row_bounds(p, *self._profiles, *of_cells)
+        if like is not None and taken is not None:
+            self._carry_on(like, taken)
         # plates can lift off within a row: what they carry there is nothing, but a bound must not be
         least = _LEAST * self._pressure.max(initial=0.0)
         self.carrying = self._pressure > least
         np.maximum(self._pressure, least, out=self._pressure)
 
-    def _take_rows(self, other: AlignedContact) -> None:
-        """Take the rows of `other`, where both have cells and the box has room for them."""
+    def _take_rows(self, other: AlignedContact) -> np.ndarray:
+        """Take the rows of `other`, where both have cells and the box has room for them; returns which."""
         ahead, aside = other.box.i0 - self.box.i0, other.box.j0 - self.box.j0
         j = np.arange(max(aside, 0), min(aside + other._count.size, self._count.size))
         start, count = other._start[j - aside] + ahead, other._count[j - aside]
@@ -130,6 +131,19 @@ class AlignedContact(NormalContact):
         room = (leading < self.box.shape[0]) & (leading - count >= -1)
         j, start, count = (values[room & (count > 0) & (self._count[j] > 0)] for values in (j, start, count))
         self._start[j], self._count[j] = start, count
+        return j
+
+    def _carry_on(self, other: AlignedContact, taken: np.ndarray) -> None:
+        """Pressures of the rows `taken` from `other`: as there, but for what that of the mesh's own cells changed by.
+
+        Edges between cells jump when a cell comes into contact or leaves it, and pressures by them do.
+        """
+        aside = other.box.j0 - self.box.j0
+        index = np.zeros((len(other._index), self._count.size), dtype=np.int64)
+        index[:, taken] = other._index[:, taken - aside]
+        before = np.ascontiguousarray(other.solution.p[self.box.slices])
+        of_cells = self._start, self._count, self._index, taken
+        rows.carry_on(self._p, before, *of_cells, other._pressure, index, self._pressure)
 
     @cached_property
     def cells(self) -> np.ndarray:

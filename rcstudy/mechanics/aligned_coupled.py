@@ -10,8 +10,8 @@ be exact, that takes little longer than the exact solution on cells as they are 
 
 Where friction is high a turn gains less, and `KEPT` is enough. Each turn starts from a mixture of the last ones
 (`mixing.py`), as they may creep or swing there. From one set of cells in contact to another, and back, they may swing
-for good: rows jump. So after `_MOVING` turns rows stay where they are, while pressure and tractions go on. What does
-not settle then either, the proof finds.
+for good: rows jump. So after `_MOVING` turns rows stay where they are, while pressure and tractions go on, the one on
+the rows linear in the one on the mesh's own cells. What does not settle then either, the proof finds.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 
 _START = 1e-4  # tolerance of pressure and tractions on cells as they are
 _FIRST = 1e-2  # of the first tractions on aligned cells
-_MAX_TURNS = 16
+_MAX_TURNS = 30
 _MOVING = 5  # of them, in which rows go to where the contact begins
 _ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, over the approach, when turns end
 _GAIN = 0.4  # part of that which a turn leaves of it, as a rule; where it leaves more, `KEPT` has to do
@@ -61,6 +61,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     gap = initial_gap(scene)
     lift = np.zeros(gap.shape)
     mixing, error = Mixing(), np.inf
+    resting: AlignedContact | None = None  # whose rows the others' take
     for turn in range(_MAX_TURNS):
         box = contact.box.grown(contact.box.shape[0] // 8 + 2, contact.box.shape[1] // 8 + 2, scene.mesh.cells)
         change = -lift
@@ -75,8 +76,9 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
         pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p).after(contact.solution)
         if pressure.edge or not pressure.converged:
             return NormalContact(scene, influence, pressure), None
-        like = contact if turn >= _MOVING else None
-        following = AlignedContact(NormalContact(scene, influence, pressure), contact.coarser, like)
+        if turn == _MOVING:
+            resting = contact
+        following = AlignedContact(NormalContact(scene, influence, pressure), contact.coarser, resting)
         last_turn = _GAIN * error <= _ENOUGH
         tolerance = own.tangential if last_turn else max(own.tangential, min(_FIRST, _TURN * error))
         guess = _carried_over(contact, rolling.q, following)

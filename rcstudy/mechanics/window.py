@@ -16,7 +16,7 @@ from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
 _CELLS = 24
 _WIDER = 1.5  # first window over the estimated contact, and each window over the last one that was too small
-_TURNS = 8  # of pressure and what tractions lift, at most
+_TURNS = 40  # of pressure and what tractions lift, at most: films that keep their volume ask for as many
 _ENOUGH = 1e-2  # change of that lift by a turn, over the approach, at which they end
 _ROUNDING = 1e-9
 _WIDEST = 4.0  # window over the contact without friction, beyond which none is tried

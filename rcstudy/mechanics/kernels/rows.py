@@ -237,6 +237,47 @@ def row_bounds(
 
 
 @jit
+def carry_on(
+    p: np.ndarray,
+    p_before: np.ndarray,
+    start: np.ndarray,
+    count: np.ndarray,
+    index: np.ndarray,
+    taken: np.ndarray,
+    bounds_before: np.ndarray,
+    index_before: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Mean pressure of cells with centres start[j] - k in rows j of `taken`, into out [m] (MPa), from what it was.
+
+    As much as the pressure of the mesh's own cells changed from p_before to p [nx, ny], shared out among the two
+    closest cells of the row, comes to what it was in each, bounds_before [m'] (index_before [>= max count, ny]: their
+    numbers). None is less than nothing, and every row carries the force that it carries in p.
+    """
+    for j in taken:
+        last = count[j] - 1
+        for k in range(last + 1):
+            out[index[k, j]] = bounds_before[index_before[k, j]]
+        for i in range(p.shape[0]):
+            change = p[i, j] - p_before[i, j]
+            if change != 0.0:
+                place = min(max(start[j] - i, 0.0), float(last))
+                near = min(int(place), max(last - 1, 0))
+                part = place - near
+                out[index[near, j]] += (1.0 - part) * change
+                if part > 0.0:
+                    out[index[near + 1, j]] += part * change
+        total = 0.0
+        for k in range(last + 1):
+            m = index[k, j]
+            out[m] = max(out[m], 0.0)
+            total += out[m]
+        scale = p[:, j].sum() / total
+        for k in range(last + 1):
+            out[index[k, j]] *= scale
+
+
+@jit
 def on_box(
     q: np.ndarray,
     s: np.ndarray,
