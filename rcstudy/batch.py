@@ -37,15 +37,18 @@ def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
     return batches
 
 
-def solve_batch(scenes: Sequence[Scene]) -> Iterator[Result]:
-    """Solve scenes that share a normal problem: a result each, in order, whatever the solver does."""
+def solve_batch(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Result]:
+    """Solve scenes that share a normal problem: a result each, in order, whatever the solver does.
+
+    `series`: see :func:`rcstudy.solve.solve_group`.
+    """
     from rcstudy.solve import solve_group
 
     done = 0
     while done < len(scenes):
         reason = "the solver gave no result"
         try:
-            for result in solve_group(scenes[done:]):
+            for result in solve_group(scenes[done:], series=series):
                 done += 1
                 yield result
         except Exception as error:  # not the solver's own: it turns those into results
@@ -53,6 +56,11 @@ def solve_batch(scenes: Sequence[Scene]) -> Iterator[Result]:
         if done < len(scenes):
             done += 1
             yield Result(Status.ERROR, reason)
+
+
+def solve_series(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """The same, those of close creepages starting from one another."""
+    return solve_batch(scenes, series=True)
 
 
 def warm_up_scenes(scenes: Iterable[Scene]) -> list[Scene]:

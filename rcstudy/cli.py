@@ -117,6 +117,14 @@ def sweep(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Start over: solve all cases, whatever is solved already.")
     ] = False,
+    series: Annotated[
+        bool,
+        typer.Option(
+            "--series",
+            help="Start cases of close creepages from one another: up to a seventh faster. Results then depend on "
+            "their order, within the tolerance.",
+        ),
+    ] = False,
     shard: Annotated[
         str | None,
         typer.Option(metavar="I/N", help="Solve the I-th of N parts only, for an array of jobs; then: rcstudy merge."),
@@ -149,6 +157,7 @@ def sweep(
             scheduler=scheduler_at(scheduler, scheduler_file),
             progress=reporter,
             fresh=fresh,
+            series=series,
             shard=None if shard is None else _shard(shard),
             take_over=unlock,
             tell=_say,

@@ -19,6 +19,7 @@ from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
+from rcstudy.mechanics.series import Series
 from rcstudy.mechanics.unseen import Unseen, slip_by_pressure_over_tractions
 from rcstudy.result import CellState, Result, Status
 
@@ -35,8 +36,10 @@ def solve_scene(scene: Scene) -> Result:
     return next(iter(solve_group([scene])))
 
 
-def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
+def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Result]:
     """Solve scenes that share one normal problem, the pressure once (with `coupling: full` each has its own).
+
+    `series`: those of close creepages start from one another. Results then depend on their order, within the tolerance.
 
     Yields a :class:`Result` a scene, in order. Whatever goes wrong becomes a status with its reason; the seconds of
     the shared pressure are charged to the first scene. Threads of one process take turns, scene by scene.
@@ -51,7 +54,7 @@ def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
                 if scene.coupling == "full" and scene.creepage is not None and scene.moves_by_pressure:
                     result = _solve_coupled(scene)
                 else:
-                    shared = shared or _Shared(scene)
+                    shared = shared or _Shared(scene, series)
                     result = _normal_failure(shared.contact) or shared.result(scene)
             except Refusal as refusal:
                 result = Result(Status.REFUSED, str(refusal))
@@ -99,18 +102,24 @@ def _solve_coupled(scene: Scene) -> Result:
 
 
 class _Shared:
-    """The pressure of one-way scenes, with its proof: all that they share."""
+    """The pressure of one-way scenes, with its proof: all that they share, but for tractions to start from."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, series: bool) -> None:
         self.contact = solve_normal(scene)
         if _normal_failure(self.contact) is None:
             self.contact, self.proof = _polished_pressure(self.contact, scene)
             if scene.discretisation == "aligned":
                 self.contact = AlignedContact(self.contact)
+        self._series = Series(math.sqrt(self.contact.area / math.pi)) if series else None
 
     def result(self, scene: Scene) -> Result:
         """Result of `scene` under this pressure."""
-        rolling = solve_rolling(self.contact, scene) if scene.creepage is not None else None
+        rolling = None
+        if scene.creepage is not None:
+            neighbour = self._series.neighbour(scene) if self._series is not None else None
+            rolling = solve_rolling(self.contact, scene, neighbour=neighbour)
+            if self._series is not None:
+                self._series.add(scene, rolling)
         return _result(self.contact, scene, rolling, self.proof)
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from rcstudy import cluster, pool, provenance, threads
 from rcstudy.assemble import Assembly
-from rcstudy.batch import make_batches, solve_batch, warm_up_scenes
+from rcstudy.batch import make_batches, solve_batch, solve_series, warm_up_scenes
 from rcstudy.errors import UserError
 from rcstudy.layout import case_label, lay_out
 from rcstudy.progress import Progress, Silent
@@ -89,6 +89,7 @@ def run(
     command: str | None = None,
     solve: pool.Solve | None = None,
     fresh: bool = False,
+    series: bool = False,
     shard: tuple[int, int] | None = None,
     take_over: bool = False,
     tell: Callable[[str], None] | None = None,
@@ -96,8 +97,10 @@ def run(
     """Solve all cases of `study` and write the cube `output`, which is replaced only when all is done.
 
     Cases that an earlier run solved, for this study or as it was before it was edited, are taken over; failed ones are
-    solved again. `fresh`: none are. `shard` (i, n): solve the i-th of n parts only and leave the results for
-    :func:`rcstudy.merge.merge`; no cube is written. `take_over`: go on even if another machine left its lock.
+    solved again. `fresh`: none are. `series`: cases of close creepages start from one another, which is faster where
+    they are many; results then depend on their order, within the tolerance. `shard` (i, n): solve the i-th of n parts
+    only and leave the results for :func:`rcstudy.merge.merge`; no cube is written. `take_over`: go on even if another
+    machine left its lock.
 
     `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
     over to as many workers as there are processors if what is left is worth their start; with `scheduler` the workers
@@ -118,7 +121,7 @@ def run(
     if fresh and shard is not None:
         raise UserError("a shard cannot start over: others have begun; remove the folder of units before all of them")
     say = tell or (lambda text: None)
-    packing = Packing(solve or solve_batch, keep_of(study.outputs))
+    packing = Packing(solve or (solve_series if series else solve_batch), keep_of(study.outputs))
     with contextlib.ExitStack() as stack:
         if processes is None:
             processes = stack.enter_context(pool.Pool())

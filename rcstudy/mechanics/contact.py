@@ -36,7 +36,7 @@ from rcstudy.mechanics.kernels import meshes
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
-from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions
+from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.skins import shift_under_soft_layers
 from rcstudy.mechanics.unseen import Unseen
@@ -267,12 +267,17 @@ def solve_normal(scene: Scene, influence: Influence | None = None, level: int = 
 
 
 def solve_rolling(
-    contact: NormalContact, scene: Scene, guess: np.ndarray | None = None, tolerance: float | None = None
+    contact: NormalContact,
+    scene: Scene,
+    guess: np.ndarray | None = None,
+    tolerance: float | None = None,
+    neighbour: RollingSolution | None = None,
 ) -> RollingSolution:
     """Tractions of `scene` under the pressure of `contact`, whose mesh may be coarser than that of `scene`.
 
     `guess`: tractions [m, 2] (MPa) to start from; without one, coarser meshes provide it. `tolerance`: other than that
-    of `scene`.
+    of `scene`. `neighbour`: a solution under the same pressure that is not far from this one; to what coarser meshes
+    provide comes what they missed of that.
     """
     w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure
@@ -280,11 +285,18 @@ def solve_rolling(
     if scene.method == "paper-cg":
         return solve_paper_cg(contact.displacement, contact.cells, bound, w, contact.scene.mesh.spacing[0], tolerance)
     coarse: RollingSolution | None = None
+    interpolated: np.ndarray | None = None
     if guess is None and contact.coarser is not None:
-        coarse = solve_rolling(contact.coarser, scene, tolerance=coarser_tolerance(scene.tolerance).tangential)
-        guess = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
+        of_neighbour = None if neighbour is None else neighbour.coarser
+        eased = coarser_tolerance(scene.tolerance).tangential
+        coarse = solve_rolling(contact.coarser, scene, tolerance=eased, neighbour=of_neighbour)
+        guess = interpolated = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
+        if neighbour is not None and neighbour.interpolated is not None:
+            guess = within(interpolated + (neighbour.q - neighbour.interpolated), bound)
+    elif guess is None and neighbour is not None:
+        guess = neighbour.q
     rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.neighbours)
-    rolling.coarser = coarse
+    rolling.coarser, rolling.interpolated = coarse, interpolated
     return rolling
 
 

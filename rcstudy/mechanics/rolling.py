@@ -79,7 +79,7 @@ class RollingSolution:
     `s_ahead` [m, 2]: slips where they belong, half a cell ahead of the centres for which `s` has them (`centring.py`),
     on cells that are not moved the same ones; `centring` [m, 2]: what it kept adding to the slip, and `unsettled`: by
     how much of their bounds tractions are off because of that; `coarser`: the solution with cells of twice the size
-    that it started from.
+    that it started from, and `interpolated` [m, 2] (MPa): what that makes of the tractions.
     """
 
     q: np.ndarray
@@ -93,6 +93,7 @@ class RollingSolution:
     coarser: RollingSolution | None = None
     centring: np.ndarray | None = None
     unsettled: float = 0.0
+    interpolated: np.ndarray | None = None
 
     def after(self, earlier: RollingSolution) -> RollingSolution:
         """This one with the iterations and products of an `earlier` one, which it went on from, added to its own.
