@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -182,11 +183,11 @@ def test_an_error_is_a_status_and_the_batch_goes_on(monkeypatch: pytest.MonkeyPa
     """The second of three cases raises: it alone is an ERROR, with the exception in its reason."""
     original = SOLVE.solve_rolling
 
-    def fragile(contact: NormalContact, scene: Scene) -> RollingSolution:
+    def fragile(contact: NormalContact, scene: Scene, **start: Any) -> RollingSolution:
         assert scene.creepage is not None
         if scene.creepage.lateral > 0.0:
             raise FloatingPointError("the stated failure")
-        return original(contact, scene)
+        return original(contact, scene, **start)
 
     monkeypatch.setattr(SOLVE, "solve_rolling", fragile)
     creepages = (Creepage(0.001), Creepage(0.001, 0.001), Creepage(0.002))
@@ -237,8 +238,8 @@ def tampered_tractions(
     """`scene` with its tractions changed behind the solver's back."""
     original = SOLVE.solve_rolling
 
-    def solve(contact: NormalContact, scene: Scene, *start: object) -> RollingSolution:
-        rolling = original(contact, scene, *start)
+    def solve(contact: NormalContact, scene: Scene, *start: Any, **more: Any) -> RollingSolution:
+        rolling = original(contact, scene, *start, **more)
         rolling.q, rolling.s, rolling.slip = rolling.q.copy(), rolling.s.copy(), rolling.slip.copy()
         tamper(rolling, contact)
         return rolling
@@ -370,8 +371,8 @@ def test_proof_catches_traction_beyond_the_bound(monkeypatch: pytest.MonkeyPatch
     """The tractions of ten times the friction: they stick everywhere, beyond what the friction holds."""
     original = SOLVE.solve_rolling
 
-    def solve(contact: NormalContact, scene: Scene, *start: object) -> RollingSolution:
-        rolling = original(contact, replace(scene, friction=10.0), *start)
+    def solve(contact: NormalContact, scene: Scene, *start: Any, **more: Any) -> RollingSolution:
+        rolling = original(contact, replace(scene, friction=10.0), *start, **more)
         assert not rolling.slip.all()
         return rolling
 

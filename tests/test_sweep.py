@@ -286,7 +286,7 @@ def test_nothing_is_solved_for_a_cube_that_cannot_be_written(study: Study, tmp_p
 def broken_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     """A solver that raises at a load of 40, and gives one result too few at a load of 80."""
 
-    def solve_group(scenes: Sequence[Scene]) -> Iterator[Result]:
+    def solve_group(scenes: Sequence[Scene], *, series: bool) -> Iterator[Result]:
         for k, scene in enumerate(scenes):
             if scene.load == 40.0:
                 raise MemoryError("no room")
