@@ -414,6 +414,29 @@ def part_d(options: argparse.Namespace) -> Any:
     bad = Counter(r.status.name for r in results if r.status != Status.SOLVED)
     print(f"{1e3 * each:.2f} ms a case, pressures and coefficients included. Not solved: {dict(bad) or 0}.\n")
     found["growth"] = growth(rolling, [n for n in options.cells if n <= 512])
+    close = [Creepage(0.0001 * (k + 1), 0.0, 0.005) for k in range(24)]
+    layers = [Layer(52500.0 * 2**k, 0.3, 0.2 * A) for k in (0, 1, 3, 4)]
+    dense = [[replace(coated(128, (layer,)), creepage=creepage) for creepage in close] for layer in layers]
+    found["series"] = in_series({"the paper's rolling cases": rolling, "24 creepages to a layer, 128 cells": dense})
+    return found
+
+
+def in_series(families: dict[str, list[list[Scene]]]) -> list[dict[str, Any]]:
+    """What `--series` saves; families: groups of scenes with one normal problem each."""
+    print("Cases of close creepages starting from one another (`--series`), over cases alone: products on all meshes,")
+    print("least of five processor times of whole solves.\n")
+    found = []
+    for name, groups in families.items():
+        products, seconds = {False: 0.0, True: 0.0}, {False: np.inf, True: np.inf}
+        for _ in range(5):
+            for series in products:
+                begun = Clock()
+                results = [r for scenes in groups for r in solve.solve_group(scenes, series=series)]
+                seconds[series] = min(seconds[series], Clock() - begun)
+                products[series] = sum(r.scalars["operator_products"] + r.scalars["coarse_products"] for r in results)
+        ratios = {"products": products[True] / products[False], "time": seconds[True] / seconds[False]}
+        found.append({"cases": name, "number": sum(map(len, groups)), **ratios})
+    table(list(found[0]), [list(row.values()) for row in found])
     return found
 
 
