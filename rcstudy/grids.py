@@ -10,7 +10,7 @@ import itertools
 import math
 import string
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rcstudy.build import (
@@ -27,6 +27,7 @@ from rcstudy.build import (
 )
 from rcstudy.mechanics.scene import Scene
 from rcstudy.quantities import LENGTH, Quantity, number_text
+from rcstudy.ranges import spread
 from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, label_problem, submodel, validate
 from rcstudy.yamltree import Node, Problems, child_path, find, merge, suggest, with_entry, without
 
@@ -35,6 +36,8 @@ _MAX_CASE_PROBLEMS = 5  # reported of one grid, once each of its values is found
 
 # keys whose value is a mapping or list, so that an axis over them needs labels
 _LABELLED = ("creepage", "counterbody", "substrate", "mesh", "tolerance", "layers")
+# keys whose value is no number, or a whole one, so that no range gives an axis over them
+_NO_RANGE = (*_LABELLED, "layer_count", "coupling", "method", "discretisation", "mesh.size", "mesh.cells")
 # axes that matter neither to the size of the contact nor to how a scene is built
 _HARMLESS = ("creepage", "friction", "spin_point", "tolerance")
 _HERTZ = ("substrate", "counterbody", "radius", "load")  # axes that the uncoated contact depends on
@@ -121,8 +124,19 @@ class GridReader:
         over = inside.get("scene")
         self.scene = merge(shared, over) if over is not None and over.is_mapping else shared
         self.coating: Node | None = inside.get("coating")
-        self.axes: Node | None = inside.get("axes")
+        self.axes: Node | None = self._with_ranges(inside.get("axes"))
         self.cases: Node | None = inside.get("cases")
+
+    def _with_ranges(self, axes: Node | None) -> Node | None:
+        """The axes, those given by ranges as lists of their values."""
+        if axes is None or not axes.is_mapping:
+            return axes
+        ranged = {
+            path: spread(node, self.problems)
+            for path, node in axes.value.items()
+            if node.is_mapping and node.value and path in AXIS_PATHS and path not in _NO_RANGE
+        }
+        return merge(axes, replace(axes, value=ranged)) if ranged else axes
 
     def count(self) -> int:
         """Number of cases as written."""
@@ -220,7 +234,8 @@ class GridReader:
             if path not in AXIS_PATHS:
                 self.problems.add(node.at_key(), suggest(path, AXIS_PATHS), value="unknown axis")
             elif not node.is_list or not node.value:
-                self.problems.add(node, "a list of at least one value")
+                more = "" if path in _NO_RANGE else ", or {first, last, count, spacing}"
+                self.problems.add(node, f"a list of at least one value{more}")
             else:
                 known[path] = node
         for path in self._overlapping(known):

@@ -60,6 +60,16 @@ def as_number(value: Any) -> float | None:
     return number + 0.0 if math.isfinite(number) else None  # + 0.0: no negative zero
 
 
+def as_quantity(value: Any) -> Quantity | None:
+    """`value` as a Quantity if it is a finite number, plain or relative, else None."""
+    match = _RELATIVE.fullmatch(value) if isinstance(value, str) else None
+    if match:
+        number = as_number(float(match[1]) if match[1] else 1.0)
+        return None if number is None else Quantity(number, match[2])
+    number = as_number(value)
+    return None if number is None else Quantity(number)
+
+
 def _without_unit(allowed: str, value: Any) -> str:
     """`allowed`, with a word on units if the value was written with one."""
     if isinstance(value, str) and _UNIT.fullmatch(value) and not _RELATIVE.fullmatch(value):
@@ -99,13 +109,8 @@ class Relative:
         self.allowed, self._scale = allowed, scale
 
     def __call__(self, value: Any) -> Quantity:
-        quantity = None
-        match = _RELATIVE.fullmatch(value) if isinstance(value, str) else None
-        if match and match[2] == self._scale:
-            quantity = Quantity(float(match[1]) if match[1] else 1.0, self._scale)
-        elif (number := as_number(value)) is not None:
-            quantity = Quantity(number)
-        if quantity is None or not 0.0 < quantity.value < math.inf:
+        quantity = as_quantity(value)
+        if quantity is None or quantity.scale not in ("", self._scale) or not quantity.value > 0.0:
             raise refusal(_without_unit(self.allowed, value))
         return quantity
 

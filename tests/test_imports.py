@@ -20,6 +20,7 @@ ORDER = [
     "rcstudy.quantities",
     "rcstudy.spec",
     "rcstudy.build",
+    "rcstudy.ranges",
     "rcstudy.grids",
     "rcstudy.study",
     "rcstudy.cases",

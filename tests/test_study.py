@@ -147,6 +147,22 @@ def test_case_list(load):
     assert study.grids[0].axes[0].labels == ("coated", "thick", "bare")
 
 
+def test_axes_by_their_ends(load):
+    (grid,) = load(
+        BASE + "  g:\n    coating: {layer_count: 1}\n    axes:\n"
+        "      thickness: {first: 0.1 a, last: 10 a, count: 5, spacing: log}\n"
+        "      modulus: {first: Es, last: 2 Es, count: 4}\n"
+        "      creepage.spin: {first: 0.01, last: -0.01, count: 3}\n"
+        "      friction: {first: 0.3, last: 0.30000003, count: 3}\n"
+    ).grids
+    thickness, modulus, spin, close = grid.axes
+    assert thickness.labels == ("0.1 a", "0.316228 a", "1 a", "3.16228 a", "10 a")
+    assert [value.value for value in modulus.values] == [1.0, 1.33333, 1.66667, 2.0]
+    assert spin.values == (0.01, 0.0, -0.01)
+    assert close.values == pytest.approx((0.3, 0.300000015, 0.30000003), rel=1e-15)
+    assert grid.shape == (5, 4, 3, 3)
+
+
 def test_labels(load):
     study = load(
         BASE + "  g: {axes: {creepage: [{spin: 0.1}, {label: 0.20, spin: 0.2}, {spin: 0.3}], radius: [[9, 8], 9]}}\n"
@@ -235,6 +251,29 @@ def test_units_are_explained(refused):
         ),
         ("axes: {load: []}", "8:20: grids.g.axes.load: []: a list of at least one value"),
         ("axes: {load: 3}", "8:20: grids.g.axes.load: 3: a list of at least one value"),
+        ("axes: {load: {}}", "8:20: grids.g.axes.load: {}: a list of at least one value, or {first, last, count, sp"),
+        ("axes: {load: {first: 1}}", "8:14: grids.g.axes.load.last: missing: a number, or one of the form"),
+        ("axes: {load: {first: 1, last: 2, count: 1}}", "8:47: grids.g.axes.load.count: 1: a whole number from 2"),
+        ("axes: {load: {first: 1, last: 1, count: 3}}", "8:37: grids.g.axes.load.last: 1: another value than first"),
+        ("axes: {load: {first: 1 N, last: 2, count: 3}}", "8:28: grids.g.axes.load.first: 1 N: a number, or one of"),
+        ("axes: {load: {first: 1, last: 2, cuont: 3}}", "8:40: grids.g.axes.load.cuont: unknown key: did you mean c"),
+        (
+            "axes: {load: {first: -1, last: 2, count: 3, spacing: log}}",
+            "8:60: grids.g.axes.load.spacing: log: linear, unless first and last are both above 0, or both below",
+        ),
+        (
+            "axes: {thickness: {first: 1 a, last: 2, count: 3}, modulus: [1 Es]}",
+            "8:44: grids.g.axes.thickness.last: 2: a multiple of a, as first is",
+        ),
+        (
+            "axes: {modulus: {first: 1 a, last: 2 a, count: 3}, thickness: [1]}",
+            "8:23: grids.g.axes.modulus[0]: 1 a: a number above 0, in MPa, or of the substrate's",
+        ),
+        ("axes: {load: {first: -3, last: 3, count: 3}}", "8:20: grids.g.axes.load[0]: -3: a number above 0, in N"),
+        (
+            "axes: {method: {first: 1, last: 2, count: 3}}",
+            "8:22: grids.g.axes.method: {first: 1, last: 2, count: 3}: a list of at least one value",
+        ),
         ("axes: {}", "8:13: grids.g.axes: {}: a mapping of at least one axis to its values"),
         ("axes: {laod: [1]}", "8:14: grids.g.axes.laod: unknown axis: did you mean load?"),
         (
@@ -304,6 +343,11 @@ def test_axes_that_set_the_same_have_no_other_error(refused, axes):
     """The values of one were put into those of the other, and said to be all the same."""
     (line,) = refused(BASE + f"  g: {{axes: {{{axes}}}}}\n")
     assert "axis: axes of different settings; axis" in line
+
+
+def test_bad_ends_of_an_axis_have_no_other_error(refused):
+    (line,) = refused(BASE + "  g: {axes: {thickness: {first: 1 a, last: 2, count: 3}, modulus: [1 Es]}}\n")
+    assert line == "s.yaml:8:44: grids.g.axes.thickness.last: 2: a multiple of a, as first is"
 
 
 def test_all_errors_are_found_at_once_in_the_order_of_the_file(refused):

@@ -1,0 +1,72 @@
+"""Axes given by their ends: so many values from the first to the last, in equal steps or by equal factors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import PlainValidator
+
+from rcstudy.quantities import Choice, Quantity, Whole, as_quantity, refusal
+from rcstudy.spec import Spec, validate
+from rcstudy.yamltree import REFUSED, Node, Problems, child_path
+
+MAX_VALUES = 1000
+_DIGITS = 6  # of the values in between, unless they are closer to each other
+
+
+class _End:
+    """A number, plain or relative."""
+
+    allowed = "a number, or one of the form '0.5 a' or '2 Es'"
+
+    def __call__(self, value: Any) -> Quantity:
+        quantity = as_quantity(value)
+        if quantity is None:
+            raise refusal(self.allowed)
+        return quantity
+
+
+class RangeSpec(Spec):
+    """`count` values from `first` to `last`; `spacing` log: each over the one before is the same."""
+
+    first: Annotated[Quantity, PlainValidator(_End())]
+    last: Annotated[Quantity, PlainValidator(_End())]
+    count: Annotated[int, PlainValidator(Whole(f"a whole number from 2 to {MAX_VALUES}", 2, MAX_VALUES))]
+    spacing: Annotated[str, PlainValidator(Choice("linear", "log"))] = "linear"
+
+    def values(self) -> list[Quantity]:
+        """The values, rounded to six digits but for the ends, if six tell them apart."""
+        one, other, steps = self.first.value, self.last.value, self.count - 1
+        if self.spacing == "log":
+            between = [one * (other / one) ** (k / steps) for k in range(1, steps)]
+        else:
+            between = [one + (other - one) * (k / steps) for k in range(1, steps)]
+        rounded = [float(f"{value:.{_DIGITS}g}") for value in between]
+        if len({one, *rounded, other}) == self.count:
+            between = rounded
+        return [Quantity(value, self.first.scale) for value in (one, *between, other)]
+
+
+def spread(node: Node, problems: Problems) -> Node:
+    """The list of values that the mapping `node` stands for, at its place; of one that was reported if it is wrong."""
+    spec = validate(RangeSpec, node, problems)
+    entries = [Node(REFUSED, child_path(node.path, 0), "", node.line, node.column)]
+    if spec is None:
+        pass
+    elif spec.first.scale != spec.last.scale:
+        like = f"a multiple of {spec.first.scale}" if spec.first.scale else "a plain number"
+        problems.add(node.value["last"], f"{like}, as first is")
+    elif spec.first.value == spec.last.value:
+        problems.add(node.value["last"], "another value than first")
+    elif spec.spacing == "log" and not spec.first.value * spec.last.value > 0.0:
+        problems.add(node.value["spacing"], "linear, unless first and last are both above 0, or both below")
+    else:
+        entries = [_entry(node, k, value) for k, value in enumerate(spec.values())]
+    return replace(node, value=entries, size=1 + len(entries))
+
+
+def _entry(node: Node, k: int, value: Quantity) -> Node:
+    """Value number `k` of the axis at `node`, as if it had been written there."""
+    text = str(value)
+    return Node(text if value.scale else value.value, child_path(node.path, k), text, node.line, node.column)
