@@ -13,8 +13,9 @@ how large that zone is. Under full coupling pressures have their share, the pull
 far beyond the noise show a mesh too coarse for what the bodies do, such as layers thinner than a cell: then a multiple
 of them counts. A contact too small for a coarser mesh gets k0 scale/N, what 19 of 20 such contacts kept, or, where it
 is of fewer cells still, q scale/N^r, which falls as errors do there (`_FEW`; 1500 contacts of 1 to 100 cells). What a
-contact of one to four cells is, cells do not tell at all: it may be of any size below theirs. To its bars comes by how
-much it differs from the Hertz contact of what the layers yield to a wave of its size. The constants
+contact of one to four cells is, or a long one of no more than three along one side, cells do not tell at all: it may be
+of any size below theirs. To its bars comes by how much it differs from the Hertz contact of what the layers yield to a
+wave of its size, and N counts along the narrower side. The constants
 were set on 900 random contacts with `aligned` and 850 with `kalker`, 300 and 600 of them wild, against meshes four
 times finer, and checked on others (`scripts/error_bars.py`).
 
@@ -128,6 +129,7 @@ _FEW: dict[str, dict[str, tuple[float, float]]] = {
         "friction_power": (0.5, 2.5),
     },
 }
+_NARROW = 3  # cells: a longer contact of no more along one side is no better than these
 _FEWEST = 5  # cells, of fewer than which a contact may be of any size below theirs
 
 # Of what layers too thin for the cells do to the contact's area, for which their shift of the edge makes up: parts that
@@ -146,7 +148,7 @@ _CUSPS = {"kalker": (0.0, 0.0), "aligned": (0.75, 0.4)}
 _STUCK = {"force_x": 0.15, "force_y": 0.15, "moment_z": 0.5}  # of themselves over cells a radius, where none slip
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
-_NARROW = 1.3  # times what slip zones at the leading edge hide
+_UNDER = 1.3  # times what slip zones at the leading edge hide
 _TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
 _NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
 _HARDLY = 0.01  # part of the contact that slips, at least, where less of it means more noise
@@ -157,16 +159,23 @@ _UNSEEN = 0.3
 
 
 def error_estimates(
-    scene: Scene, cells: int, levels: Sequence[dict[str, float]], hidden: Hidden | None = None
+    scene: Scene,
+    cells: int,
+    levels: Sequence[dict[str, float]],
+    hidden: Hidden | None = None,
+    across: int = _NARROW + 1,
 ) -> dict[str, float]:
     """`<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
 
     `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact;
-    `hidden`: what differences between them do not show.
+    `hidden`: what differences between them do not show; `across`: cells in contact along its narrower side.
     """
     dx, dy = scene.mesh.spacing
     # of oblong cells the longer sides count
     per_radius = math.sqrt(cells * min(dx / dy, dy / dx) / math.pi)
+    long = across <= _NARROW and cells > _NARROW * across
+    if long:
+        per_radius = min(per_radius, 0.5 * across)
     case = _Case(scene, levels[0], hidden or Hidden(), per_radius)
     fits = ALIGNED if scene.discretisation == "aligned" else FITS
     hides = case.parts_hidden()
@@ -177,7 +186,7 @@ def error_estimates(
             bars[name] = case.by_meshes(fit, values) if len(values) > 1 else case.by_cells(name, fit)
             bars[name] += case.left_by_solver(name, fit)
             bars[name] += hides.get(name, 0.0) * abs(levels[0][name])
-    if cells < _FEWEST:
+    if cells < _FEWEST or long:
         case.add_what_cells_miss(bars)
     if "slip_area" in levels[0]:
         case.add_what_slips(bars, len(levels))
@@ -227,7 +236,7 @@ class _Case:
         return estimate + fit.excess * max(difference - _FAR * noise, 0.0)
 
     def add_what_cells_miss(self, bars: dict[str, float]) -> None:
-        """By how much a contact of one to four cells differs from the Hertz contact that it is about."""
+        """By how much a contact of too few cells, or too narrow a one, differs from the Hertz contact that it is about."""
         finest, (ax, ay) = self.finest, estimated_contact(self.scene)
         pressure = abs(1.5 * self.scene.load / (math.pi * ax * ay) - finest["pressure_max"])
         area = abs(math.pi * ax * ay - finest["contact_area"])
@@ -305,10 +314,10 @@ class _Case:
         slip = self.hidden.slip
         if slip.force <= 0.0:
             return
-        bars["force_x"] += _NARROW * abs(slip.force_x)
-        bars["force_y"] += _NARROW * abs(slip.force_y)
-        bars["moment_z"] += _NARROW * abs(slip.moment_z)
-        bars["friction_power"] += _NARROW * (slip.force * self.fastest + slip.power)
+        bars["force_x"] += _UNDER * abs(slip.force_x)
+        bars["force_y"] += _UNDER * abs(slip.force_y)
+        bars["moment_z"] += _UNDER * abs(slip.moment_z)
+        bars["friction_power"] += _UNDER * (slip.force * self.fastest + slip.power)
         bars["traction_max"] += 0.5 * slip.force / self.finest["contact_area"]
         bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.area
 

@@ -13,6 +13,7 @@ from rcstudy.mechanics import aligned, edges
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
+from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.rolling import NewtonSystem, within
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Tolerance
@@ -507,6 +508,21 @@ def test_contact_area_on_layers_a_few_cells_thin():
             by_parabolas.append(contact.outline.area_by_parabolas * np.prod(coarse.mesh.spacing) / exact - 1.0)
     assert np.median(np.abs(ours)) < 7e-4
     assert np.linalg.norm(ours) < 0.6 * np.linalg.norm(by_parabolas)
+
+
+def test_notches_are_outside_the_edges_already():
+    """Columns tell the waist of a plate's contact; its rows hold cells without pressure there."""
+    a = hertz_of().a[0]
+    scene = steel(window((a, a), (24, 24)))
+    normal = solve_normal(scene)
+    p = normal.solution.p.copy()
+    rows = np.flatnonzero((p > 0.0).any(axis=0))
+    for k in (0, 1, 2):
+        p[13:17, rows[[k, -1 - k]]] = 0.0
+    assert (p[:13, rows[2]] > 0.0).any() and (p[17:, rows[2]] > 0.0).any()
+    assert Outline(p, scene.mesh.spacing, normal.influence).lifted == 0.0
+    p[14:16, 16] = 0.0
+    assert Outline(p, scene.mesh.spacing, normal.influence).lifted == pytest.approx(2.0 * np.prod(scene.mesh.spacing))
 
 
 def test_what_lifts_off_within_the_contact_is_no_part_of_it():

@@ -168,3 +168,25 @@ def test_bars_of_contacts_of_few_cells(discretisation: str) -> None:
     for name, within in held.items():
         assert np.mean(within) > 0.9, name
         assert all(np.array(within)[fewest]), name
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_of_contacts_one_to_three_cells_wide(discretisation: str) -> None:
+    """However long they are. Bare bodies, against Hertz."""
+    rng = np.random.default_rng(3)
+    held: dict[str, list[bool]] = {name: [] for name in ("pressure_max", "contact_area", "approach")}
+    for _ in range(60):
+        radius = 50.0, 50.0 * 10.0 ** rng.uniform(0.8, 2.0)
+        hertz = hertz_of(radius)
+        across, cells = rng.uniform(0.6, 3.4), (int(rng.integers(6, 12)), int(rng.integers(16, 60)))
+        mesh = Mesh((2.0 * hertz.a[0] * cells[0] / across, 2.6 * hertz.a[1]), cells)
+        result = solve_scene(steel(mesh, radius=radius, discretisation=discretisation))
+        if result.status != Status.SOLVED or (result.fields["pressure"] > 0.0).any(axis=1).sum() > 3:
+            continue
+        true = {"contact_area": math.pi * math.prod(hertz.a), "pressure_max": hertz.p0, "approach": hertz.approach}
+        for name, value in true.items():
+            held[name].append(abs(result.scalars[name] - value) <= result.scalars[f"{name}_error"])
+    assert len(held["approach"]) > 40
+    for name, flags in held.items():
+        assert np.mean(flags) >= 0.95, name

@@ -239,7 +239,7 @@ def test_contact_that_outgrows_its_box(monkeypatch: pytest.MonkeyPatch) -> None:
         boxes.append(box)
         return CoupledSystem(scene, influence, box)
 
-    monkeypatch.setattr(coupled, "_start", on_one_cell)
+    monkeypatch.setattr(coupled, "from_coarser", on_one_cell)
     monkeypatch.setattr(coupled, "CoupledSystem", noted)
     contact, rolling = solve_coupled(BALL)
     assert len(boxes) > 1

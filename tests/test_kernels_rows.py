@@ -572,6 +572,13 @@ def test_outermost_chords_of_an_ellipse(offset: float) -> None:
     np.testing.assert_allclose(seen, length, atol=1e-12)
 
 
+def test_chords_of_three_rows_are_alike_on_both_sides() -> None:
+    chords = np.array([0.0, 19.695, 23.669, 19.695, 0.0])
+    rows.between_tips(chords, np.array([0.35, 3.65]))
+    assert chords[1] == pytest.approx(chords[3], rel=1e-14)
+    assert chords[1] < 19.6
+
+
 def test_contacts_of_two_rows_keep_their_chords() -> None:
     for length in ([0.0, 2.0, 3.0, 0.0], [0.0, 0.0], [1.0]):
         chords = np.array(length)

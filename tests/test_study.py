@@ -382,6 +382,12 @@ def test_window_is_checked_for_every_combination(refused):
     assert all("along y (case radius=50 x 800, load=1000)" in line for line in found)
 
 
+def test_window_of_a_contact_between_moduli_of_both_kinds(load):
+    """A layer softer in shear but stiffer in volume than the substrate: neither bounds the contact by itself."""
+    grid = "{layers: [{E: 0.75 Es, nu: 0.5, thickness: 0.15}], mesh: {size: [0.4979, 0.4979], cells: [64, 64]}"
+    load(BASE + f"  g: {{scene: {grid}, substrate: {{nu: 0}}}}, axes: {{friction: [1]}}}}\n")
+
+
 def test_contact_smaller_than_a_cell(refused):
     (line,) = refused(BASE + "  g: {axes: {mesh.size: [[2, 2], [200, 2]]}}\n")
     assert line.startswith("s.yaml:6:31: scene.mesh.cells: [32, 32]: cells smaller than the contact, about 0.5066 mm")

@@ -242,7 +242,7 @@ def solve_coupled(
     Pressure and tractions are found by the same Newton steps; their products are counted with the tractions'.
     """
     influence = influence or influence_of(scene)
-    contact, q, coarse = _start(scene, influence, level)
+    contact, q, coarse = from_coarser(scene, influence, level)
     began_at_edge = at_edge(Box.around(contact.solution.p > 0.0), scene.mesh.cells)
     stress = _stresses(contact, q)
     box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)
@@ -285,8 +285,13 @@ def solve_coupled(
     return NormalContact(scene, influence, solution, coarser=contact.coarser), rolling
 
 
-def _start(scene: Scene, influence: Influence, level: int) -> tuple[NormalContact, np.ndarray, RollingSolution | None]:
-    """Pressure and tractions [m, 2] (MPa) to start from, and the coarser mesh's tractions."""
+def from_coarser(
+    scene: Scene, influence: Influence, level: int = 0
+) -> tuple[NormalContact, np.ndarray, RollingSolution | None]:
+    """Pressure and tractions [m, 2] (MPa) to start from, and the coarser mesh's tractions, of which they are made.
+
+    Without a coarser mesh: the frictionless pressure and none.
+    """
     coarse_scene = coarser_scene(scene, level)
     if coarse_scene is None:
         own = scene.tolerance

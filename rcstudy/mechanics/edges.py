@@ -81,10 +81,16 @@ class Outline:
 
     @cached_property
     def lifted(self) -> float:
-        """Area (mm^2) where plates lift off within the contact, by cells."""
+        """Area (mm^2) where plates lift off within the contact, by cells.
+
+        Those that both their row and their column hold between cells in contact: notches are outside the edges.
+        """
         dx, dy = self.spacing
-        spanned = np.maximum(self.high - self.low + 1, 0).sum()
-        return float(spanned - np.count_nonzero(self._p > 0.0)) * dx * dy
+        nx, ny = self._p.shape
+        _, low, high, _ = self._columns
+        i, j = np.arange(nx)[:, None], np.arange(ny)
+        held = (self.low <= i) & (i <= self.high) & (low[:, None] <= j) & (j <= high[:, None])
+        return float(np.count_nonzero(held & (self._p <= 0.0))) * dx * dy
 
     @cached_property
     def area_by_parabolas(self) -> float:

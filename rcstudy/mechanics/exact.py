@@ -6,6 +6,7 @@ They serve three ends: relative lengths in a study ("0.25 a"), the first guess o
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,17 +72,26 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
     return Hertz(semi_axes, p0, p0 * minor * k / modulus)
 
 
+def _of_moduli(bodies: Sequence[Material], extreme: Callable[[Iterable[float]], float]) -> Material:
+    """The material of the `extreme` shear modulus and the extreme bulk modulus among `bodies`."""
+    shear = extreme(m.G for m in bodies)
+    bulk = extreme(m.E / (3.0 * (1.0 - 2.0 * m.nu)) if m.nu < 0.5 else math.inf for m in bodies)
+    nu = (3.0 - 2.0 * shear / bulk) / (6.0 + 2.0 * shear / bulk)
+    return Material(2.0 * shear * (1.0 + nu), nu)
+
+
 def contact_bounds(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
     """Semi-axes (mm) no larger, and no smaller, than those of the contact without friction.
 
-    Hertz with the stiffest and with the most compliant of substrate and layers: a layered body lies between half-spaces
-    of the two under any load. So does its area, and each semi-axis if the contact is round; a plate's ellipse grows in
-    length and narrows, down to 0.44 of that on 36 plates of all kinds: there half of it again is allowed for.
+    Hertz with half-spaces of the largest, and of the least, shear and bulk moduli of substrate and layers: a layered
+    body lies between the two under any load, as what is softer in both yields no less. So does its area, and each
+    semi-axis if the contact is round; a plate's ellipse grows in length and narrows, down to 0.44 of that on 36 plates
+    of all kinds: there half of it again is allowed for.
     """
-    ordered = sorted((scene.substrate, *scene.layers), key=lambda m: m.compliance)
+    bodies = scene.substrate, *scene.layers
     least, most = (
-        hertz_contact(scene.radius, scene.load, contact_modulus(m, scene.counterbody)).a
-        for m in (ordered[0], ordered[-1])
+        hertz_contact(scene.radius, scene.load, contact_modulus(_of_moduli(bodies, extreme), scene.counterbody)).a
+        for extreme in (max, min)
     )
     if scene.layers and scene.radius[0] != scene.radius[1]:
         least = 0.2 * least[0], 0.2 * least[1]

@@ -479,7 +479,8 @@ def on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndar
 def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
     """`q` [m, 2] (MPa) scaled back to `bound` [m] (MPa) where it exceeds it."""
     size = np.hypot(q[:, 0], q[:, 1])
-    result: np.ndarray = q * np.where(size > bound, bound / np.maximum(size, 1e-300), 1.0)[:, None]
+    beyond = size > bound
+    result: np.ndarray = q * (np.where(beyond, bound, 1.0) / np.where(beyond, size, 1.0))[:, None]
     return result
 
 

@@ -444,17 +444,18 @@ def between_tips(length: np.ndarray, tips: np.ndarray) -> None:
     """The outermost chords of a contact with chords length [ny], made to fit where it ends across: rows tips [2].
 
     Cells of the outermost row are pressed even where the contact does not reach the row's centre. The square of its
-    chord goes by a parabola through those of the two rows beside it and nothing at the tip.
+    chord goes by a parabola through those of the two rows beside it, as they were, and nothing at the tip.
     """
+    before = length.copy()
     for side in range(2):
         inward = 1 if side == 0 else -1
         j = 0 if side == 0 else length.size - 1
-        while 0 <= j < length.size and length[j] == 0.0:
+        while 0 <= j < length.size and before[j] == 0.0:
             j += inward
-        if not 0 <= j + 2 * inward < length.size or length[j + 2 * inward] == 0.0:
+        if not 0 <= j + 2 * inward < length.size or before[j + 2 * inward] == 0.0:
             continue
         t = (j - tips[side]) * inward  # how far the row is inside the tip
-        v1, v2 = length[j + inward] ** 2, length[j + 2 * inward] ** 2
+        v1, v2 = before[j + inward] ** 2, before[j + 2 * inward] ** 2
         # divided differences about the tip
         slope = v1 / (t + 1.0)
         bend = v2 / (t + 2.0) - slope
