@@ -236,7 +236,7 @@ class _Case:
         return estimate + fit.excess * max(difference - _FAR * noise, 0.0)
 
     def add_what_cells_miss(self, bars: dict[str, float]) -> None:
-        """By how much a contact of too few cells, or too narrow a one, differs from the Hertz contact that it is about."""
+        """By how much a contact of too few cells, or on too narrow ones, differs from the Hertz contact it is about."""
         finest, (ax, ay) = self.finest, estimated_contact(self.scene)
         pressure = abs(1.5 * self.scene.load / (math.pi * ax * ay) - finest["pressure_max"])
         area = abs(math.pi * ax * ay - finest["contact_area"])

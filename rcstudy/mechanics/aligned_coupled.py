@@ -87,7 +87,10 @@ def _from_coarser_mesh(scene: Scene, influence: Influence) -> _State | None:
     if pressure.edge or not pressure.converged:
         return None
     contact = AlignedContact(NormalContact(scene, influence, pressure, coarser=start.coarser))
-    return _State(contact, solve_rolling(contact, scene, tolerance=max(scene.tolerance.tangential, _FIRST)), lift)
+    first = solve_rolling(contact, scene, tolerance=max(scene.tolerance.tangential, _FIRST))
+    if first.coarser is not None:
+        first.coarser = first.coarser.after(coarse)  # its products count, too
+    return _State(contact, first, lift)
 
 
 def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContact:
