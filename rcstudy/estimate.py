@@ -38,7 +38,7 @@ from rcstudy.mechanics.unseen import Unseen
 
 
 class Hidden(NamedTuple):
-    """What differences between meshes do not show (where cells are not aligned `lift` and `softly`).
+    """What differences between meshes do not show; on kalker's cells only `lift` and `softly` count, the others are 0.
 
     `unsettled`: by how much of their bounds tractions are off (`RollingSolution`); `by_layers`: the part of the
     contact's area that layers too thin for the cells take or add (`AlignedContact.beyond_edges`); `slip`: what slip

@@ -102,7 +102,10 @@ def _solve_coupled(scene: Scene) -> Result:
 
 
 class _Shared:
-    """The pressure of one-way scenes, with its proof: all that they share, but for tractions to start from."""
+    """The pressure of one-way scenes, with its proof: all that they share, but for tractions to start from.
+
+    `proof` is there only if the pressure has been found: ask `_normal_failure(contact)` first.
+    """
 
     def __init__(self, scene: Scene, series: bool) -> None:
         self.contact = solve_normal(scene)

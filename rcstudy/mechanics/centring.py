@@ -39,7 +39,7 @@ class Centring:
         self._since_best = 0
 
     def look(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
-        """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2]."""
+        """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2]; sets `weight`, of the next linear system."""
         centred = np.empty(s.shape)
         tractions.centre(s, slip, self._neighbours, self.weight, centred)
         return centred

@@ -114,7 +114,6 @@ class CoupledOperator:
     def closing(self, gap: np.ndarray, cells: np.ndarray, factor: float, out: np.ndarray) -> None:
         """`factor` times the pressures, of sum zero, that make `gap` [nx, >= ny] but for its mean, into `out` [m]."""
         plan = self.torus_plan
-        plan.real[:] = 0.0
         coupled.spread_uneven(gap, cells, factor, plan.real[0])
         plan.forward()
         arrays.scale_real(plan.hat[0], self.torus.inverse)
@@ -125,8 +124,8 @@ class CoupledOperator:
 class CoupledSystem:
     """The state of Newton's method on one box of cells, and the linear system of its next step.
 
-    `stress` [3, nx, ny] (MPa): qx, qy, p on the box. `residual_normal`, `residual_tangential`: see `solve_pressure` and
-    `solve_tractions`.
+    `stress` [3, nx, ny] (MPa): qx, qy, p on the box. `residual_normal`, `residual_tangential`: as `NormalSolution` and
+    `solve_tractions` have them.
     """
 
     def __init__(self, scene: Scene, influence: Influence, box: Box) -> None:
@@ -139,7 +138,7 @@ class CoupledSystem:
         x, y = (c[s] for c, s in zip(scene.mesh.centres, box.slices, strict=True))
         centres = np.repeat(x, y.size), np.tile(y, x.size)
         w = rigid_slip(*centres, scene.creepage, scene.spin_point * dx)
-        # slips and gap of the undeformed bodies; slips without tractions, which set the scale of slips (`solve`)
+        # slips and gap of the undeformed bodies; what sets the scale of slips, in `solve` those by the pressure, too
         self.rigid = np.concatenate([w.T.reshape(2, *box.shape), initial_gap(scene)[box.slices][None]])
         self.scale = self.rigid[:2]
         # gaps count as slips do: their pressures times the diagonal of B

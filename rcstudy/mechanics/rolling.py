@@ -252,7 +252,9 @@ class NewtonSystem:
         self.rows = self.slip, self.normal, self.share, operator.diagonal  # what makes the rows of the system
         self._no_slip = np.zeros(n, dtype=np.bool_)
         self._slipping = 0  # number of slip cells
-        self.lawful = w  # slips as the law of friction wants them, of the last ones that were classified
+        # slips that the law of friction is asked of, of the last ones that were classified: these where they belong, or
+        # at the cells' centres, or with what centring kept
+        self.lawful = w
 
     @property
     def kept(self) -> np.ndarray | None:
