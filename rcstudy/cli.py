@@ -6,10 +6,11 @@ Exit codes: 0 done (all cases solved; cubes the same), 1 cubes differ, 2 bad inp
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ParamSpec
 
@@ -72,12 +73,17 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
     return run
 
 
-def _tell_of_changes(tree: xr.DataTree, path: Path) -> None:
-    """A line for each grid of a cube whose numbers somebody has changed since they were written."""
-    from rcstudy.cube import changed_grids
+@contextlib.contextmanager
+def _opened(*paths: Path) -> Iterator[list[xr.DataTree]]:
+    """Cubes opened to be read; says of which grids somebody has changed the numbers since they were written."""
+    from rcstudy.cube import changed_grids, open_cube, reading
 
-    for name in changed_grids(tree):
-        print(f"{path}: grid {name}: its numbers are not those that were written (checksum)", file=sys.stderr)
+    with reading(*paths), contextlib.ExitStack() as stack:
+        trees = [stack.enter_context(open_cube(path)) for path in paths]
+        for path, tree in zip(paths, trees, strict=True):
+            for name in changed_grids(tree):
+                _say(f"{path}: grid {name}: its numbers are not those that were written (checksum)")
+        yield trees
 
 
 def _version(wanted: bool) -> None:
@@ -277,11 +283,9 @@ def plan(spec: SpecPath) -> None:
 @_guarded
 def show(cube: CubePath) -> None:
     """Print a summary of a cube."""
-    from rcstudy.cube import open_cube, reading
     from rcstudy.show import summary
 
-    with reading(cube), open_cube(cube) as tree:
-        _tell_of_changes(tree, cube)
+    with _opened(cube) as (tree,):
         text = summary(tree)
     print(text)
 
@@ -313,14 +317,11 @@ def compare(
     case, numbers by 1e-6 of themselves (forces and moment: of the largest of them) unless tolerances say otherwise.
     """
     from rcstudy import compare as comparing
-    from rcstudy.cube import open_cube, reading
     from rcstudy.tolerances import Tolerances, load_tolerances, parse_option
 
     allowed = Tolerances() if tolerances is None else load_tolerances(tolerances)
     allowed = allowed.with_options(dict(parse_option(text) for text in rtol or ()), state_flips)
-    with reading(cube, reference), open_cube(cube) as ours, open_cube(reference) as theirs:
-        _tell_of_changes(ours, cube)
-        _tell_of_changes(theirs, reference)
+    with _opened(cube, reference) as (ours, theirs):
         outcome = comparing.compare(ours, theirs, allowed, allow_unsolved=allow_unsolved)
     print(outcome.text())
     return 0 if outcome.same else EXIT_DIFFERENT
@@ -338,12 +339,10 @@ def figures(
     ] = "png,pdf",
 ) -> None:
     """Draw the figures of a cube."""
-    from rcstudy.cube import open_cube, reading
     from rcstudy.figures import make_figures
 
     wanted = tuple(word.strip() for word in formats.split(",") if word.strip())
-    with reading(cube), open_cube(cube) as tree:
-        _tell_of_changes(tree, cube)
+    with _opened(cube) as (tree,):
         written = make_figures(tree, output, wanted)
     print(f"{len(written)} files in {output}")
 
@@ -357,11 +356,9 @@ def tables(
     ),
 ) -> None:
     """Write the tables of a cube as CSV, Markdown and LaTeX."""
-    from rcstudy.cube import open_cube, reading
     from rcstudy.tables import make_tables
 
-    with reading(cube), open_cube(cube) as tree:
-        _tell_of_changes(tree, cube)
+    with _opened(cube) as (tree,):
         written = make_tables(tree, output)
     print(f"{len(written)} files in {output}")
 

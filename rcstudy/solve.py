@@ -13,7 +13,7 @@ from rcstudy.estimate import Hidden, error_estimates
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
-from rcstudy.mechanics.convolution import ONE_AT_A_TIME, Box
+from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
@@ -157,9 +157,8 @@ def _result(
     proof = proof_of_pressure or prove_normal(contact, scene, None if rolling is None else rolling.q)
     proof = proof | proof_of_tractions
     levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
-    across = min(Box.around(contact.solution.p > 0.0).shape)
     hidden = _hidden(contact, scene, rolling, unseen)
-    scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden, across)
+    scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden, min(contact.touched.shape))
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED

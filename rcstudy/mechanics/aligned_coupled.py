@@ -24,7 +24,6 @@ import numpy as np
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.cascade import coarser_scene, coarser_tolerance
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_rolling
-from rcstudy.mechanics.convolution import Box
 from rcstudy.mechanics.coupled import from_coarser, solve_coupled
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.mixing import Mixing
@@ -41,6 +40,7 @@ _ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, ov
 _GAIN = 0.4  # part of that which a turn leaves of it, as a rule; where it leaves more, `KEPT` has to do
 _TURN = 1e-2  # how far tractions of a turn that is not the last are solved, over what is left
 KEPT = 5e-4  # what a solution may leave
+_ROOM = 8  # part of the contact's box that the lift is found for on each side of it: it may grow
 
 
 @dataclass
@@ -81,7 +81,7 @@ def _from_coarser_mesh(scene: Scene, influence: Influence) -> _State | None:
         return None
     gap = initial_gap(scene)
     lift = np.zeros(gap.shape)
-    box = _around(start)
+    box = start.box.wider(_ROOM, scene.mesh.cells)
     lift[box.slices] = start.lift(q, box)
     pressure = solve_pressure(scene, influence, gap + lift, start.solution.p)
     if pressure.edge or not pressure.converged:
@@ -123,7 +123,7 @@ def _turns(
     mixing, error, settled = Mixing(), np.inf, False
     resting: AlignedContact | None = None  # whose rows the others' take
     for turn in range(most):
-        box = _around(contact)
+        box = contact.box.wider(_ROOM, scene.mesh.cells)
         change = -lift
         change[box.slices] += contact.lift(rolling.q, box)
         touched = contact.solution.p > 0.0
@@ -148,12 +148,6 @@ def _turns(
     if rolling.converged and rolling.residual > own.tangential:  # turns ended sooner than was to be expected
         rolling = solve_rolling(contact, scene, rolling.q).after(rolling)
     return contact, rolling, settled
-
-
-def _around(contact: NormalContact) -> Box:
-    """The contact's box and an eighth as much again on each side, for the lift: it may grow."""
-    nx, ny = contact.box.shape
-    return contact.box.grown(nx // 8 + 2, ny // 8 + 2, contact.scene.mesh.cells)
 
 
 def _carried_over(contact: NormalContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:

@@ -75,8 +75,13 @@ class NormalContact:
         self.scene = scene
         self.influence = influence
         self.solution = solution
-        self.box = box or Box.around(solution.p > 0.0)
+        self.box = box or self.touched
         self.coarser = coarser
+
+    @cached_property
+    def touched(self) -> Box:
+        """The bounding box of the mesh's own cells in contact."""
+        return Box.around(self.solution.p > 0.0)
 
     @cached_property
     def cells(self) -> np.ndarray:

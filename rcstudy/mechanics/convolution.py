@@ -58,6 +58,11 @@ class Box:
             raise ValueError("no cell to put a box around")
         return box
 
+    def wider(self, part: int, window: tuple[int, int]) -> Box:
+        """This box with one of `part` parts of it, and two cells, more on each side, cut to the window."""
+        nx, ny = self.shape
+        return self.grown(nx // part + 2, ny // part + 2, window)
+
     def grown(self, i: int, j: int, window: tuple[int, int]) -> Box:
         """This box with `i` and `j` more cells on each side, cut to the window."""
         return Box(max(0, self.i0 - i), min(window[0], self.i1 + i), max(0, self.j0 - j), min(window[1], self.j1 + j))

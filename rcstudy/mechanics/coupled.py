@@ -242,9 +242,9 @@ def solve_coupled(
     """
     influence = influence or influence_of(scene)
     contact, q, coarse = from_coarser(scene, influence, level)
-    began_at_edge = at_edge(Box.around(contact.solution.p > 0.0), scene.mesh.cells)
+    began_at_edge = at_edge(contact.touched, scene.mesh.cells)
     stress = _stresses(contact, q)
-    box = contact.box.grown(contact.box.shape[0] // 16 + 2, contact.box.shape[1] // 16 + 2, scene.mesh.cells)
+    box = contact.box.wider(16, scene.mesh.cells)
     start, farthest = stress, _FAR
     iterations = products = 0
     taken_in_turn = False
@@ -266,7 +266,7 @@ def solve_coupled(
             continue
         if clear_of_sides(touched, box, scene.mesh.cells):
             break
-        box = touched.grown(touched.shape[0] // 8 + 2, touched.shape[1] // 8 + 2, scene.mesh.cells)
+        box = touched.wider(8, scene.mesh.cells)
     tolerance = scene.tolerance
     solution = NormalSolution(
         stress[2],
@@ -338,7 +338,7 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
         products += pressure.products + rolling.products
         stress = _stresses(contact, rolling.q)
         if not box.holds(contact.box):
-            box = contact.box.grown(contact.box.shape[0] // 4 + 2, contact.box.shape[1] // 4 + 2, scene.mesh.cells)
+            box = contact.box.wider(4, scene.mesh.cells)
         change = -lift
         change[box.slices] += contact.lift(rolling.q, box)
         before = error if turn > 0 else np.inf

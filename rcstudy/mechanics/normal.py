@@ -91,7 +91,7 @@ def solve_pressure(
             guess = (gap <= gap.min() * (1.0 + 1e-12)).astype(float)
     else:
         box = Box.around(guess > 0.0)
-        box = box.grown(box.shape[0] // 16 + 2, box.shape[1] // 16 + 2, (nx, ny))
+        box = box.wider(16, (nx, ny))
     p = guess * (scene.load / (guess.sum() * dx * dy))
     found: NormalSolution | None = None
     while True:
@@ -101,7 +101,7 @@ def solve_pressure(
         touched = Box.around(p > 0.0)
         if clear_of_sides(touched, box, (nx, ny)):
             break
-        box = touched.grown(touched.shape[0] // 2 + 2, touched.shape[1] // 2 + 2, (nx, ny))
+        box = touched.wider(2, (nx, ny))
     return replace(found, p=p, edge=at_edge(touched, (nx, ny)))
 
 

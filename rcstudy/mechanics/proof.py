@@ -13,7 +13,7 @@ import numpy as np
 from rcstudy.mechanics.aligned_coupled import KEPT
 from rcstudy.mechanics.centring import slip_at_centres
 from rcstudy.mechanics.contact import NormalContact
-from rcstudy.mechanics.convolution import Box, convolve, padded_around, symbols
+from rcstudy.mechanics.convolution import convolve, padded_around, symbols
 from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
@@ -31,11 +31,10 @@ def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = No
     grows and u_z falls. `q` [m, 2]: tractions (MPa) that lift the surface, with `coupling: full`.
     """
     dx, dy = scene.mesh.spacing
-    touched = Box.around(contact.solution.p > 0.0)
-    size = touched.shape
+    size = contact.touched.shape
     box = contact.box.grown(size[0] // 2 + 2, size[1] // 2 + 2, scene.mesh.cells)
     p = contact.solution.p[box.slices]
-    padded = padded_around(touched, box)
+    padded = padded_around(contact.touched, box)
     quadrant = contact.influence.around(padded)
     gap = initial_gap(scene)[box.slices] - contact.solution.approach
     gap += convolve(symbols([(quadrant[0], (1, 1))], padded)[0], padded, p)
