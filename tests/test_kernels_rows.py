@@ -670,6 +670,42 @@ def test_gather_centred_slip() -> None:
     np.testing.assert_allclose(out.reshape(-1, 2), np.where(c.slip[:, None], of_slip, s), rtol=1e-12, atol=1e-13)
 
 
+def test_centred_slip_residual() -> None:
+    """Dense: (1 + c (C - 1))^-1 of the residuals less c m.C s, by the matrix C of what is across the bounds.
+
+    Where slip is not centred it is `slip_residual`, and what does not slip stays empty.
+    """
+    for seed in range(4):
+        c = MovedCells(seed)
+        weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
+        tractions.centre(c.s, c.slip, c.neighbours, weight, centred)
+        angle = c.rng.uniform(0.0, 7.0, size=c.m)
+        normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(0.1, 1.0, size=c.m)
+        across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        v, root = c.rng.normal(size=2 * c.m), np.sqrt(share)
+        places = 12 * c.cells[:, 0] + c.cells[:, 1]
+        field, out = np.full((200, 2), np.nan), np.full((200, 2), 7.0)
+        field[places] = c.s
+        matrix = np.eye(c.m)
+        for k in np.flatnonzero(c.slip):
+            for side in (0, 1):
+                other = c.neighbours[side, k]
+                matrix[k, k] -= share[k] * weight[side, k]
+                if c.slip[other]:
+                    matrix[k, other] += share[k] * weight[side, k] * (across[k] @ across[other])
+        rest = np.where(c.slip, v[1::2] - share * (across * centred).sum(axis=1), 0.0)
+        expected = (np.linalg.solve(matrix, rest) / root)[:, None] * across
+        of_rows = field, v, places, c.slip, normal, root
+        tractions.centred_slip_residual(*of_rows, c.neighbours, weight, np.full((2, c.m), np.nan), out)
+        np.testing.assert_allclose(out[places], expected, rtol=1e-10, atol=1e-12)
+        assert (np.delete(out, places, axis=0) == 7.0).all()
+        assert (np.abs(expected[c.slip]).sum(axis=1) > 0.0).all()
+        alone = np.full((200, 2), 7.0)
+        tractions.slip_residual(*of_rows, alone)
+        tractions.centred_slip_residual(*of_rows, c.neighbours, np.zeros((2, c.m)), np.full((2, c.m), np.nan), out)
+        np.testing.assert_allclose(out, alone, rtol=1e-12, atol=1e-13)
+
+
 def test_turn_is_classify_when_the_slip_is_the_same() -> None:
     """As it is where slip does not change along x; what belongs to stick cells stays."""
     c = MovedCells()

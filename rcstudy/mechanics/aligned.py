@@ -265,8 +265,13 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def operator(self) -> SlipOperator:
-        """Slip by tractions on the moved rows."""
-        return SlipOperator.of(self.influence, self.box.shape, sharp=True).moved(self._phase)
+        """Slip by tractions on the moved rows, as far as these have cells."""
+        return SlipOperator.of(self.influence, self._reach, sharp=True).moved(self._phase)
+
+    @cached_property
+    def cells_of_operator(self) -> np.ndarray:
+        """Indices [m, 2] of the cells among those of the `operator`."""
+        return self.cells - [self.cells[0, 0], 0]
 
     @cached_property
     def displacement(self) -> PairOperator:
@@ -279,8 +284,13 @@ class AlignedContact(NormalContact):
 
     @property
     def _padded(self) -> tuple[int, int]:
-        """Shape of the torus for displacements on the box and a row ahead, and `point_factor`'s spread by one more."""
-        return padded_shape((self.box.shape[0] + 2, self.box.shape[1]))
+        """Shape of the torus for displacements on `_reach` and a row ahead, and `point_factor`'s spread by one more."""
+        return padded_shape((self._reach[0] + 2, self._reach[1]))
+
+    @cached_property
+    def _reach(self) -> tuple[int, int]:
+        """How many cells there are along x, from the hindmost to the foremost one, and rows in the box."""
+        return int(self.cells[-1, 0] - self.cells[0, 0]) + 1, self.box.shape[1]
 
     def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
         """Rigid slip [m, 2] where slip belongs, half a cell ahead; `spin_point` is for cells that are not moved."""
@@ -356,8 +366,8 @@ class AlignedContact(NormalContact):
     def _top(self) -> np.ndarray:
         """Numbers of the cells closest to the largest pressure: two where it is halfway between two rows."""
         _, x, y = self.outline.summit
-        j = np.unique(np.rint([y - _HALFWAY, y + _HALFWAY]).astype(np.int64))
-        j = j[self._count[j] > 0]
+        nearest = sorted({round(y - _HALFWAY), round(y + _HALFWAY)})
+        j = np.array([row for row in nearest if self._count[row] > 0], dtype=np.int64)
         k = np.clip(np.rint(self._start[j] - x).astype(np.int64), 0, self._count[j] - 1)
         numbers: np.ndarray = self._index[k, j]
         return numbers

@@ -21,7 +21,7 @@ _PATIENCE = 4  # looks in which the residual is not halved
 
 
 class Centring:
-    """What is added to the slip of the cells with `neighbours` [2, m], their own number where there is none.
+    """What is added to the slip of the cells with `neighbours` [2, m], ahead and behind, their own where there is none.
 
     `weight` [2, m]: of the cells ahead and behind, from the last look at the slip; `kept` [m, 2]: what is added, if it
     no longer depends on the slip.
@@ -29,7 +29,7 @@ class Centring:
 
     def __init__(self, neighbours: np.ndarray) -> None:
         self.weight = np.zeros(neighbours.shape)
-        self._neighbours = neighbours
+        self.neighbours = neighbours
         self.begin()
 
     def begin(self) -> None:
@@ -41,7 +41,7 @@ class Centring:
     def look(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
         """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2]; sets `weight`, of the next linear system."""
         centred = np.empty(s.shape)
-        tractions.centre(s, slip, self._neighbours, self.weight, centred)
+        tractions.centre(s, slip, self.neighbours, self.weight, centred)
         return centred
 
     def judge(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:

@@ -178,6 +178,11 @@ class NormalContact:
         """Slip by tractions on the box."""
         return SlipOperator.of(self.influence, self.box.shape)
 
+    @property
+    def cells_of_operator(self) -> np.ndarray:
+        """Indices [m, 2] of the cells with tractions among those of the `operator`."""
+        return self.cells
+
     @cached_property
     def displacement(self) -> PairOperator:
         """Displacements by tractions on the box and one more row of cells ahead of it (+x)."""
@@ -300,7 +305,8 @@ def solve_rolling(
             guess = within(interpolated + (neighbour.q - neighbour.interpolated), bound)
     elif guess is None and neighbour is not None:
         guess = neighbour.q
-    rolling = solve_tractions(contact.operator, contact.cells, bound, w, tolerance, guess, contact.neighbours)
+    operator, cells = contact.operator, contact.cells_of_operator
+    rolling = solve_tractions(operator, cells, bound, w, tolerance, guess, contact.neighbours)
     rolling.coarser, rolling.interpolated = coarse, interpolated
     return rolling
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -58,7 +58,7 @@ class Outline:
     @cached_property
     def beyond_edges(self) -> float:
         """Area (mm^2) between the edges that cells find and those that layers make (`skins.py`); that of an ellipse."""
-        return self._along_outline(lambda response, side: shift_by_layers(response, side, EDGES))
+        return self._along_outline(_shift_by_layers)
 
     @cached_property
     def short_of_edges(self) -> float:
@@ -70,7 +70,8 @@ class Outline:
         if not self.influence.layered:
             return 0.0
         spacing = self.spacing
-        by_x, by_y = (side * width(self.influence.normal_response, side) for side in spacing)
+        response, once = self.influence.normal_response, self.influence.once
+        by_x, by_y = (side * once((width, side), partial(width, response, side)) for side in spacing)
         _, tips = self.chords
         area = self.area_by_parabolas * spacing[0] * spacing[1]
         b = 0.5 * float(tips[1] - tips[0]) * spacing[1]
@@ -129,6 +130,11 @@ class Outline:
         """Largest pressure (MPa) and its place along x and y, in cells."""
         summit: tuple[float, float, float] = rows.summit(self._p)
         return summit
+
+
+def _shift_by_layers(response: Callable[[np.ndarray], np.ndarray], side: float) -> float:
+    """`shift_by_layers` of edges."""
+    return shift_by_layers(response, side, EDGES)
 
 
 def _crossings(

@@ -412,6 +412,58 @@ def slip_residual(
 
 
 @jit
+def centred_slip_residual(
+    field: np.ndarray,
+    v: np.ndarray,
+    places: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    root: np.ndarray,
+    neighbours: np.ndarray,
+    weight: np.ndarray,
+    work: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """As `slip_residual`, of rows with slips at the cells' centres, and freed of what centring does to them.
+
+    Rows of slip cells are c m.C s + (1 - c) b tau, C being the centring, s = B q. What is left of the residuals is
+    divided by 1 + c (C - 1), tridiagonal along each row of cells: with B near b on the spot that makes of them rows
+    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours, weight [2, m]: as in `centre`; the cells
+    are ordered from the trailing ends of rows to the leading ones; work [2, m]: rest and pivots, of slip cells.
+    """
+    rest, pivot = work[0], work[1]
+    for m in range(places.size):
+        if not slip[m]:
+            continue
+        k, ahead, behind = places[m], neighbours[0, m], neighbours[1, m]
+        c, of_ahead, of_behind = root[m] * root[m], weight[0, m], weight[1, m]
+        x, y = field[k, 0], field[k, 1]
+        i, n = places[ahead], places[behind]
+        x += of_ahead * (field[i, 0] - field[k, 0]) + of_behind * (field[n, 0] - field[k, 0])
+        y += of_ahead * (field[i, 1] - field[k, 1]) + of_behind * (field[n, 1] - field[k, 1])
+        rest[m] = v[2 * m + 1] - c * (normal[m, 0] * y - normal[m, 1] * x)
+        pivot[m] = 1.0 - c * (of_ahead + of_behind)
+        if behind != m and slip[behind]:
+            turned = normal[m, 0] * normal[behind, 0] + normal[m, 1] * normal[behind, 1]
+            factor = c * of_behind * turned / pivot[behind]
+            rest[m] -= factor * rest[behind]
+            pivot[m] -= factor * turned * root[behind] * root[behind] * weight[0, behind]
+    for m in range(places.size - 1, -1, -1):
+        k = places[m]
+        if slip[m]:
+            ahead = neighbours[0, m]
+            if ahead != m and slip[ahead]:
+                turned = normal[m, 0] * normal[ahead, 0] + normal[m, 1] * normal[ahead, 1]
+                rest[m] -= root[m] * root[m] * weight[0, m] * turned * rest[ahead]
+            rest[m] /= pivot[m]
+            out[k, 0] = -normal[m, 1] * rest[m] / root[m]
+            out[k, 1] = normal[m, 0] * rest[m] / root[m]
+        else:
+            out[k, 0] = 0.0
+            out[k, 1] = 0.0
+
+
+@jit
 def gather_slip_traction(
     field: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, root: np.ndarray, out: np.ndarray
 ) -> None:
