@@ -155,6 +155,9 @@ def run(
     UserError when the cube is not of this study, stores no fields, or no problem of it has a solved reference.
     """
     from rcstudy import sweep
+    from rcstudy.earlier import refuse_other_study
+    from rcstudy.store import units_folder
+    from rcstudy.units import unit_paths
 
     check_formats(formats)
     if not study.outputs.fields:
@@ -173,7 +176,10 @@ def run(
         cube = out / "solutions.nc"
         for _ in timed(warm_up_scenes(case.scene for case in expand(study).cases)):
             pass
-        sweep.run(study, cube, workers=1, progress=progress, solve=timed, fresh=True)
+        refuse_other_study(cube, study.name)
+        # times are measured anew each time, but for those of a run that was broken off
+        fresh = not unit_paths(units_folder(cube))
+        sweep.run(study, cube, workers=1, progress=progress, solve=timed, fresh=fresh)
         paths.append(cube)
     with open_cube(cube) as tree:
         entries = measured(study, tree)

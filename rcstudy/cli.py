@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -127,8 +128,8 @@ def sweep(
         bool,
         typer.Option(
             "--series",
-            help="Start cases of close creepages from one another: up to a seventh faster. Results then depend on "
-            "their order, within the tolerance.",
+            help="Start cases of close creepages from one another: where they are many a tenth faster. Results then "
+            "depend on their order, within the tolerance.",
         ),
     ] = False,
     shard: Annotated[
@@ -186,8 +187,8 @@ def _say(text: str) -> None:
 
 def _shard(text: str) -> tuple[int, int]:
     i, slash, n = text.partition("/")
-    if not (slash and i.isdecimal() and n.isdecimal() and 1 <= int(i) <= int(n)):
-        raise UserError(f"--shard: {text}: I/N, such as 3/8, with I from 1 to N")
+    if not (slash and re.fullmatch("[0-9]{1,9}", i) and re.fullmatch("[0-9]{1,9}", n) and 1 <= int(i) <= int(n)):
+        raise UserError(f"--shard: {text[:40]}: I/N, such as 3/8, with I from 1 to N")
     return int(i), int(n)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import mmap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,10 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
 
 
 def refuse_foreign(output: Path) -> None:
-    """Raise UserError unless `output` is free or a cube, perhaps a damaged one: nothing else is replaced by a cube."""
+    """Raise UserError unless `output` is free or a cube, perhaps a damaged one: nothing else is replaced by a cube.
+
+    Nor is one that another program has open for writing.
+    """
     if not output.exists():
         return
     if output.is_dir():
@@ -39,12 +43,25 @@ def refuse_foreign(output: Path) -> None:
         raise UserError(f"{output}: is a device or the like, not a file")
     with output.open("rb") as file:
         head = file.read(len(_SIGNATURE))
-    foreign = bool(head) and head != _SIGNATURE
-    # whatever h5py makes of a damaged file, as in `EarlierCube`: one that cannot be looked into is a damaged cube
-    with contextlib.suppress(Exception), h5py.File(output, "r") as cube:
-        foreign = SCHEMA_ATTRIBUTE not in cube.attrs
+    if not head:
+        return
+    try:
+        with h5py.File(output, "r") as cube:
+            foreign = SCHEMA_ATTRIBUTE not in cube.attrs
+    except BlockingIOError:
+        raise UserError(
+            f"{output}: another program has it open for writing: wait for its end, or give another --output"
+        ) from None
+    except Exception:  # whatever h5py makes of a damaged file, as in `EarlierCube`
+        foreign = head != _SIGNATURE or not _was_cube(output)
     if foreign:
         raise UserError(f"{output}: there is a file that is no cube; it is not replaced: give another --output")
+
+
+def _was_cube(path: Path) -> bool:
+    """Whether a file that cannot be opened was a cube: it holds a name that stands near the beginning of all."""
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        return data.find(CASE_KEY.encode()) >= 0
 
 
 def refuse_other_study(output: Path, study: str) -> None:

@@ -193,7 +193,7 @@ class GridReader:
             parts = self._parts(scene, coating)
             if parts is None or label is None:
                 continue
-            self._check_case(parts, scene, node, {})
+            self._check_case(parts, scene, node, {"mesh": [label], "scene": [label]})
             labels.append(label)
             values.append(parts)
         if spec is None or len(values) < len(self.cases.value):

@@ -29,8 +29,7 @@ class Index:
     def __init__(self, cases: Iterable[Case], keep: Keep) -> None:
         self.keep = keep
         self.cube: EarlierCube | None = None
-        self.leaving = 0
-        """Solved cases of the cube that are not among these."""
+        self._leaving: set[str] = set()  # solved cases that are there and not among these
         self._scenes: dict[str, Scene] = {}
         for case in cases:
             self._scenes.setdefault(case.key, case.scene)
@@ -77,14 +76,14 @@ class Index:
         self.cube = cube
         serves = [grid.keep.covers(self.keep) for grid in cube.grids]
         places = list(cube.places())
-        self.leaving = len({key for key, status, _, _ in places if key not in self._scenes and status == Status.SOLVED})
+        self._leaving |= {key for key, status, _, _ in places if key not in self._scenes and status == Status.SOLVED}
         for key, status, grid, flat in places:
             if key in self._scenes and (serves[grid] or status != Status.SOLVED):
                 self._put(key, (status, -1, grid, flat))
 
     def losses(self) -> str:
-        """What the cube has and the next one will not have, in words; "" if nothing."""
-        lost = [f"{self.leaving} solved cases that the study no longer has"] if self.leaving else []
+        """What the cube and the units have and the next cube will not have, in words; "" if nothing."""
+        lost = [f"{len(self._leaving)} solved cases that the study no longer has"] if self._leaving else []
         if self.cube is not None and not self.keep.fields and any(grid.keep.fields for grid in self.cube.grids):
             lost.append("all fields")
         return " and ".join(lost)
@@ -107,15 +106,17 @@ class Index:
 
         `thoroughly`: look into all fields. Raises BadUnit, having noted nothing, when it holds something improper.
         """
-        found, foreign = [], 0
+        found, foreign, leaving = [], 0, set()
         for key, offset, length in unit.entries:
             scene = self._scenes.get(key)
-            if scene is None:
-                foreign += 1
-                continue
             body = data[offset : offset + length]
             try:
                 status, cells, keep = glance(body, unit.form)
+                if scene is None:
+                    foreign += 1
+                    if status == Status.SOLVED:
+                        leaving.add(key)
+                    continue
                 if thoroughly:
                     record = parse(body, unit.form)
                     for name in record.fields:
@@ -127,6 +128,7 @@ class Index:
             if keep.covers(self.keep) or status != Status.SOLVED:
                 found.append((key, status, offset, length))
         self._add(unit, found)
+        self._leaving |= leaving
         return foreign
 
     def take_written(self, unit: Unit, statuses: Iterable[Status]) -> None:

@@ -11,9 +11,11 @@ from __future__ import annotations
 import contextlib
 import errno
 import fcntl
+import itertools
 import json
 import os
 import socket
+import stat
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,6 +23,7 @@ from pathlib import Path
 from rcstudy.errors import UserError
 
 NAME = "lock"
+_TRIES = 1000  # at a folder that others make and remove
 _UNSUPPORTED = (errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOLCK, errno.EINVAL)
 
 
@@ -74,8 +77,10 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
 
 def holders(folder: Path) -> list[str]:
     """Who holds locks of `folder` now, as far as can be told without taking them."""
-    found = []
-    for path in sorted(folder.glob(f"{NAME}*")) if folder.is_dir() else []:
+    found, paths = [], []
+    with contextlib.suppress(FileNotFoundError):  # there is none, or the last owner is just leaving
+        paths = sorted(folder.glob(f"{NAME}*"))
+    for path in paths:
         owner = _read(path)
         if owner is None or (owner.boot == _boot_id() and not owner.runs_here()):
             continue
@@ -87,9 +92,15 @@ def holders(folder: Path) -> list[str]:
 def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
     """The descriptor of the locked file `name`."""
     path = folder / name
-    while True:
-        folder.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    for tried in itertools.count(1):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        except (FileNotFoundError, FileExistsError):
+            # its last owner has just removed the folder, between two looks at it
+            if tried == _TRIES or _is_no_folder(folder):
+                raise
+            continue
         try:
             free = _flocked(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
             if free is False:
@@ -112,6 +123,15 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
             with contextlib.suppress(OSError):
                 os.close(descriptor)
             raise
+    raise AssertionError  # the loop has no end but those in it
+
+
+def _is_no_folder(path: Path) -> bool:
+    """Whether there is something at `path` that is no folder."""
+    try:
+        return not stat.S_ISDIR(path.stat().st_mode)
+    except OSError:
+        return False
 
 
 def _refusal(folder: Path, who: str) -> str:

@@ -53,6 +53,7 @@ def merge(
                 + "\n  ".join(names)
                 + more
             )
+        store.tell_losses(output, tell)
         with Assembly(output, study, expansion, store) as cube:
             cube.finish(provenance.collect(), started)
         failed = failures(expansion, expansion.cases, store.index)

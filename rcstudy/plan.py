@@ -15,13 +15,14 @@ from rcstudy.result import VARIABLES
 from rcstudy.study import Outputs, Study
 
 # Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025 with
-# kernels compiled, on 64, 128 and 256 cells a side: bare, one soft, one stiff and two layers, both discretisations, six
-# creepages, the contact filling 2 to 52 % of the window (the last with size: auto). What a window has outside of its
-# contact costs next to nothing, so times and sizes go with the cells in contact.
-PRESSURE_SECONDS, PRESSURE_CELL_SECONDS = 0.003, 3e-6  # one normal problem, coefficients included; each cell in contact
-TRACTION_SECONDS, TRACTION_CELL_SECONDS = 0.003, 7e-6  # one case with creepage (newton, one-way); each cell in contact
-FULL_COUPLING_FACTOR = 3.0  # of a traction solution, besides a pressure for each case
-PAPER_CG_FACTOR = 110.0  # it runs to its limit of iterations
+# kernels compiled, on 32 to 256 cells a side: bare, one soft, one very soft and two layers, with and without an elastic
+# counterbody, the contact filling 2 to 52 % of the window (the last with size: auto); times a fifth longer, as machines
+# are rarely at rest. What a window has outside of its contact costs next to nothing, so times and sizes go with the
+# cells in contact.
+PRESSURE_SECONDS, PRESSURE_CELL_SECONDS = 0.001, 2e-6  # one normal problem with its coefficients; each cell in contact
+TRACTION_SECONDS, TRACTION_CELL_SECONDS = 0.0012, 4.5e-6  # a case with creepage (newton, one-way); each cell in contact
+FULL_COUPLING_FACTOR = 2.2  # of a traction solution, besides a pressure for each case
+PAPER_CG_FACTOR = 90.0  # it runs to its limit of iterations
 EMPTY = 0.008  # of the raw size of fields: zeros compressed; numbers in the contact do not compress
 LAYER_DEPTH = 0.5  # of the contact's radius: what lies deeper by this counts 1/e times as much for its size
 CASE_BYTES = 1000  # stored for a case besides fields: scalars, label, key, and the index of its chunks

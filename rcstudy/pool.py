@@ -213,10 +213,10 @@ class Pool:
         if not worker.ready:
             self._failed_starts += 1
             if self._failed_starts >= _FAILED_STARTS and not any(w.ready for w in self._workers):
-                raise UserError(
-                    f"worker processes do not start ({how}); in a script, call rcstudy under "
-                    'if __name__ == "__main__", or use one worker'
-                )
+                killed = (worker.process.exitcode or 0) < 0
+                in_script = 'in a script, call rcstudy under if __name__ == "__main__"'
+                hint = "perhaps for want of memory: use fewer workers" if killed else f"{in_script}, or use one worker"
+                raise UserError(f"worker processes do not start ({how}); {hint}")
         if worker.batches and worker.batches[0].at_once:
             case = worker.batches[0].cases[0]
             deaths = self._deaths[case.grid, case.index] = self._deaths.get((case.grid, case.index), 0) + 1

@@ -7,6 +7,7 @@ written under a final name. It is written beside it, closed, forced to the disk,
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import re
 import socket
@@ -17,6 +18,7 @@ from pathlib import Path
 from rcstudy.errors import UserError
 
 _MARK = ".tmp-"
+_LONGEST_NAME = 255  # bytes of a file's name
 _active: set[Path] = set()
 _lock = threading.Lock()
 
@@ -67,7 +69,8 @@ def _published(target: Path) -> Iterator[Path]:
 
     Raises OSError when that fails.
     """
-    temporary = target.with_name(f"{target.name}{_MARK}{host()}-{os.getpid()}-{threading.get_ident():x}")
+    mark = f"{_MARK}{host()}-{os.getpid()}-{threading.get_ident():x}"
+    temporary = target.with_name(_shortened(target.name, len(mark)) + mark)
     with _lock:
         _active.add(temporary)
     try:
@@ -82,16 +85,27 @@ def _published(target: Path) -> Iterator[Path]:
             _active.discard(temporary)
 
 
+def _shortened(name: str, more: int) -> str:
+    """`name`, or as much of it, with its hash, as leaves room for `more` bytes in the name of a file."""
+    data, room = os.fsencode(name), _LONGEST_NAME - more
+    if len(data) <= room:
+        return name
+    digest = hashlib.sha256(data).hexdigest()[:16]
+    return os.fsdecode(data[: room - len(digest)]) + digest
+
+
 def remove_leftovers(folder: Path, name: str = "") -> list[Path]:
     """Remove temporary files of `name` (of all files if empty) in `folder` whose writers no longer run on this machine.
 
     Returns what was removed.
     """
-    pattern = re.compile((re.escape(name) or ".+") + re.escape(_MARK) + r"(?P<host>.+)-(?P<pid>\d+)-[0-9a-f]+")
+    pattern = re.compile(r"(?P<name>.+)" + re.escape(_MARK) + r"(?P<host>.+)-(?P<pid>\d+)-[0-9a-f]+")
     removed = []
     for candidate in folder.iterdir():
         match = pattern.fullmatch(candidate.name)
         if match is None or match["host"] != host():
+            continue
+        if name and match["name"] != _shortened(name, len(candidate.name) - len(match["name"])):
             continue
         with _lock:
             ours = candidate in _active
@@ -104,7 +118,7 @@ def remove_leftovers(folder: Path, name: str = "") -> list[Path]:
 
 def host() -> str:
     """Name of this machine, fit for the name of a file."""
-    return re.sub(r"[^\w.]", "_", socket.gethostname()) or "localhost"
+    return re.sub(r"[^\w.]", "_", socket.gethostname(), flags=re.ASCII)[:64] or "localhost"
 
 
 def _runs(pid: int) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -39,9 +40,10 @@ class RangeSpec(Spec):
         """The values, rounded to six digits but for the ends, if six tell them apart."""
         one, other, steps = self.first.value, self.last.value, self.count - 1
         if self.spacing == "log":
-            between = [one * (other / one) ** (k / steps) for k in range(1, steps)]
+            sign, logs = math.copysign(1.0, one), (math.log(abs(one)), math.log(abs(other)))
+            between = [sign * math.exp(logs[0] + (logs[1] - logs[0]) * (k / steps)) for k in range(1, steps)]
         else:
-            between = [one + (other - one) * (k / steps) for k in range(1, steps)]
+            between = [one * (1.0 - k / steps) + other * (k / steps) for k in range(1, steps)]
         rounded = [float(f"{value:.{_DIGITS}g}") for value in between]
         if len({one, *rounded, other}) == self.count:
             between = rounded
@@ -52,6 +54,7 @@ def spread(node: Node, problems: Problems) -> Node:
     """The list of values that the mapping `node` stands for, at its place; of one that was reported if it is wrong."""
     spec = validate(RangeSpec, node, problems)
     entries = [Node(REFUSED, child_path(node.path, 0), "", node.line, node.column)]
+    values = () if spec is None else (spec.first.value, spec.last.value)
     if spec is None:
         pass
     elif spec.first.scale != spec.last.scale:
@@ -59,7 +62,7 @@ def spread(node: Node, problems: Problems) -> Node:
         problems.add(node.value["last"], f"{like}, as first is")
     elif spec.first.value == spec.last.value:
         problems.add(node.value["last"], "another value than first")
-    elif spec.spacing == "log" and not spec.first.value * spec.last.value > 0.0:
+    elif spec.spacing == "log" and not min(values) > 0.0 and not max(values) < 0.0:
         problems.add(node.value["spacing"], "linear, unless first and last are both above 0, or both below")
     else:
         entries = [_entry(node, k, value) for k, value in enumerate(spec.values())]
@@ -69,4 +72,5 @@ def spread(node: Node, problems: Problems) -> Node:
 def _entry(node: Node, k: int, value: Quantity) -> Node:
     """Value number `k` of the axis at `node`, as if it had been written there."""
     text = str(value)
-    return Node(text if value.scale else value.value, child_path(node.path, k), text, node.line, node.column)
+    exact = f"{value.value!r} {value.scale}" if value.scale else value.value
+    return Node(exact, child_path(node.path, k), text, node.line, node.column)

@@ -202,7 +202,10 @@ class Packer:
                 entries += (0, 0)
                 continue
             kind = self._kinds[name]
-            inner = np.ascontiguousarray(fields[name][i0:i1, j0:j1], dtype=_KINDS[kind - 1])
+            with np.errstate(over="ignore"):
+                inner = np.ascontiguousarray(fields[name][i0:i1, j0:j1], dtype=_KINDS[kind - 1])
+            if np.isinf(inner).any() and np.isfinite(fields[name]).all():
+                raise ValueError(f"{name} has numbers beyond {np.finfo(inner.dtype).max:.2g}, the largest of its type")
             stream = self._shared(inner) if name == "pressure" else compress(inner)
             entries += (kind, len(stream))
             streams.append(stream)

@@ -9,6 +9,7 @@ removed.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import threading
 import time
@@ -36,6 +37,7 @@ _MOST_PENDING = 2  # units' worth of results in memory
 _PUT_TOGETHER = 8  # small units of one level into one of the next
 _SET_ASIDE = ".set-aside"
 _FRESH = "fresh"
+_FULL = errno.ENOSPC, errno.EDQUOT
 
 Tell = Callable[[str], None]
 
@@ -49,9 +51,10 @@ def units_folder(output: Path) -> Path:
 class Store:
     """Takes results, writes them as units and knows where all are: see :func:`opened`."""
 
-    def __init__(self, folder: Path, index: Index) -> None:
+    def __init__(self, folder: Path, index: Index, study: str) -> None:
         self.folder = folder
         self.index = index
+        self._study = study
         self._expected: set[str] = set()
         self._pending: list[tuple[str, Packed]] = []
         self._held: dict[str, bytes] = {}  # records of those that are pending, by key
@@ -125,6 +128,11 @@ class Store:
                 self._error = error
                 raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}") from error
 
+    def tell_losses(self, output: Path, tell: Tell) -> None:
+        """Say what is there and will not be in the cube `output` once it is written."""
+        if lost := self.index.losses():
+            tell(f"{output}: with the new cube go {lost}; to keep them, give this one another --output")
+
     @property
     def is_empty(self) -> bool:
         """Whether there are no units."""
@@ -161,9 +169,16 @@ class Store:
             taken = list(self._pending)
         if not taken:
             return
-        cases = [(key, result.body) for key, result in taken]
-        statuses = tuple(Status(result.status) for _, result in taken)
-        unit = self._written(cases, statuses)
+        while True:
+            cases = [(key, result.body) for key, result in taken]
+            statuses = tuple(Status(result.status) for _, result in taken)
+            try:
+                unit = self._written(cases, statuses)
+                break
+            except OSError as error:  # what is left of a disk may hold half of them
+                if error.errno not in _FULL or len(taken) < 2:
+                    raise
+                taken = taken[: len(taken) // 2]
         with self._lock:
             for key, _ in cases:
                 self._held.pop(key, None)
@@ -175,7 +190,7 @@ class Store:
 
     def _written(self, cases: Sequence[tuple[str, bytes]], statuses: tuple[Status, ...]) -> Unit:
         self._number += 1
-        unit = write_unit(self.folder, self._number, cases)
+        unit = write_unit(self.folder, self._number, cases, self._study)
         with self._lock:
             self.index.take_written(unit, statuses)
         return unit
@@ -217,8 +232,8 @@ def opened(
     No other sweep can open it meanwhile, but for other shards if this is one. What is damaged is set aside, and
     `tell` told. `fresh`: nothing that is there counts. `take_over`: even if another machine's lock is there.
 
-    Raises UserError when the output cannot be written to, is the cube of a study of another name that has none of
-    these cases, or another process is at work on it.
+    Raises UserError when the output cannot be written to, it or units beside it are of a study of another name and
+    have none of these cases, or another process is at work on it.
     """
     folder = units_folder(output)
     with contextlib.ExitStack() as stack:
@@ -232,11 +247,11 @@ def opened(
             stack.callback(index.close)
             if not starts_over(folder):
                 take_cube(index, output, tell)
-            for path in unit_paths(folder):
-                _take_unit(index, path, tell)
             if index.is_empty and not starts_over(folder):
                 refuse_other_study(output, study)
-            store = Store(folder, index)
+            for path in unit_paths(folder):
+                _take_unit(index, path, study, tell)
+            store = Store(folder, index, study)
         except OSError as error:
             raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
         stack.callback(store.close)
@@ -258,15 +273,20 @@ def take_cube(index: Index, output: Path, tell: Tell) -> None:
         tell(f"{output}: no cases are taken from it: {error}")
 
 
-def _take_unit(index: Index, path: Path, tell: Tell) -> None:
+def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
     try:
-        index.take_unit(*read_unit(path))
+        unit, data = read_unit(path)
+        if index.take_unit(unit, data) == len(unit.entries) and unit.study != study:
+            raise UserError(
+                f"{path}: holds results of another study, {unit.study}, which would go: give another --output, "
+                f"finish that study or remove {path.parent}"
+            )
     except FileNotFoundError:
         return  # another shard has put it together with others
     except BadUnit as error:
         aside = path.with_name(f"{path.name}{_SET_ASIDE}")
         path.rename(aside)
-        tell(f"{path}: {error}; set aside as {aside.name}, its cases are solved again")
+        tell(f"{path}: {error}; set aside as {aside.name}, its cases have to be solved again")
 
 
 def _start_over(folder: Path) -> None:

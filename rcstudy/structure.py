@@ -60,9 +60,9 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
             problems.append(f"variable {name}: holds {_kind(a)}, in the reference {_kind(b)}")
         else:
             names.append(name)
-        for attribute in ("units", "flag_meanings"):
-            if a.attrs.get(attribute) != b.attrs.get(attribute):
-                here, there = a.attrs.get(attribute), b.attrs.get(attribute)
+        for attribute in ("units", "flag_meanings", "flag_values"):
+            here, there = (np.asarray(v.attrs.get(attribute)).tolist() for v in (a, b))
+            if here != there:
                 problems.append(f"variable {name}: {attribute} {here!r}, in the reference {there!r}")
     problems += [f"variable {name}: not in the reference" for name in ours.data_vars if name not in theirs.data_vars]
     return problems, names

@@ -147,8 +147,8 @@ def run(
             if damaged := store.index.check_cube():
                 say(f"{output}: {damaged} of its cases are damaged and solved again")
                 pending = unsolved(cases, store.index)
-            if shard is None and (lost := store.index.losses()):
-                say(f"{output}: with the new cube go {lost}; to keep them, give this one another --output")
+            if shard is None:
+                store.tell_losses(summary.output, say)
             summary.kept = len(cases) - len(pending)
             if summary.kept:
                 say(f"{summary.kept} of {len(cases)} cases are solved already and kept")

@@ -21,7 +21,6 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, PlainValidator
 
 from rcstudy.errors import UserError
-from rcstudy.layout import LAYER_SETTINGS, SETTINGS
 from rcstudy.quantities import Real, Whole, Words, refusal
 from rcstudy.result import VARIABLES
 from rcstudy.spec import Spec, validate
@@ -46,7 +45,13 @@ class _Mapping:
 
 
 _Named = Annotated[dict[str, _Rtol], BeforeValidator(_Mapping())]
-_NUMBERS = (*(name for name, variable in VARIABLES.items() if variable.kind != "text"), *SETTINGS, *LAYER_SETTINGS)
+_OWN_WORK = "status", "state", "iterations_", "residual_", "proof_", "products_", "operator_products", "coarse_products"
+TOLERABLE = tuple(
+    name
+    for name, variable in VARIABLES.items()
+    if not (variable.kind == "text" or variable.timing or name.startswith(_OWN_WORK) or name.endswith("_error"))
+)
+"""The fields and numbers that are compared within a tolerance; of a solver's own work only whether it is there is."""
 
 
 class Rule(Spec):
@@ -109,10 +114,10 @@ def load_tolerances(path: Path | str) -> Tolerances:
     for node in (root, *(rules if isinstance(rules, list) else ())):
         named = find(node, ("variables",))
         for name, value in named.value.items() if named is not node and named.is_mapping else ():
-            if name not in _NUMBERS:
-                hint = suggest(name, _NUMBERS).partition("allowed")[0]
+            if name not in TOLERABLE:
+                hint = suggest(name, TOLERABLE).partition("allowed")[0]
                 problems.add(
-                    value.at_key(), f"{hint}a name of one of a cube's fields or numbers", value="unknown variable"
+                    value.at_key(), f"{hint}a field or number that has one", value="no variable with a tolerance"
                 )
     problems.check()
     if found is None:

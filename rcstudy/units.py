@@ -21,7 +21,7 @@ from rcstudy.publish import write_whole
 from rcstudy.record import FORM, Form
 
 SUFFIX = ".unit"
-_MAGIC = b"rcstudy unit 2\n"
+_MAGIC = b"rcstudy unit 3\n"
 _HEAD = struct.Struct("<I")
 _CASE = struct.Struct("<32sQ")  # key, length of the record
 _DIGEST = 32
@@ -36,18 +36,23 @@ class BadUnit(ValueError):
 class Unit:
     """A unit on the disk, found to be whole: `entries` are key, offset and length of each record in it.
 
-    `form` is that of its records.
+    `form` is that of its records, `study` the name of the study that it was written for.
     """
 
     path: Path
     form: Form
     entries: tuple[tuple[str, int, int], ...]
     size: int
+    study: str
 
 
-def write_unit(folder: Path, number: int, cases: Sequence[tuple[str, bytes]]) -> Unit:
-    """Write the records of `cases` (key, record) as unit `number`; raises OSError when that fails, leaving nothing."""
-    text = json.dumps({"solver": SOLVER_VERSION, "scalars": FORM.scalars, "fields": FORM.fields}).encode()
+def write_unit(folder: Path, number: int, cases: Sequence[tuple[str, bytes]], study: str) -> Unit:
+    """Write the records of `cases` (key, record) of `study` as unit `number`.
+
+    Raises OSError when that fails, leaving nothing.
+    """
+    head = {"solver": SOLVER_VERSION, "study": study, "scalars": FORM.scalars, "fields": FORM.fields}
+    text = json.dumps(head).encode()
     parts = [_MAGIC, _HEAD.pack(len(text)), text]
     at = sum(map(len, parts))
     entries = []
@@ -59,7 +64,7 @@ def write_unit(folder: Path, number: int, cases: Sequence[tuple[str, bytes]]) ->
     digest = hashlib.sha256(content)
     path = folder / f"{number:06d}-{digest.hexdigest()[:12]}{SUFFIX}"
     write_whole(path, (content, digest.digest()))
-    return Unit(path, FORM, tuple(entries), at + _DIGEST)
+    return Unit(path, FORM, tuple(entries), at + _DIGEST, study)
 
 
 def read_unit(path: Path) -> tuple[Unit, bytes]:
@@ -76,13 +81,14 @@ def read_unit(path: Path) -> tuple[Unit, bytes]:
         (size,) = _HEAD.unpack_from(data, len(_MAGIC))
         start = len(_MAGIC) + _HEAD.size
         head = json.loads(data[start : start + size])
-        solver, form = str(head["solver"]), Form(tuple(map(str, head["scalars"])), tuple(map(str, head["fields"])))
+        solver, study = str(head["solver"]), str(head["study"])
+        form = Form(tuple(map(str, head["scalars"])), tuple(map(str, head["fields"])))
         entries = tuple(_entries(data, start + size))
     except (ValueError, KeyError, TypeError, struct.error, RecursionError) as error:
         raise BadUnit(f"not a proper unit: {error}") from error
     if solver != SOLVER_VERSION:
         raise BadUnit(f"of solver version {solver}, this is {SOLVER_VERSION}")
-    return Unit(path, form, entries, len(data)), data
+    return Unit(path, form, entries, len(data), study), data
 
 
 def _entries(data: bytes, at: int) -> Iterator[tuple[str, int, int]]:

@@ -141,6 +141,34 @@ def test_cube_of_another_study_is_refused(reported, tmp_path):
         accuracy.run(load_study(path), tmp_path, cube=folder / "solutions.nc")
 
 
+@pytest.mark.heavy
+def test_a_run_that_was_broken_off_goes_on(tmp_path, monkeypatch):
+    """With what it had solved; one that was not solves all anew, and times it. No cube of another study is replaced."""
+    path = tmp_path / "tiny.yaml"
+    path.write_text(STUDY)
+    study, solved, timed = load_study(path), [], accuracy.timed
+
+    def broken_off(scenes):
+        for scene, result in zip(scenes, timed(scenes), strict=True):
+            if len(solved) == most:
+                raise KeyboardInterrupt
+            solved.append(scene)
+            yield result
+
+    monkeypatch.setattr(accuracy, "warm_up_scenes", lambda scenes: [])
+    monkeypatch.setattr(accuracy, "timed", broken_off)
+    most = 2
+    with pytest.raises(KeyboardInterrupt):
+        accuracy.run(study, tmp_path / "report", formats=("png",))
+    most = 10**9
+    for times in (1, 2):
+        accuracy.run(study, tmp_path / "report", formats=("png",))
+        assert len(solved) == times * study.size
+    path.write_text(STUDY.replace("study: ", "study: other-"))
+    with pytest.raises(UserError, match="is the cube of another study, "):
+        accuracy.run(load_study(path), tmp_path / "report", formats=("png",))
+
+
 def test_of_both_discretisations_on_the_finest_mesh_aligned_cells_are_the_reference(tmp_path):
     """Whichever comes first; the summary names it."""
     tight = "{normal: 1.0e-9, tangential: 1.0e-9}"

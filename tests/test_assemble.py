@@ -183,10 +183,10 @@ def test_units_are_filled_though_they_are_written_behind_the_sweep(
     sizes = []
     write = store.write_unit
 
-    def slowly(folder: Path, number: int, cases: Sequence[tuple[str, bytes]]) -> Unit:
+    def slowly(folder: Path, number: int, cases: Sequence[tuple[str, bytes]], study: str) -> Unit:
         sizes.append(len(cases))
         time.sleep(0.05)
-        return write(folder, number, cases)
+        return write(folder, number, cases, study)
 
     monkeypatch.setattr(store, "write_unit", slowly)
     monkeypatch.setattr(store, "UNIT_CASES", 4)

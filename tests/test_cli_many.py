@@ -132,6 +132,7 @@ def test_merge_of_failed_cases(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["sweep", "many.yaml", "--shard", "3"], "--shard: 3: I/N"),
         (["sweep", "many.yaml", "--shard", "3/2"], "--shard: 3/2: I/N"),
         (["sweep", "many.yaml", "--shard", "0/2"], "--shard: 0/2: I/N"),
+        (["sweep", "many.yaml", "--shard", f"1/{'9' * 5000}"], "--shard: 1/9999"),
         (["sweep", "many.yaml", "--shard", "1/2", "--fresh"], "a shard cannot start over"),
         (["merge", "many.yaml"], "8 of 8 cases are missing"),
         (["merge", "many.yaml", "nowhere"], "nowhere: no units in it"),

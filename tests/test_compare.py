@@ -17,6 +17,7 @@ from rcstudy.cases import Case
 from rcstudy.compare import Comparison, _natural_scales, compare
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
+from rcstudy.layout import MISSING
 from rcstudy.result import CellState, Result, Status
 from rcstudy.structure import _matches
 from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_option
@@ -293,6 +294,36 @@ def test_a_missing_or_infinite_scalar(tmp_path: Path, reference: Path) -> None:
     assert [d.variable for d in found.bad] == ["force_x"]
 
 
+@pytest.mark.parametrize(
+    "name", ["force_x_error", "proof_stick", "residual_normal", "operator_products", "solve_seconds"]
+)
+def test_of_a_solvers_own_work_there_must_be_numbers(tmp_path: Path, reference: Path, name: str) -> None:
+    """In either cube, where the other one has them (made-up results have no estimates of errors)."""
+
+    def edit(file: h5py.File) -> None:
+        missing = np.nan if file[name].dtype.kind == "f" else MISSING
+        file[name][1, 2] = 1.0 if name.endswith("_error") else missing
+
+    without = edited(reference, tmp_path / "b.nc", edit)
+    for found in (outcome(without, reference), outcome(reference, without)):
+        assert [(d.variable, "missing" in d.note) for d in found.bad] == [(name, True)]
+
+
+def test_other_numbers_for_the_same_words(tmp_path: Path, reference: Path) -> None:
+    def edit(file: h5py.File) -> None:
+        file["status"].attrs["flag_values"] = file["status"].attrs["flag_values"][::-1]
+
+    found = outcome(edited(reference, tmp_path / "b.nc", edit), reference)
+    assert not found.same
+    assert "variable status: flag_values" in found.text()
+
+
+@pytest.mark.parametrize("name", ["proof_gap", "force_x_error", "solve_seconds", "status", "state", "friction"])
+def test_a_tolerance_for_what_is_not_compared_within_one(reference: Path, name: str) -> None:
+    with pytest.raises(UserError, match=f"a tolerance is given for {name}, which has none: pressure, "):
+        outcome(reference, reference, Tolerances(variables={name: 0.1}))
+
+
 @pytest.mark.parametrize("name", ["force_x", "moment_z", "pressure_max", "slip_area", "friction_power", "approach"])
 def test_a_scalar_that_is_off(tmp_path: Path, reference: Path, name: str) -> None:
     found = outcome(changed(tmp_path / "c.nc", with_scalars(**{name: 1.01})), reference)
@@ -490,10 +521,10 @@ def test_tolerances_from_a_file(tmp_path: Path) -> None:
         ("variables: {force_x: tight}\n", "t.yaml:1:22: variables.force_x: tight: a number from 0 to 1"),
         ("variables: {force_x: 1, load: 2}\n", "t.yaml:1:31: variables.load: 2: a number from 0 to 1"),
         ("variables: [force_x]\n", "t.yaml:1:12: variables: [force_x]: a mapping of names of variables to numbers"),
-        ("variables: {force: 1}\n", "t.yaml:1:13: variables.force: unknown variable: did you mean force_"),
+        ("variables: {force: 1}\n", "t.yaml:1:13: variables.force: no variable with a tolerance: did you mean force_"),
         (
             "cases: [{match: x}, {match: y, variables: {q: 1}}]\n",
-            "t.yaml:1:44: cases[1].variables.q: unknown variable: a name of one of a cube's fields or numbers",
+            "t.yaml:1:44: cases[1].variables.q: no variable with a tolerance: a field or number that has one",
         ),
         ("# nothing\n", "t.yaml:1:1: the file is empty: a mapping of tolerances, {} for the default"),
         ("state_flips: 1.5\n", "a whole number"),

@@ -5,16 +5,33 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+import synthetic
 import workers
 from studies import BASE, SWEPT, load_text
 
-from rcstudy import sweep
+from rcstudy import pool, publish, sweep
 from rcstudy.errors import UserError
+from rcstudy.mechanics.scene import Scene
+from rcstudy.result import Result
+
+
+def interrupted_after(most: int) -> pool.Solve:
+    """A solver that solves so many cases and is interrupted then."""
+    left = iter(range(most))
+
+    def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            if next(left, None) is None:
+                raise KeyboardInterrupt
+            yield synthetic.made_up_result(scene)
+
+    return solve
 
 
 def run(folder: Path, shell: str) -> subprocess.CompletedProcess[str]:
@@ -46,12 +63,56 @@ def test_foreign_files_of_hdf5_are_not_replaced(tmp_path: Path) -> None:
         sweep.run(study, tmp_path / "other.nc", workers=1, solve=workers.made_up)
 
 
+def test_a_file_that_another_program_writes_to_is_not_replaced(tmp_path: Path) -> None:
+    """Be it the study's own cube or none at all: such a file cannot be opened, which does not make it a damaged one."""
+    study = load_text(tmp_path, SWEPT)
+    sweep.run(study, tmp_path / "own.nc", workers=1, solve=workers.made_up)
+    for name in ("own.nc", "foreign.nc"):
+        output = tmp_path / name
+        code = (
+            f"file = h5py.File({str(output)!r}, 'a'); file['n'] = 1; file.flush(); print(flush=True); sys.stdin.read()"
+        )
+        words = [sys.executable, "-c", f"import h5py, sys; {code}; sys.stdin.read()"]
+        with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+            assert other.stdout is not None
+            other.stdout.readline()
+            before = output.read_bytes()
+            with pytest.raises(UserError, match="another program has it open for writing"):
+                sweep.run(study, output, workers=1, solve=workers.made_up)
+            assert output.read_bytes() == before
+            other.communicate()
+
+
+def test_a_damaged_file_of_hdf5_that_was_no_cube_is_not_replaced(tmp_path: Path) -> None:
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "other.nc"
+    with h5py.File(output, "w") as file:
+        file["numbers"] = [1.0, 2.0]
+    output.write_bytes(output.read_bytes()[:-100])
+    with pytest.raises(UserError, match="no cube"):
+        sweep.run(study, output, workers=1, solve=workers.made_up)
+
+
+def test_the_longest_name_of_a_file(tmp_path: Path) -> None:
+    """Whatever is written beside it on the way has a name that is short enough, and what is left over is found."""
+    output = tmp_path / f"{'ü' * 120}{'n' * 6}.nc"  # 249 bytes: units need six more
+    done = sweep.run(load_text(tmp_path, SWEPT), output, workers=1, solve=workers.made_up)
+    assert done.solved == done.cases
+    with pytest.raises(ValueError, match="stop"), publish.replacing(output) as temporary:
+        temporary.write_bytes(b"half")
+        pid = str(os.getpid())
+        dead = temporary.with_name(temporary.name.replace(f"-{pid}-", f"-{'9' * len(pid)}-"))  # as good as none
+        dead.write_bytes(b"half")
+        raise ValueError("stop")
+    assert publish.remove_leftovers(tmp_path, output.name) == [dead]
+    assert not temporary.exists()
+
+
 @pytest.mark.parametrize("kind", ["cube", "part of one", "empty"])
 def test_cubes_are_replaced_whole_or_damaged(kind: str, tmp_path: Path) -> None:
     study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
     sweep.run(study, output, workers=1, solve=workers.made_up)
     if kind != "cube":
-        output.write_bytes(output.read_bytes()[: 3000 if kind == "part of one" else 0])
+        output.write_bytes(output.read_bytes()[: -100 if kind == "part of one" else 0])
     done = sweep.run(study, output, workers=1, solve=workers.made_up)
     assert done.solved == done.cases
 
@@ -64,6 +125,13 @@ def test_the_cube_of_another_study_is_replaced_only_on_demand(tmp_path: Path) ->
     assert sweep.run(load_text(tmp_path, renamed), output, workers=1, solve=workers.made_up).kept == first.cases
     other = load_text(tmp_path, SWEPT.replace("E: 210000", "E: 200000"))
     before = output.read_bytes()
+    with pytest.raises(UserError, match="is the cube of another study, "):
+        sweep.run(other, output, workers=1, solve=workers.made_up)
+    assert output.read_bytes() == before
+    # nor where units of the other study are there from elsewhere
+    with pytest.raises(sweep.Interrupted):
+        sweep.run(other, tmp_path / "d.nc", workers=1, solve=interrupted_after(3))
+    (tmp_path / "d.nc.units").rename(tmp_path / "c.nc.units")
     with pytest.raises(UserError, match="is the cube of another study, "):
         sweep.run(other, output, workers=1, solve=workers.made_up)
     assert output.read_bytes() == before

@@ -109,6 +109,16 @@ def test_a_solver_whose_results_are_not_proper() -> None:
     assert "unknown variables ['shoe']" in second.reason
 
 
+def test_numbers_that_single_precision_has_not() -> None:
+    """Infinite in the cube, they were a solution."""
+    result = synthetic.made_up_result(synthetic.SCENE)
+    result.fields["pressure"] = result.fields["pressure"] * 1e40
+    for precision, status in (("float32", Status.ERROR), ("float64", Status.SOLVED)):
+        (packed,) = Packing(lambda scenes: iter([result]), Keep(precision=precision))([synthetic.SCENE])
+        assert packed.status == status.value
+        assert (status == Status.ERROR) == ("pressure has numbers beyond 3.4e+38" in packed.reason)
+
+
 def test_bytes_that_are_no_record() -> None:
     """Cut anywhere, or with a byte changed: an error of our own or, in numbers and streams, other values at most."""
     body = packed()

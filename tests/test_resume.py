@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import signal
 import socket
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -30,7 +32,7 @@ from rcstudy.result import Result, Status
 from rcstudy.status import report
 from rcstudy.store import units_folder
 from rcstudy.study import Study, load_study, study_from_text
-from rcstudy.units import read_unit, unit_paths, write_unit
+from rcstudy.units import Unit, read_unit, unit_paths, write_unit
 
 
 class Solver:
@@ -374,7 +376,7 @@ def test_a_unit_that_is_whole_and_improper(sweeps: Sweeps) -> None:
     other = synthetic.made_up_result(synthetic.SCENE)
     wrong_mesh = sweep.Packer(sweep.keep_of(sweeps.study.outputs)).pack(other, synthetic.MESH.cells).body
     for number, body in ((5, wrong_mesh), (6, b"\x05\0\0\0[[[[["), (7, b"")):
-        write_unit(sweeps.units, number, [(key, body)])
+        write_unit(sweeps.units, number, [(key, body)], "swept")
     assert len(sweeps.run()) == CASES - 3
     assert sum("set aside" in text for text in sweeps.told) == 3
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
@@ -548,6 +550,74 @@ def test_shards_in_folders_of_their_own(sweeps: Sweeps, tmp_path: Path) -> None:
     assert unit_paths(tmp_path / "1.nc.units")  # others' units are not removed
 
 
+def test_units_of_another_study_are_not_removed(sweeps: Sweeps) -> None:
+    """They were, without a word, by any sweep at the same output; a study that was edited tells what goes with it."""
+    sweeps.run(5)
+    mine, kept = sweeps.study, [path.read_bytes() for path in unit_paths(sweeps.units)]
+    sweeps.write(SWEPT.replace("study: ", "study: other-").replace("E: 210000", "E: 200000"))
+    for shard in (None, (1, 2)):
+        with pytest.raises(UserError, match="holds results of another study, "):
+            sweeps.run(shard=shard)
+        assert [path.read_bytes() for path in unit_paths(sweeps.units)] == kept
+    sweeps.write(SWEPT.replace("E: 210000", "E: 200000"))
+    assert len(sweeps.run()) == CASES
+    assert any("with the new cube go 5 solved cases" in text for text in sweeps.told)
+    assert sweep.run(mine, sweeps.output, workers=1, solve=workers.made_up).kept == 0
+
+
+def test_a_merge_tells_what_goes(sweeps: Sweeps, tmp_path: Path) -> None:
+    sweeps.run()
+    sweeps.write(SWEPT.replace("E: 210000", "E: 200000"))
+    for i in (1, 2):
+        sweep.run(sweeps.study, sweeps.output, workers=1, solve=workers.made_up, shard=(i, 2))
+    told: list[str] = []
+    merge(sweeps.study, sweeps.output, tell=told.append)
+    assert any(f"with the new cube go {CASES} solved cases" in text for text in told)
+
+
+def test_locks_taken_while_others_leave(tmp_path: Path) -> None:
+    """The last owner removes the folder, perhaps between two looks that the next one takes at it."""
+    troubles: list[BaseException] = []
+
+    def work() -> None:
+        end = time.monotonic() + 1.0
+        while time.monotonic() < end:
+            try:
+                with lock.locked(tmp_path / "units"):
+                    pass
+            except UserError:
+                pass
+            except BaseException as error:
+                troubles.append(error)
+                return
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert troubles == []
+
+
+def test_half_of_what_a_disk_cannot_hold(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of results that do not fit together those that do are kept: else the next sweep would keep none, either."""
+    write = store.write_unit
+
+    def on_a_full_disk(folder: Path, number: int, cases: Sequence[tuple[str, bytes]], study: str) -> Unit:
+        if len(cases) > 2:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(folder, number, cases, study)
+
+    monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))
+    monkeypatch.setattr(store, "write_unit", on_a_full_disk)
+    sweeps.run(9)
+    kept = sweeps.interrupt.solved
+    assert sum(len(read_unit(path)[0].entries) for path in unit_paths(sweeps.units)) >= 2
+    monkeypatch.undo()
+    assert len(sweeps.run()) <= CASES - 2
+    assert kept <= 9
+
+
 def test_a_merge_refuses_what_does_not_belong(sweeps: Sweeps, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="none: no units in it"):
         merge(sweeps.study, sweeps.output, [tmp_path / "none"])
@@ -589,10 +659,10 @@ def test_duplicates_in_one_folder_must_agree(sweeps: Sweeps) -> None:
         result.scalars["approach"] *= 2
         packed = sweep.Packer(sweep.keep_of(sweeps.study.outputs)).pack(result, case.scene.mesh.cells)
         sweeps.units.mkdir()
-        write_unit(sweeps.units, 1, [(case.key, packed.body)])
+        write_unit(sweeps.units, 1, [(case.key, packed.body)], "swept")
         good = synthetic.made_up_result(case.scene)
         packed = sweep.Packer(sweep.keep_of(sweeps.study.outputs)).pack(good, case.scene.mesh.cells)
-        write_unit(sweeps.units, 2, [(case.key, packed.body)])
+        write_unit(sweeps.units, 2, [(case.key, packed.body)], "swept")
     with pytest.raises(UserError, match=r"\(approach differs\)"):
         merge(sweeps.study, sweeps.output)
 

@@ -9,6 +9,7 @@ from studies import BASE, CONFIGS, load_text, refusal
 from rcstudy.build import scene_hertz
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Creepage, Layer, Material
+from rcstudy.ranges import RangeSpec
 from rcstudy.study import MAX_CASES, load_study, scene_from_mapping
 
 SCENE = {
@@ -161,6 +162,29 @@ def test_axes_by_their_ends(load):
     assert spin.values == (0.01, 0.0, -0.01)
     assert close.values == pytest.approx((0.3, 0.300000015, 0.30000003), rel=1e-15)
     assert grid.shape == (5, 4, 3, 3)
+
+
+def test_a_case_of_a_list_is_named_where_the_shared_mesh_is_wrong_for_it(load):
+    base = BASE + "  g:\n    cases:\n      - {label: light, load: 100}\n      - {label: heavy, load: 20000}\n"
+    with pytest.raises(UserError, match=r"scene\.mesh\.size: \[2, 2\]: a window larger .* \(case heavy\)$"):
+        load(base)
+
+
+def test_ends_of_any_size(load):
+    """Neither their quotient nor their product need be a number that there is; and an end is what was written."""
+    (grid,) = load(
+        BASE + "  g:\n    coating: {layer_count: 1}\n    axes:\n"
+        "      thickness: {first: 0.1234567890123456 a, last: 0.5 a, count: 2}\n"
+        "      modulus: [1 Es]\n"
+        "      creepage.lateral: {first: 1.0e-200, last: 1.0e-190, count: 3, spacing: log}\n"
+        "      creepage.longitudinal: {first: -1.0e-4, last: -1.0e-2, count: 3, spacing: log}\n"
+    ).grids
+    thickness, _, lateral, longitudinal = grid.axes
+    assert thickness.values[0].value == 0.1234567890123456
+    assert lateral.values == (1e-200, 1e-195, 1e-190)
+    assert longitudinal.values == (-1e-4, -1e-3, -1e-2)
+    wide = RangeSpec.model_validate({"first": 1e-200, "last": 1e200, "count": 3, "spacing": "log"})
+    assert [value.value for value in wide.values()] == [1e-200, 1.0, 1e200]
 
 
 def test_labels(load):

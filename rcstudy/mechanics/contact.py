@@ -163,7 +163,7 @@ class NormalContact:
         return s
 
     def lift(self, q: np.ndarray, box: Box) -> np.ndarray:
-        """u_z (mm, [nx, ny] of `box`) by tractions `q` [m, 2], by reciprocity: u_z by q_x is minus u_x by p, mirrored.
+        """u_z (mm, [nx, ny] of `box`) by tractions `q` [m, 2]. By reciprocity u_z by q_x is minus u_x by p.
 
         `box` must hold the contact; zero for quasi-identical bodies.
         """

@@ -31,7 +31,7 @@ class Hertz:
 def contact_modulus(body: Material, counterbody: Material | None) -> float:
     """E* (MPa) of two half-spaces, 1/E* = sum (1 - nu^2)/E; a rigid counterbody (None) adds nothing.
 
-    Johnson, Contact Mechanics (1985), Eq. 4.23.
+    Johnson, Contact Mechanics (1985), section 4.2.
     """
     return 1.0 / (body.compliance + (0.0 if counterbody is None else counterbody.compliance))
 
@@ -41,7 +41,7 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
 
     `radius`: Rx, Ry (mm).
 
-    Johnson (1985), Eqs 4.24 to 4.34, with complete elliptic integrals, no approximation.
+    Johnson (1985), section 4.2, with complete elliptic integrals, no approximation.
     """
     rx, ry = radius
     if math.isclose(rx, ry, rel_tol=1e-12):

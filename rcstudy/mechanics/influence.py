@@ -37,7 +37,7 @@ T = TypeVar("T")
 COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
 
 _LOG_STEP = 0.06  # of the grids of alpha and r; half of it changes the coefficients by less than 1e-10 of the largest
-_BIAS = -0.5  # makes alpha * D(alpha) / alpha^bias vanish at both ends of the grid, and the transform too
+_BIAS = -0.5  # makes D(alpha) / alpha^bias vanish at both ends of the grid, and the transform too
 _LOW, _HIGH = 1e-24, 2e4  # range of alpha, in units of 1/(total thickness) and 1/(thinnest layer)
 _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in polar coordinates
 _KEPT = 16  # symbols and operators on boxes of one mesh; a contact has 2 to 7, where one box is not enough more

@@ -6,7 +6,7 @@ u_x = -b p sin(alpha x); for q sin(alpha x) in the plane, u_x = c q sin(alpha x)
 reciprocity); across the plane u = d q. Any number of layers, from the surface down, on a half-space.
 
 In each layer the in-plane field is a sum of four modes, Papkovich-Neuber potentials phi = e^(-kz) cos kx and
-psi = e^(-kz) cos kx and their growing twins e^(+k(z - h)) (the paper's Eqs 11 to 15, with one potential less: only
+psi = e^(-kz) cos kx and their growing twins e^(+k(z - h)) (the paper's Eqs 11 to 16, with one potential less: only
 two are needed):
 
     2G u = grad(phi) + grad(z psi) - 4 (1 - nu) psi e_z.
@@ -18,7 +18,7 @@ their own origin are the columns
     growing:  A1 = (-1,  1, -1, 1),  B1 = (0, -(3 - 4nu), 1 - 2nu, -2(1 - nu)),
 
 and moving the origin by the thickness h turns B0 into B0 + kh A0 and B1 (growing, upwards) into B1 - kh A1, times
-e^(-kh). At the bottom of a layer the compliance of everything below, u = Y/k t, fixes the growing modes by the
+e^(-kh). At the bottom of a layer (Eq. 17) the compliance of everything below, u = Y/k t, fixes the growing modes by the
 decaying ones, g = R d with a 2x2 matrix R that does not depend on k; at its top R appears as
 e^(-2kh) [1, -kh; 0, 1] R [1, kh; 0, 1]. So only decaying exponentials occur, nothing is divided by 1 - 2nu, and the
 *difference* between the layered and the homogeneous response is obtained without cancellation.

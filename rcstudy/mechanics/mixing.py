@@ -40,6 +40,8 @@ class Mixing:
         if steps:
             columns = np.stack([of_change[where] for _, of_change in steps], axis=1)
             columns -= columns.mean(axis=0)
+            if not (np.isfinite(columns).all() and np.isfinite(change).all()):
+                return result  # LAPACK would say so on standard output
             weights, *_ = np.linalg.lstsq(columns, change[where] - change[where].mean(), rcond=_RANK)
             for weight, (of_guess, of_change) in zip(weights, steps, strict=True):
                 result -= weight * (of_guess + of_change)

@@ -53,7 +53,8 @@ def _estimate(
     """Semi-axes (mm) of the contact by Hertz with the modulus a wave of the contact's own size would see.
 
     A half-space has a(alpha) = 2/(E* alpha); a layered body's a(alpha) gives an E* that depends on the size, found by
-    iteration from the bare substrate's. Exact without layers, within some 20 % else: a first guess only.
+    iteration from the bare substrate's. Exact without layers; under most within a tenth, under layers that keep their
+    volume within a quarter, under stiff plates less than half of it: a first guess only.
     """
     extra = half_space_response(counterbody)[0] if counterbody is not None else 0.0
     semi_axes = hertz_contact(radius, load, contact_modulus(substrate, counterbody)).a
@@ -140,8 +141,8 @@ def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np
 def _bends(influence: Influence, shape: tuple[int, int]) -> bool:
     """Whether layers make the bodies resist short waves so much more than long ones that they bend like plates.
 
-    Waves from the size of a box of `shape` cells to two cells, each against all that are longer; on a half-space all
-    are alike.
+    Waves from 2 pi times the size of a box of `shape` cells to two cells, each against all that are longer; on a
+    half-space all are alike.
     """
     if not influence.layered:
         return False

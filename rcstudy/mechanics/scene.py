@@ -32,7 +32,7 @@ class Material:
 
     @property
     def compliance(self) -> float:
-        """(1 - nu^2)/E (1/MPa) of a half-space: its share of 1/E* (Johnson 1985, Eq. 4.23)."""
+        """(1 - nu^2)/E (1/MPa) of a half-space: its share of 1/E* (Johnson 1985, section 4.2)."""
         return (1.0 - self.nu**2) / self.E
 
 

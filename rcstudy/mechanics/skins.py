@@ -2,15 +2,15 @@ r"""What layers thinner than a few cells do to the edge of a contact, which cell
 
 Take a straight edge and waves across it, to which the bodies yield as g(k)/k, g being constant for a half-space. Far
 from the edge the pressure goes like the root of the distance from where the contact seems to end. With g = G+ G-, each
-half of which acts to one side only (Wiener and Hopf 1931), log G+ is for long waves their wave number times
+half of which acts to one side only (Wiener and Hopf 1931), log G+ is for waves longer than 1/c their wave number times
 
-    1/pi int ln(g(k)/g(0))/k^2 dk, k from 0 to infinity,
+    1/pi int ln(g(k)/g(c))/k^2 dk, k from c to infinity,
 
-and by as much the true edge lies farther out: h/pi ln(E/E1) for a layer of E1 that is thin against all that counts, on
-E. Cells find the waves that they can carry right, but not shorter ones: the integral begins at a wave number `cut`/dx,
-and g is compared with its value there. The cut is the higher the more the layers yield to waves of a few cells already
-(`_SOFT`), and where they do nearly all of the yielding (`_FILM`) the pressure has no root at the edge, and there is no
-such shift.
+and by as much the true edge lies farther out: for a layer h of E1 on E of the order of h/pi ln(E/E1), and more the
+longer the waves are that c leaves out (like the logarithm of 1/(c h), as a thin layer yields like a spring). Cells find
+the waves that they can carry right, but not shorter ones: the integral begins at a wave number `cut`/dx. The cut is the
+higher the more the layers yield to waves of a few cells already (`_SOFT`), and where they do nearly all of the yielding
+(`_FILM`) the pressure has no root at the edge, and there is no such shift.
 
 All three were set on areas of 150 contacts with single and double layers, 0.004 to 1 of their radius thick and 3e-5 to
 100 times as stiff as the substrate, at 6 to 70 cells a radius. Of what these miss, 0.02 to 0.1 of a cell all around, a

@@ -42,7 +42,8 @@ def layered_response(
             rho = (yd * g - 1.0) / (yd * g + 1.0)
             dd = 2.0 / g * rho * e2 / (1.0 - rho * e2)
             yd = 1.0 / g + dd
-            # in-plane (P-SV). Rows of M: displacement (U, W) + compliance below * stress (X, Z); columns: the two modes
+            # in-plane (P-SV), Eq. 17 at the interface below
+            # rows of M: displacement (U, W) + compliance below * stress (X, Z); columns: the two modes
             # decaying modes A0 = (-1, -1, 1, 1), B0 = (0, -kappa, p, q); growing A1 = (-1, 1, -1, 1), B1 = (0,
             # -kappa, p, -q)
             md00 = -h + yc - yb

@@ -259,7 +259,7 @@ def newton_residual(
     unit: float,
     out: np.ndarray,
 ) -> None:
-    """Right-hand side [2 m] of the Newton step (`mechanics/rolling.py`), slips all of it (-), into out.
+    """Right-hand side [2 m] of the Newton step (`rolling.py`), in units of slip (-), into out.
 
     -s in stick cells; in slip cells (bound - n.q)/unit and, with c = share and b = diagonal, -(c m.s + (1 - c) b m.q).
     s, q, normal [m, 2]: slips, tractions (MPa), directions n; slip, share, bound [m]: flags, c, mu p (MPa); diagonal
