@@ -114,7 +114,7 @@ def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[fl
     """
     # what does not matter to it is left out, so that all cases of one pressure have one window
     bare = Scene(scene.substrate, scene.radius, scene.load, _ANY_MESH, scene.layers, scene.counterbody)
-    if scene.coupling == "full" and scene.creepage is not None and scene.moves_by_pressure:
+    if scene.is_coupled:
         bare = replace(bare, friction=scene.friction, coupling="full")
     # of few cells one has to be free on either side, whatever the margin
     least = [_WIDER * n / (n - 2) for n in cells]

@@ -159,8 +159,8 @@ def case_key(scene: Scene) -> str:
 
 
 def normal_problem(scene: Scene) -> Hashable:
-    """What the pressure depends on: all of `scene` if coupling is full, else all but what only tractions feel."""
-    if scene.coupling == "full":
+    """What the pressure depends on: all of `scene` if tractions act on it, else all but what only they feel."""
+    if scene.is_coupled:
         return scene
     mesh, tolerance = scene.mesh, scene.tolerance.normal
     bodies = (scene.substrate, scene.layers, scene.counterbody)

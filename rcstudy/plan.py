@@ -78,7 +78,7 @@ def _traction_seconds(scene: Scene, cells: float) -> float:
         return 0.0
     seconds = TRACTION_SECONDS + TRACTION_CELL_SECONDS * cells
     seconds *= PAPER_CG_FACTOR if scene.method == "paper-cg" else 1.0
-    return seconds * (FULL_COUPLING_FACTOR if scene.coupling == "full" else 1.0)
+    return seconds * (FULL_COUPLING_FACTOR if scene.is_coupled else 1.0)
 
 
 def _cell_bytes(cases: Sequence[Case], outputs: Outputs) -> int:

@@ -37,7 +37,7 @@ def solve_scene(scene: Scene) -> Result:
 
 
 def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Result]:
-    """Solve scenes that share one normal problem, the pressure once (with `coupling: full` each has its own).
+    """Solve scenes that share one normal problem, the pressure once (where tractions act on it each has its own).
 
     `series`: those of close creepages start from one another. Results then depend on their order, within the tolerance.
 
@@ -51,7 +51,7 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
             try:
                 if scene.conflict:
                     raise Refusal(scene.conflict)
-                if scene.coupling == "full" and scene.creepage is not None and scene.moves_by_pressure:
+                if scene.is_coupled:
                     result = _solve_coupled(scene)
                 else:
                     shared = shared or _Shared(scene, series)
@@ -177,7 +177,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     if rolling is None:
         return hidden
     hidden = hidden._replace(unsettled=rolling.unsettled, slip=unseen)
-    if scene.coupling == "one-way":
+    if not scene.is_coupled:
         return hidden
     at_peak, at_border = _cusps(contact, scene, rolling)
     return hidden._replace(lift=_lift(contact, rolling), cusp_of_pressure=at_peak, cusp_of_tractions=at_border)

@@ -25,7 +25,8 @@ from rcstudy.plan import (
     estimate,
     plan_report,
 )
-from rcstudy.solve import solve_scene
+from rcstudy.result import Status
+from rcstudy.solve import solve_group, solve_scene
 from rcstudy.study import load_study, scene_from_mapping
 from rcstudy.sweep import run
 
@@ -202,6 +203,22 @@ def test_full_coupling_makes_every_setting_part_of_the_normal_problem(name):
     full = dataclasses.replace(SCENE, coupling="full")
     changed = dataclasses.replace(full, **{name: CHANGES[name]})
     assert normal_problem(changed) != normal_problem(full)
+
+
+@pytest.mark.parametrize("counterbody", [Material(100000.0, 0.2), Material(210000.0, 0.3)])
+def test_full_coupling_of_bodies_that_do_not_feel_it_shares_a_pressure(counterbody):
+    """Equal bodies, and scenes without creepage; unlike bodies have one for each creepage."""
+    bare = dataclasses.replace(SCENE, layers=(), coupling="full", counterbody=counterbody)
+    alike = counterbody == SCENE.substrate
+    other = dataclasses.replace(bare, creepage=Creepage(0.002, 0.0, 0.0))
+    assert (normal_problem(other) == normal_problem(bare)) == alike
+    assert other.is_coupled is not alike
+    still = dataclasses.replace(bare, creepage=None)
+    assert normal_problem(dataclasses.replace(still, friction=0.2)) == normal_problem(still)
+    if alike:
+        one, two = solve_group([bare, other])
+        (alone,) = solve_group([other])
+        assert (one.status, two.scalars["force_x"]) == (Status.SOLVED, alone.scalars["force_x"])
 
 
 def test_normal_tolerance_is_part_of_the_normal_problem():

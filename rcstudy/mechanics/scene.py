@@ -128,3 +128,8 @@ class Scene:
             return True
         one, two = ((1.0 - 2.0 * body.nu) / body.G for body in (self.substrate, self.counterbody))
         return not math.isclose(one, two, rel_tol=1e-14)
+
+    @property
+    def is_coupled(self) -> bool:
+        """Whether pressure and tractions are to be found together: full coupling of bodies that feel it."""
+        return self.coupling == "full" and self.creepage is not None and self.moves_by_pressure
