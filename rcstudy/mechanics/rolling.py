@@ -26,9 +26,9 @@ first, tridiagonal along rows: without it a tenth to a third more products.
 
 That alone would take more and more products the finer the mesh: the displacement ahead of the leading edge is not zero,
 as the sums have it, and at the border of the stick zone d is. GMRES makes use of several preconditioners in turn: along
-rows of 48 cells and more, the first of three is right at the leading edge (`from_leading_edge`), and the second has a
-quarter of d. So the number of products hardly depends on the mesh: 25 to 27 in the median of the paper's cases, from
-64 to 512 cells (25 to 39 by the third one alone).
+rows of 32 cells and more, every other one is right at the leading edge (`from_leading_edge`), and every fourth has a
+quarter of d. So the number of products hardly depends on the mesh: 23 to 25 in the median of the paper's cases, from
+64 to 512 cells (25 to 39 by one and the same).
 """
 
 from __future__ import annotations
@@ -68,7 +68,9 @@ _MAX_STEPS = 100  # of one linear system
 _SETTLED = 1e-4  # part of their bound that tractions may be off by what centring keeps adding
 _SHIFT = 2.0  # d of the preconditioner, over b; where all cells slip by more it is larger by powers of 4
 _LARGEST = 1e30  # of that, over `_SHIFT`
-_LONG = 48  # cells of rows for which there are three preconditioners in turn; shorter ones gain nothing
+_LONG = 32  # cells of rows for which preconditioners take turns; shorter ones gain little
+_AT_EDGE, _AT_BORDER, _PLAIN = range(3)  # preconditioners: right at the leading edge, where cells begin to slip, neither
+_TURNS = _AT_EDGE, _PLAIN, _AT_EDGE, _AT_BORDER
 _WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
 
 
@@ -321,11 +323,8 @@ class NewtonSystem:
         tractions.scatter_traction(v, self.places, slip, self.normal, self.unit, self.operator.plan.flat)
         self.operator.multiply()
 
-    def precondition(self, v: np.ndarray, out: np.ndarray, turn: int = 2) -> None:
-        """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick, then slip cells with what is left.
-
-        Another one in each `turn`: 0 is right at the leading edge, 1 where cells begin to slip, 2 neither.
-        """
+    def precondition(self, v: np.ndarray, out: np.ndarray, turn: int = _PLAIN) -> None:
+        """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick, then slip cells with what is left."""
         self.products += 1
         operator = self.operator
         plan = operator.torus_plan
@@ -333,10 +332,10 @@ class NewtonSystem:
         power, rest, inverse = self._power, v, operator.torus_inverse
         # what is outside the cells stays zero in plan.field from the first of these on
         if self._slipping < len(cells):
-            if turn == 0 and operator.torus_edge is not None:
+            if turn == _AT_EDGE and operator.torus_edge is not None:
                 before, inverse = operator.torus_edge
                 rest = self._before_cut(v, before)
-            elif turn == 1:
+            elif turn == _AT_BORDER:
                 power -= 1
             tractions.integrate_rows(
                 rest, cells, places, slip, normal, self._damping, operator.spacing[0], operator.edge, plan.field
@@ -380,7 +379,7 @@ class NewtonSystem:
         """
         residual = np.empty(q.size)
         tractions.newton_residual(self.lawful, q, *self.rows, self.bound, self.unit, residual)
-        turn = repeat(2) if self.operator.torus_edge is None else cycle(range(3))
+        turn = repeat(_PLAIN) if self.operator.torus_edge is None else cycle(_TURNS)
 
         def precondition(v: np.ndarray, out: np.ndarray) -> None:
             self.precondition(v, out, next(turn))
