@@ -20,6 +20,7 @@ from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.report.precision import QUANTITIES, REFERENCE, Row, Setting, schemes, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import errors_table, mesh_table, settings_table, summary_text
+from rcstudy.report.style import DPI, style
 from rcstudy.result import Result, Status
 from rcstudy.solve import solve_scene
 from rcstudy.study import load_study
@@ -272,6 +273,17 @@ def test_the_cheapest_setting_that_keeps_every_problem_within_the_target_is_chos
     assert chosen(rows, 0.01).cells == 64
 
 
+def test_what_the_reference_may_be_off_by_does_not_bend_the_law_of_the_errors():
+    """It is the same on all meshes: added to errors of first order it made them look like order 0.6."""
+    rows = [
+        row(n, 1e-5, 0.16 / n, errors={"pressure": 0.1, "force": 0.16 / n, "reference_force": 0.002})
+        for n in (16, 32, 64)
+    ]
+    none = chosen(rows, 0.0001)
+    assert (none.order, none.needed) == (pytest.approx(1.0), pytest.approx(1600.0))
+    assert chosen(rows, 0.01).cells == 32
+
+
 def test_errors_small_by_chance_and_unsolved_cases_do_not_count():
     rows = [row(16, 1e-5, 0.001), row(32, 1e-5, 0.02), row(64, 1e-5, 0.005)]
     assert chosen(rows, 0.01).cells == 64
@@ -333,6 +345,20 @@ def test_worst_errors_stand_side_by_side():
     assert "| cells a contact radius | 4 to 4 | 8 to 8 |" in table
     assert "| force, % | 40 / 0.53 | 2 / 0.2 |" in table
     assert "| processor time, ms | 580 / 1000 | 320 / 1000 |" in table
+
+
+def test_figures_are_as_fine_as_they_say_and_tell_their_tolerances():
+    rows = [row(n, t, 0.1 / n + t, seconds=n) for n in (16, 32, 64) for t in (1e-3, 1e-5, 1e-7)]
+    with style():
+        for draw in (work_precision, tolerances_figure, quantities_figure):
+            figure = draw(rows)
+            assert figure.dpi == DPI
+            texts = " ".join(text.get_text() for text in figure.texts if text.get_gid() == "caption").replace("\n", " ")
+            assert {
+                work_precision: "Tolerance: 1e-05.",
+                tolerances_figure: ": 1e-03, 1e-05, 1e-07. Medians",
+                quantities_figure: "",
+            }[draw] in texts
 
 
 def test_figures_show_each_discretisation_once():

@@ -69,7 +69,8 @@ _SETTLED = 1e-4  # part of their bound that tractions may be off by what centrin
 _SHIFT = 2.0  # d of the preconditioner, over b; where all cells slip by more it is larger by powers of 4
 _LARGEST = 1e30  # of that, over `_SHIFT`
 _LONG = 32  # cells of rows for which preconditioners take turns; shorter ones gain little
-_AT_EDGE, _AT_BORDER, _PLAIN = range(3)  # preconditioners: right at the leading edge, where cells begin to slip, neither
+# preconditioners: right at the leading edge, where cells begin to slip, and neither
+_AT_EDGE, _AT_BORDER, _PLAIN = range(3)
 _TURNS = _AT_EDGE, _PLAIN, _AT_EDGE, _AT_BORDER
 _WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
 

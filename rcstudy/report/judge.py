@@ -35,7 +35,7 @@ SIMILAR = 30.0
 """Angle in degrees between the directions of slip's centroid below which two slip patterns are called similar."""
 
 MUCH = 0.9
-"""A ratio below this is called much smaller."""
+"""A ratio below this is called much smaller, one above its inverse much larger."""
 
 
 def grows(pairs: Iterable[tuple[PaperCase, PaperCase]], measure: Measure) -> Iterator[Comparison]:
@@ -80,11 +80,11 @@ def _why_unknown(case: PaperCase) -> str:
 
 
 def spread(cases: Iterable[PaperCase], measure: Measure, least: float, what: str) -> Iterator[Comparison]:
-    """Whether `measure` varies over the solved cases by more than `least` of its largest value."""
+    """Whether `measure` varies over the solved cases by more than `least` of its largest value; by how much it does."""
     values = [measure(c.view) for c in cases if c.view.solved]
     if len(values) > 1:
-        low, high = min(values), max(values)
-        yield Comparison(what, low, high, high - low > least * high)
+        part = 1.0 - min(values) / max(values)
+        yield Comparison(what, part, least, part > least, bound=True)
 
 
 def _why_undecided(first: PaperCase, second: PaperCase, measure: Measure) -> str:
@@ -108,14 +108,13 @@ def _why_undecided(first: PaperCase, second: PaperCase, measure: Measure) -> str
 def _margin(case: CaseView) -> tuple[float, str]:
     """How far off the mesh may make a case's ratio of slip, and what that is in words.
 
-    Where areas are counted in cells it is one cell; aligned cells end with the contact and the stick zone, and there
-    it is what the estimated errors of both areas make of the ratio (NaN if there are none).
+    Where areas are counted in cells it is `measures.CELLS` of them; aligned cells end with the contact and the stick
+    zone, and there it is what the estimated errors of both areas make of the ratio (NaN if there are none).
     """
-    area, ratio = case.number("contact_area"), measures.slip_ratio(case)
-    cells = area / float(np.prod(case.spacing))
+    cells = case.number("contact_area") / float(np.prod(case.spacing))
     if abs(cells - round(cells)) < 1e-6:
-        return 1.0 / cells, "a cell"
-    return (case.number("slip_area_error") + ratio * case.number("contact_area_error")) / area, "the estimated error"
+        return measures.CELLS / cells, f"{measures.CELLS:g} cells"
+    return measures.slip_ratio_error(case), "the estimated error"
 
 
 def words(case: PaperCase) -> str:
@@ -208,7 +207,7 @@ def spreads(cases: Cases, measure: Measure) -> Iterator[Comparison]:
     chosen = select(cases, MAPS)
     for creepage in dict.fromkeys(c.creepage for c in chosen):
         same = [c for c in chosen if c.creepage == creepage]
-        text = "smallest and largest at xi_x = {:g}, xi_y = {:g}, phi = {:g}".format(*creepage)
+        text = "spread over the largest at xi_x = {:g}, xi_y = {:g}, phi = {:g}".format(*creepage)
         yield from spread(same, measure, SIGNIFICANT, text)
 
 
@@ -216,6 +215,12 @@ def much_smaller(pairs: Pairs, measure: Measure) -> Iterator[Comparison]:
     """Whether `measure` of the second case is below MUCH times that of the first."""
     for c in shrinks(pairs, measure):
         yield c if c.holds is None else replace(c, holds=c.right < MUCH * c.left)
+
+
+def much_larger(pairs: Pairs, measure: Measure) -> Iterator[Comparison]:
+    """Whether `measure` of the second case is above 1/MUCH times that of the first."""
+    for c in grows(pairs, measure):
+        yield c if c.holds is None else replace(c, holds=MUCH * c.right > c.left)
 
 
 def similar_patterns(cases: Cases) -> Iterator[Comparison]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _LINE = 0.155  # height of a line of the caption, inches
 _LEGEND = 0.28  # height of a legend of one line, inches: figures have room for it
-_LETTERS_PER_INCH = 20.5
+_LETTERS_PER_INCH = 19.5
 
 LINE_SPACING: dict[str, Any] = {"handlelength": 3.0, "columnspacing": 1.2}
 """Spacing of a legend of lines: long enough to show their dashes."""

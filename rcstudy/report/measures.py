@@ -23,6 +23,15 @@ def on_x_axis(field: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.asarray(field[:, nearest].mean(axis=1))
 
 
+CELLS = 2.0
+"""Cells in each case by which slip ratios must differ to be told apart, where areas are counted in cells.
+
+Over the paper's 169 pairs of cases differences are 2.7 cells in each off (root of mean square, 64 x 64 cells against
+256 x 256 aligned ones). Of 160 that differ by more than one cell in each two have the wrong sign, of 138 that differ by
+more than two none.
+"""
+
+
 def slip_ratio(case: CaseView) -> float:
     """Area of slip over area of contact."""
     return case.number("slip_area") / case.number("contact_area")

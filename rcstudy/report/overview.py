@@ -58,18 +58,23 @@ def overview_figure(grid: GridView) -> Figure:
     lines = _chosen(grid.dataset.sizes[across]) if across else [0]
     x = _positions(grid, along)
     order = np.argsort(x, kind="stable")
-    for ax, name in zip(axes.flat, names, strict=False):
+    for k, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
         for line, at in enumerate(lines):
             cases = [_case(grid, {along: i, across: at}) for i in order]
             values = [measures.slip_ratio(c) if name == "slip_area" else c.number(name) for c in cases]
-            ax.plot(x[order], values, **_look(grid, along, line))
+            errors = [measures.slip_ratio_error(c) if name == "slip_area" else c.number(f"{name}_error") for c in cases]
+            look = _look(grid, along, line)
+            ax.plot(x[order], values, **look)
+            ax.errorbar(x[order], values, np.nan_to_num(errors), fmt="none", ecolor=look["color"], elinewidth=0.8)
         ax.set_ylabel(QUANTITIES[name])
+        ax.set_title(f"({'abcdef'[k]})", loc="left")
         _label_axis(ax, grid, along)
     heighten(figure, rows * max(0.0, _ticks_height(axes.flat[0]) - _TICKS))
     if across:
         words = [_lines_label(f"{across} = {value}") for value in grid.axis_values(across)]
         legend(figure, {words[at]: _look(grid, along, k) for k, at in enumerate(lines)}, **LINE_SPACING)
-    caption(figure, f"{grid.name}: {_remarks(grid, along, across, len(lines))}{conditions(grid)}")
+    bars = "estimated discretisation errors as bars. " if any(f"{name}_error" in grid for name in names) else ""
+    caption(figure, f"{grid.name}: {bars}{_remarks(grid, along, across, len(lines))}{conditions(grid)}")
     return figure
 
 

@@ -20,7 +20,7 @@ from rcstudy.report.layout import (
     panels,
     share_limits,
 )
-from rcstudy.report.measures import slip_ratio
+from rcstudy.report.measures import slip_ratio, slip_ratio_error
 from rcstudy.report.paper import BARE, panel_letter
 from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH, traction_colours
 from rcstudy.report.views import CaseView, GridView, creepage_text, layers_text, thickness_text
@@ -30,6 +30,12 @@ if TYPE_CHECKING:
 
 ROWS_NEXT_TO_AXIS = (
     "With an even number of cells no row of cells lies on the x-axis: the mean of the two rows next to it is shown."
+)
+
+
+MODULI = (
+    "$E_1$, $E_2$, $E_s$: moduli of the first layer (at the surface), the second and the substrate, followed by the "
+    "thickness of each layer; $a$: Hertz's radius of the uncoated pair."
 )
 
 
@@ -43,7 +49,8 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     if number in (5, 6):
         return lines_figure(number, grids[name])
     figure = maps_figure(list(grids[name].cases()), paper_title)
-    caption(figure, f"Fig. {number}. {MAPS}{OTHER_PANELS if number == 4 else ''} {conditions(grids[name])}")
+    more = OTHER_PANELS if number == 4 else f" {MODULI}"
+    caption(figure, f"Fig. {number}. {MAPS}{more} {conditions(grids[name])}")
     return figure
 
 
@@ -74,7 +81,7 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
         if failures:
             draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
         count = len(cases[0].layers) if cases else 0
-        words = ("no layer", "one layer", "two layers of equal thickness")[min(count, 2)]
+        words = ("no layer", "one layer", "two layers, each of the thickness given")[min(count, 2)]
         ax.set_title(f"({letter}) {words}" if letter else words, loc="left")
         ax.set_xlabel("$x/a$")
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2, handlelength=3.4, columnspacing=1.0)
@@ -84,7 +91,7 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     _make_room(axes[0])
     axes.flat[0].set_ylabel("$p/p_0$")
     text = "Pressure on the x-axis over Hertz's peak pressure $p_0$ of the uncoated pair"
-    caption(figure, f"Fig. 3. {text}. {ROWS_NEXT_TO_AXIS} {conditions(grid, friction=False)}")
+    caption(figure, f"Fig. 3. {text}. {MODULI} {ROWS_NEXT_TO_AXIS} {conditions(grid, friction=False)}")
     return figure
 
 
@@ -125,10 +132,17 @@ def lines_figure(number: int, grid: GridView) -> Figure:
     legend(figure, looks, **LINE_SPACING)
     text = (
         "Longitudinal traction on the x-axis under longitudinal creepage alone, shown as $-q_x$ (the traction on the "
-        rf"counterbody); dashed: the bound $\mu p$. Rolling towards $+x$. {ROWS_NEXT_TO_AXIS}"
+        rf"counterbody); dashed: the bound $\mu p$. Rolling towards $+x$. {_small_creepages(grid)}{MODULI} "
+        f"{ROWS_NEXT_TO_AXIS}"
     )
     caption(figure, f"Fig. {number}. {text} {conditions(grid)}")
     return figure
+
+
+def _small_creepages(grid: GridView) -> str:
+    """What the paper prints for the creepages, 0.02 to 0.1, if they are a hundredth of that."""
+    largest = max(abs(case.setting("longitudinal")) for case in grid.cases())
+    return "Creepages are the paper's, 0.02 to 0.1, in per cent. " if np.isclose(largest, 0.001) else ""
 
 
 def _make_room(row: np.ndarray) -> None:
@@ -190,7 +204,8 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
             draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
             continue
         draw.traction_map(ax, case, norm, colours, extent)
-        ratio = f"slip {100 * slip_ratio(case):.1f} %"
+        decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
+        ratio = f"slip {100 * slip_ratio(case):.{decimals}f} %"
         ax.text(
             0.98,
             0.02,

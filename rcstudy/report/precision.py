@@ -93,7 +93,8 @@ class Setting:
     """The coarsest mesh with the loosest tolerance whose worst error is within `target`, and what it costs.
 
     `cells` 0: none is; then `needed` cells would be, with the `order` at which the error falls over all meshes, if
-    that is more than `finest`, the finest mesh that was tried.
+    that is more than `finest`, the finest mesh that was tried. That goes by the errors alone: what the reference may be
+    off by is the same on all meshes, and would make the order look smaller.
     """
 
     coupling: str
@@ -155,7 +156,7 @@ def _setting(asked: Setting, whole: Groups) -> Setting:
         if all(worst[n, t] <= asked.target for n, t in worst if t == tolerance and n >= cells)
     ]
     if not good:
-        return _extrapolated(asked, worst)
+        return _extrapolated(asked, whole)
     key = min(good, key=lambda k: (k[0], -k[1]))
     group = whole[key]
     return replace(
@@ -175,10 +176,15 @@ def worst_bound(rows: Iterable[Row], quantity: str) -> float:
     return max((b for b in bounds if not np.isnan(b)), default=float("nan"))
 
 
-def _extrapolated(none: Setting, worst: dict[tuple[int, float], float]) -> Setting:
+def _extrapolated(none: Setting, whole: Groups) -> Setting:
     """`none` with the cells that its target would take, by a power law through all meshes at the tightest tolerance."""
-    tightest = min((tolerance for _, tolerance in worst), default=0.0)
-    points = [(key[0], e) for key, e in worst.items() if key[1] == tightest and 0.0 < e < np.inf]
+    tightest = min((tolerance for _, tolerance in whole), default=0.0)
+    worst = {
+        cells: worst_of(r.error(none.quantity) if r.solved else np.inf for r in group)
+        for (cells, tolerance), group in whole.items()
+        if tolerance == tightest and all(r.solved for r in group)
+    }
+    points = [(cells, error) for cells, error in worst.items() if error > 0.0]
     if len(points) < 3:
         return none
     slope, start = np.polyfit(np.log([n for n, _ in points]), np.log([e for _, e in points]), 1)

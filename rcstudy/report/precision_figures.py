@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from rcstudy.report.layout import caption
 from rcstudy.report.precision import (
     QUANTITIES,
     SOLVER,
@@ -15,7 +16,7 @@ from rcstudy.report.precision import (
     shown_tolerance,
     worst_of,
 )
-from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH
+from rcstudy.report.style import BLUE, DPI, LINES, VERMILLION, WIDTH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,28 +38,46 @@ def work_precision(rows: Sequence[Row]) -> Figure:
 
     Lines are medians over the problems of one discretisation and coupling; dots are the one-way problems.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    figure = _figure(4.6)
     panels = figure.subplots(2, 3, sharex=True, sharey=True)
     rows = [r for r in rows if r.compared and (r.solved or r.method != "newton")]
     if not rows:
         return _nothing_on(figure, panels.flat)
+    tolerances = {name: shown_tolerance([r for r in rows if r.scheme == name]) for name in schemes(rows)}
     for k, (ax, quantity) in enumerate(zip(panels.flat, _SHOWN, strict=True)):
-        for scheme in schemes(rows):
-            own = [r for r in rows if r.scheme == scheme]
-            own = [r for r in own if r.tolerance == shown_tolerance(own)]
+        for scheme, tolerance in tolerances.items():
+            own = [r for r in rows if r.scheme == scheme and r.tolerance == tolerance]
             for coupling in sorted({r.coupling for r in own}, reverse=True):
                 _medians(ax, [r for r in own if r.coupling == coupling], quantity)
-        ax.set(xscale="log", yscale="log", ylim=(_LEAST, 1.0))
+        ax.set(xscale="log", yscale="log", ylim=(0.7 * _LEAST, 1.0))
         ax.set_title(f"({'abcdef'[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
     for ax in panels[1]:
         ax.set_xlabel(_SECONDS)
     for ax in panels[:, 0]:
         ax.set_ylabel("relative error")
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, handlelength=3.6)
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5, handlelength=3.6)
+    each = _by_scheme({name: f"{tolerance:.0e}" for name, tolerance in tolerances.items()})
+    caption(
+        figure,
+        "Lines: medians over the problems along the meshes (numbers: cells along a side); dots: each problem with "
+        f"one-way coupling, where its error is {_LEAST:.0e} or more. Tolerance: {each}.",
+    )
     return figure
+
+
+def _figure(height: float) -> Figure:
+    """An empty figure of full width, `height` inches high."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
+
+
+def _by_scheme(words: dict[str, str]) -> str:
+    """Words for each scheme, once if they are the same for all."""
+    if len(set(words.values())) == 1:
+        return next(iter(words.values()))
+    return "; ".join(f"{name} {text}" for name, text in words.items())
 
 
 def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
@@ -72,7 +91,8 @@ def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
     marker = look.pop("marker")
     if one_way:
         dots = {"linestyle": "none", "marker": marker, "markersize": 2.2, "alpha": 0.5, "markeredgewidth": 0}
-        ax.plot([r.seconds for r in rows], [r.error(quantity) for r in rows], **look, **dots, zorder=2)
+        shown = [r for r in rows if r.error(quantity) >= _LEAST]
+        ax.plot([r.seconds for r in shown], [r.error(quantity) for r in shown], **look, **dots, zorder=2)
     else:
         look |= {"linestyle": (0, (4, 1.5)), "markerfacecolor": "white"}
     x = [median(r.seconds for r in group) for group in groups]
@@ -81,7 +101,7 @@ def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
     ax.plot(x, y, **look, marker=marker, markersize=3.4, linewidth=1.3, zorder=3, label=name)
     if quantity == "friction_power" and one_way and first.scheme == "aligned":  # there is room
         for group, *place in zip(groups, x, y, strict=True):
-            _name_mesh(ax, group[0].cells, (place[0], place[1]), (9, 1), look["color"])
+            _name_mesh(ax, group[0].cells, (place[0], place[1]), (-8, -9), look["color"])
 
 
 def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[float, float], colour: str) -> None:
@@ -94,34 +114,40 @@ def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[flo
 
 def tolerances_figure(rows: Sequence[Row]) -> Figure:
     """Solver's error along the tolerances against seconds and products: medians over the problems of one coupling."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
+    figure = _figure(3.3)
     axes = figure.subplots(1, 2, sharey=True)
     usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0]
     usable = [r for r in usable if r.coupling == shown_coupling(usable)]
     if not usable:
         return _nothing_on(figure, axes)
     costs: tuple[Callable[[Row], float], ...] = (lambda r: r.seconds, lambda r: r.products)
+    tolerances: dict[str, list[float]] = {}
     for scheme in schemes(usable):
         named = False
         for cells in sorted({r.cells for r in usable if r.scheme == scheme}):
             own = [r for r in usable if r.scheme == scheme and r.cells == cells]
             groups = [[r for r in own if r.tolerance == t] for t in sorted({r.tolerance for r in own}, reverse=True)]
             look = _SCHEMES.get(scheme, {"color": _OTHER, "marker": "D", "markerfacecolor": "white"})
+            tolerances[scheme] = [group[0].tolerance for group in groups]
             y = [median(r.error(SOLVER + "traction") for r in group) for group in groups]
             for ax, cost in zip(axes, costs, strict=True):
                 x = [median(map(cost, group)) for group in groups]
                 ax.plot(x, y, **look, label=None if named else scheme)
             if scheme == "kalker":
-                _name_mesh(axes[0], cells, (median(map(costs[0], groups[0])), y[0]), (0, 4), look["color"])
+                _name_mesh(axes[0], cells, (median(map(costs[0], groups[0])), y[0]), (-4, 5), look["color"])
             named = True
-    for ax, letter, words in zip(axes, "ab", (_SECONDS, _PRODUCTS), strict=True):
+    for ax, title, words in zip(axes, ("(a) time", "(b) products"), (_SECONDS, _PRODUCTS), strict=True):
         ax.set(xscale="log", yscale="log", xlabel=words)
-        ax.set_title(f"({letter})", loc="left", fontweight="bold")
+        ax.set_title(title, loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
     axes[0].set_ylabel("error of the tractions, L2, against\nthe same mesh's tightest solution")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    each = _by_scheme({name: ", ".join(f"{t:.0e}" for t in found) for name, found in tolerances.items()})
+    caption(
+        figure,
+        "A line for each mesh (numbers: cells along a side), its points from the loosest tolerance to the tightest but "
+        f"the reference's: {each}. Medians over the problems with {shown_coupling(usable)} coupling.",
+    )
     return figure
 
 
@@ -130,14 +156,12 @@ def quantities_figure(rows: Sequence[Row]) -> Figure:
 
     Over those of full coupling if there are no others.
     """
-    from matplotlib.figure import Figure
-
     newton = [r for r in rows if r.method == "newton" and r.compared]
     newton = [r for r in newton if r.coupling == shown_coupling(newton)]
     tolerance = shown_tolerance(newton)
     newton = [r for r in newton if r.tolerance == tolerance]
     names = schemes(newton)
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    figure = _figure(3.4)
     panels = figure.subplots(1, max(len(names), 1), sharey=True, squeeze=False)[0]
     if not names:
         return _nothing_on(figure, panels)
@@ -151,7 +175,7 @@ def quantities_figure(rows: Sequence[Row]) -> Figure:
         ax.set_title(f"({letter}) {name}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
     panels[0].set_ylabel(f"worst error, tolerance {tolerance:.0e}")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, columnspacing=1.6)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.6)
     return figure
 
 

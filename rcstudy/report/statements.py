@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from rcstudy.report.measures import CELLS
 from rcstudy.report.paper import PaperCase
 from rcstudy.report.writers import Column, Table, Value
 
@@ -127,7 +128,8 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
         "The paper's statements about its results (quoted), and whether the results in this cube bear them out. "
         "Pairs are neighbouring values of the parameter named; the numbers are those of the criterion. "
         "Undecided are pairs with a case that was not solved, with slip everywhere in both cases, or with slip ratios "
-        "that differ by less than one cell in each (with aligned cells: less than their estimated errors)."
+        f"that differ by less than {CELLS:g} cells in each (with aligned cells: less than their estimated errors). The "
+        "numbers' own errors are in the table of results."
     )
     return caption, columns, rows
 

@@ -16,6 +16,9 @@ _DECIMALS = 8  # of a number with its error, at most
 LONG = 40
 """Tables of more rows become a longtable in LaTeX."""
 
+BROAD = 8
+"""Tables of more columns are set small and across the page in LaTeX, with titles upright."""
+
 _LATEX = {
     "\\": r"\textbackslash{}",
     "&": r"\&",
@@ -117,17 +120,27 @@ def _bar(cells: Sequence[str]) -> str:
 
 
 def _latex(stem: str, caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
-    spec = "".join(rf"p{{{c.wide:g}\textwidth}}" if c.wide else "l" for c in columns)
-    head = [r"\toprule", " & ".join(c.latex or escape(c.title) for c in columns) + r" \\", r"\midrule"]
+    # of that share of the width the space on both sides of the column is a part
+    wide = r"p{{\dimexpr{:g}\textwidth-2\tabcolsep\relax}}"
+    spec = "".join(wide.format(c.wide) if c.wide else "l" for c in columns)
+    broad = len(columns) > BROAD
+    titles = [c.latex or escape(c.title) for c in columns]
+    if broad:
+        titles = [rf"\rotatebox{{90}}{{{title}}}" for title in titles]
+    head = [r"\toprule", " & ".join(titles) + r" \\", r"\midrule"]
     body = [" & ".join(escape(_cell(row, c)) for c in columns) + r" \\" for row in rows]
     title = rf"\caption{{{escape(caption)}}}\label{{tab:{stem.replace('_', '-')}}}"
-    if len(rows) > LONG or any(c.wide for c in columns):
+    if broad or len(rows) > LONG or any(c.wide for c in columns):
         lines = [rf"\begin{{longtable}}{{{spec}}}", title + r" \\", *head, r"\endhead", *body, r"\bottomrule"]
         lines += [r"\end{longtable}"]
+        if broad:
+            small = r"\tiny\setlength{\tabcolsep}{2pt}"
+            lines = [r"\begin{landscape}", small, *lines, r"\end{landscape}"]
     else:
         lines = [r"\begin{table}", r"\centering", title, rf"\begin{{tabular}}{{{spec}}}", *head, *body]
         lines += [r"\bottomrule", r"\end{tabular}", r"\end{table}"]
-    return "\n".join(["% needs \\usepackage{booktabs,longtable}", *lines]) + "\n"
+    packages = "booktabs,graphicx,longtable,pdflscape" if broad else "booktabs,longtable"
+    return "\n".join([rf"% needs \usepackage{{{packages}}}", *lines]) + "\n"
 
 
 def escape(text: str) -> str:
