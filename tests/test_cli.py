@@ -180,13 +180,18 @@ def test_plan(folder: Path) -> None:
     assert sorted(entry.name for entry in folder.iterdir()) == ["quick.yaml"]
 
 
+def heeding() -> None:
+    """What started the tests may have been told to ignore a signal, as `nohup` does."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 def start_long_sweep(folder: Path, workers: str) -> subprocess.Popen[str]:
     """A sweep of 800 cases over an old cube `long.nc`, in a process group of its own, at its first cases."""
     loads = ", ".join(str(load) for load in range(20, 420))
     text = STUDY.replace("    axes:\n", f"    axes:\n      load: [{loads}]\n").replace("0.8, 0.8", "3, 3")
     (folder / "long.yaml").write_text(text)
     (folder / "long.nc").write_bytes(OLD)
-    sweep = process("sweep", "long.yaml", "--workers", workers, cwd=folder, start_new_session=True)
+    sweep = process("sweep", "long.yaml", "--workers", workers, cwd=folder, start_new_session=True, preexec_fn=heeding)
     assert sweep.stderr is not None
     first = sweep.stderr.readline()
     if first.startswith("long.nc: no cases are taken from it"):
