@@ -260,21 +260,6 @@ def stick_zone(
     return length, borders
 
 
-def leaning(borders: dict[int, float], length: list[float]) -> np.ndarray:
-    """How far the border of each row moves ahead: 0.2 of its slope squared over its `length` + 1, up to all of that."""
-    shift = np.zeros(len(length))
-    for j, x in borders.items():
-        near = {k: borders[k] for k in (j - 1, j, j + 1) if k in borders}
-        if len(near) == 3:
-            slope = (near[j + 1] - near[j - 1]) / 2.0
-        elif len(near) == 2:
-            slope = sum(abs(other - x) for other in near.values())
-        else:
-            continue
-        shift[j] = min(0.2 * min(abs(slope), 5.0) ** 2 / (length[j] + 1.0), length[j])
-    return shift
-
-
 def slipping(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: int, high: int) -> float:
     """Area of what slips, `widths` of the rows low to high and straight beyond, in a contact with `chords`."""
     held = np.flatnonzero(chords)
@@ -377,25 +362,64 @@ def moved_convolution(kernel: np.ndarray, field: np.ndarray, shift: np.ndarray) 
     return out
 
 
-def slip_widths(
-    length: np.ndarray, sticks_ahead: np.ndarray, count: np.ndarray, edges: np.ndarray
-) -> tuple[np.ndarray, int, int]:
-    """How much of each row slips, and between which rows that is known; 0 and 0 if it says nothing of the area.
+# --- smooth lines ---
 
-    length [ny]: of the stick zone, sticks_ahead [ny]: whether the leading cell sticks, count [ny], edges [2, ny].
+
+def smooth_line(value: np.ndarray, weight: np.ndarray, bend: float, change: float) -> np.ndarray:
+    """Least squares of the weighted misses and of the second and third differences, each over its scale."""
+    n = len(value)
+    parts = [np.diag(np.sqrt(weight)), np.diff(np.eye(n), 2, axis=0) / bend, np.diff(np.eye(n), 3, axis=0) / change]
+    wanted = np.concatenate([np.sqrt(weight) * value, np.zeros(len(parts[1]) + len(parts[2]))])
+    found: np.ndarray = np.linalg.lstsq(np.concatenate(parts), wanted, rcond=None)[0]
+    return found
+
+
+def radius(terms: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+    """r of an outline whose square has these factors of 1, cos, sin, cos 2, ... of the angle."""
+    square = terms[0] + sum(
+        terms[2 * m - 1] * np.cos(m * angle) + terms[2 * m] * np.sin(m * angle) for m in range(1, len(terms) // 2 + 1)
+    )
+    return np.sqrt(square)
+
+
+def slip_widths(
+    border: np.ndarray,
+    length: np.ndarray,
+    ends: np.ndarray,
+    slopes: np.ndarray,
+    leading_slips: np.ndarray,
+    lean: float,
+    bow: float,
+) -> np.ndarray | None:
+    """Widths [ny] of the slip zone behind the stick zone's rows, or None.
+
+    border [ny]: of each row, nan where nothing slips behind; leading_slips [ny]: flags; the others as of the kernel.
     """
-    widths = edges[1] - edges[0] - length
-    rows_that_stick, touched = np.flatnonzero(length > 0.0), np.flatnonzero(count)
-    known = [j for j in rows_that_stick if touched[0] < j < touched[-1]]
-    in_parts = rows_that_stick.size and np.ptp(rows_that_stick) + 1 != rows_that_stick.size
-    if len(known) < 5 or in_parts or not sticks_ahead[rows_that_stick].all():
-        return widths, 0, 0
-    for inner, outward in ((known[0], -1), (known[-1], 1)):
-        beyond, three = inner + outward, inner - outward * np.arange(3)
-        own = widths[beyond]
-        widths[beyond] = np.polyval(np.polyfit(three, widths[three], 1), beyond)
-        if length[beyond] > 0.0:
-            widths[beyond] = max(widths[beyond], own - 0.5)
-        elif touched[0] < beyond < touched[-1]:
-            widths[beyond] = max(widths[beyond], own)
-    return widths, known[0] - 1, known[-1] + 1
+    chords = ends[1] - ends[0]
+    stuck = np.flatnonzero((length > 0.0) & (np.nan_to_num(chords) > 3.0))
+    whole = len(stuck) >= 5 and np.ptp(stuck) == len(stuck) - 1
+    if not whole or leading_slips[stuck].any() or length[stuck].max() < 2.0:
+        return None
+    found = np.nan_to_num(border[stuck] - ends[0, stuck])
+    rates = np.gradient(found)
+    rates[0], rates[-1] = found[2] - found[1], found[-2] - found[-3]
+    slope = np.abs(slopes[stuck] + rates)
+    back = lean * slope**2 * (0.15 / (length[stuck] + 4.0) + 0.03 / (np.maximum(found, 0.0) + 1.26))
+    back = np.minimum(np.minimum(back, 0.075 * slope), length[stuck])
+    value, noise = found + np.where(np.isnan(border[stuck]), 0.0, bow + back), np.full(len(stuck), 0.023)
+    for k, of_row in enumerate((None, 0.035, 0.028)):
+        for j in (k, len(stuck) - 1 - k):
+            if k <= len(stuck) - 1 - k:
+                noise[j] = 0.04 + 0.16 * math.exp(-0.5 * length[stuck[j]]) if of_row is None else of_row
+    values, weights = np.zeros((2, len(length)))
+    values[stuck], weights[stuck] = value, noise**-2.0
+    for change in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08):
+        widths = smooth_line(values, weights, 2.0 / np.nanmax(chords), change)
+        if np.sum(((widths[stuck] - value) / noise)[1:-1] ** 2) < 1.4 * (len(stuck) - 2):
+            break
+    widths[stuck[1:-1]] = value[1:-1]
+    reached = ~np.isnan(slopes)
+    for j in range(1, len(length) - 1):
+        if not stuck[0] <= j <= stuck[-1] and reached[j - 1 : j + 2].all():
+            widths[j] = max(widths[j], chords[j])
+    return widths

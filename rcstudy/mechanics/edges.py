@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import outline as kernel
-from rcstudy.mechanics.kernels import rows
+from rcstudy.mechanics.kernels import rows, smooth
 from rcstudy.mechanics.skins import EDGES, shift_by_layers, shift_under_soft_layers
 
 # Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
@@ -28,7 +29,23 @@ SEEN = np.concatenate(
     )
 )
 TRUE = np.linspace(-0.15, 0.85, SEEN.size)
+_ROUGH = 0.1  # cells that the edges are off a smooth outline: more, and it has none
 _MOST_BEYOND = 0.25  # of the area that cells find, that layers make it larger or smaller: of contacts of a few cells
+
+
+class Smooth(NamedTuple):
+    """A smooth outline through the edges, which scatter by some 0.03 of a cell. Positions are in cells.
+
+    ends [2, ny]: between which x the contact lies in each row, nan in rows that it does not reach; slopes [ny]: of the
+    first of these, in cells per row; chords [ny]: between them, zero in rows that it does not reach; tips [2]: between
+    which rows it lies; curvature: of its foremost and hindmost parts, in cells per row squared, about.
+    """
+
+    ends: np.ndarray
+    slopes: np.ndarray
+    chords: np.ndarray
+    tips: np.ndarray
+    curvature: float
 
 
 class Outline:
@@ -119,6 +136,21 @@ class Outline:
         chords = self.ends[1] - self.ends[0]
         rows.between_tips(chords, tips)
         return chords, tips
+
+    @cached_property
+    def smooth(self) -> Smooth | None:
+        """The outline without the scatter of its edges, enclosing `area_by_parabolas`; None if it is not smooth."""
+        dx, dy = self.spacing
+        crossings = _crossings(self._p, self.low, self.high, self.ends), _crossings(*self._columns)
+        u, v = np.zeros((2, 2 * sum(self._p.shape)))
+        n, x0, width, y0, height = kernel.trusted(*crossings, dx, dy, u, v)
+        terms = np.zeros(smooth.TERMS)
+        if n == 0 or not smooth.fit_outline(u[:n], v[:n], terms) * math.sqrt(width * height) < _ROUGH:
+            return None
+        terms *= self.area_by_parabolas / (math.pi * terms[0] * width * height)
+        ends, slopes = np.zeros((2, self.low.size)), np.zeros(self.low.size)
+        tips = smooth.smooth_ends(terms, x0, width, y0, height, ends, slopes)
+        return Smooth(ends, slopes, np.nan_to_num(ends[1] - ends[0]), np.array(tips), width / height**2)
 
     @cached_property
     def area_by_rows(self) -> float:

@@ -50,23 +50,25 @@ def middle_and_width(lines: np.ndarray) -> tuple[int, float, float]:
 
 
 @jit
-def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> float:
-    """Area (cells) within an outline that crosses row j at x = rows[:, j] and column i at y = columns[:, i].
+def trusted(
+    rows: np.ndarray, columns: np.ndarray, dx: float, dy: float, u: np.ndarray, v: np.ndarray
+) -> tuple[int, float, float, float, float]:
+    """Points of an outline where it crosses rows and columns, of which those are taken that tell it well.
 
-    rows [2, ny], columns [2, nx]: positions in cells, the smaller first, nan in lines that it does not reach; dx, dy
-    (mm): of columns and rows. Zero for an outline across fewer than three rows or columns, which does not tell.
+    rows [2, ny]: it crosses row j at x = rows[:, j]; columns [2, nx]: column i at y = columns[:, i]; positions in
+    cells, the smaller first, nan in lines that it does not reach; dx, dy (mm): of columns and rows. Returns how many
+    points there are, and the outline's middle and half width along x, and along y. In units of these, seen from there,
+    are the points u, v [>= 2 (ny + nx)]. None of an outline across fewer than three rows or columns.
 
     A crossing is found well where the outline is steep to its line, and badly where it runs along it. So rows tell the
-    parts of the outline that face x, columns those that face y. In coordinates scaled by the outline's half widths it
-    is nearly a circle, and half the mean of r^2 over the angle is its area but for little. It is walked round in four
-    parts: front, high side, back, low side.
+    parts of the outline that face x, columns those that face y. It is walked round in four parts: front, high side,
+    back, low side.
     """
     nrows, x0, width = middle_and_width(rows)
     ncolumns, y0, height = middle_and_width(columns)
+    found = 0
     if min(nrows, ncolumns) < 3 or not (width > 0.0 and height > 0.0):
-        return 0.0
-    u_first = v_first = u_last = v_last = total = 0.0
-    started = False
+        return found, x0, width, y0, height
     for part in range(4):
         lines = rows if part % 2 == 0 else columns
         n = lines.shape[1]
@@ -75,17 +77,30 @@ def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> 
             if not lines[0, k] <= lines[1, k]:
                 continue
             at = lines[1 if part < 2 else 0, k]
-            u = ((at if part % 2 == 0 else k) - x0) / width
-            v = ((k if part % 2 == 0 else at) - y0) / height
+            u[found] = ((at if part % 2 == 0 else k) - x0) / width
+            v[found] = ((k if part % 2 == 0 else at) - y0) / height
             # the components of the normal, of which the larger one tells what is to be believed
-            if (abs(u) * height * dy >= abs(v) * width * dx) != (part % 2 == 0):
-                continue
-            if started:
-                total += sector(u_last, v_last, u, v)
-            else:
-                u_first, v_first, started = u, v, True
-            u_last, v_last = u, v
-    return width * height * (total + sector(u_last, v_last, u_first, v_first))
+            if (abs(u[found]) * height * dy >= abs(v[found]) * width * dx) == (part % 2 == 0):
+                found += 1
+    return found, x0, width, y0, height
+
+
+@jit
+def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> float:
+    """Area (cells) within an outline that crosses rows and columns, arguments as in `trusted`; 0 if they do not tell.
+
+    In coordinates scaled by the outline's half widths it is nearly a circle, and half the mean of r^2 over the angle is
+    its area but for little.
+    """
+    u, v = np.zeros((2, 2 * (rows.shape[1] + columns.shape[1])))
+    n, _, width, _, height = trusted(rows, columns, dx, dy, u, v)
+    if n == 0:
+        return 0.0
+    total = 0.0
+    for k in range(n):
+        after = k + 1 if k + 1 < n else 0
+        total += sector(u[k], v[k], u[after], v[after])
+    return width * height * total
 
 
 @jit

@@ -76,20 +76,30 @@ def rooms_and_speeds(
     pressure: np.ndarray,
     room: np.ndarray,
     speed: np.ndarray,
-) -> tuple[float, float]:
+) -> tuple[float, float, float, float]:
     """Room [m] that tractions q [m, 2] (MPa) leave up to friction times pressure [m], and speed [m] of slips s [m, 2].
 
-    The latter is against the traction, 0 without one. Returns the largest traction of all and of the stick cells.
+    The latter is against the traction, 0 without one. Returns the largest traction of all and of the stick cells, and
+    of the slip cells' tractions what part points backwards (the sum of -q_x over that of |q|) and what part of their
+    squares is across (q_y^2); 0 if none slip.
     """
     largest = sticking = 0.0
+    backwards = sizes = across = squares = 0.0
     for m in range(room.size):
         size = math.sqrt(q[m, 0] * q[m, 0] + q[m, 1] * q[m, 1])
         room[m] = friction * pressure[m] - size
         speed[m] = -(s[m, 0] * q[m, 0] + s[m, 1] * q[m, 1]) / size if size > 0.0 else 0.0
         largest = max(largest, size)
-        if not slip[m]:
+        if slip[m]:
+            backwards -= q[m, 0]
+            sizes += size
+            across += q[m, 1] * q[m, 1]
+            squares += size * size
+        else:
             sticking = max(sticking, size)
-    return largest, sticking
+    if sizes == 0.0:
+        return largest, sticking, 0.0, 0.0
+    return largest, sticking, backwards / sizes, across / squares
 
 
 @jit
@@ -151,30 +161,6 @@ def stick_rows(
 
 
 @jit
-def move_oblique(borders: np.ndarray, last: np.ndarray, length: np.ndarray) -> None:
-    """Move the borders at the trailing ends of rows to where they are if they do not run across the rows, in place.
-
-    They were found too far back by a fifth of the square of the slope, in cells a row, over one more than the zone's
-    length (from the paper's contacts against 2048 x 2048 cells): as if the zone ended where it does across the border.
-    The neighbours' borders tell the slope. borders, last and length as `stick_rows` leaves them; lengths change alike.
-    """
-    ny = last.size
-    shift = np.zeros(ny)
-    for j in range(ny):
-        if last[j] < 0:
-            continue
-        low = j - 1 if j > 0 and last[j - 1] >= 0 else j
-        high = j + 1 if j + 1 < ny and last[j + 1] >= 0 else j
-        if high > low:
-            slope = (borders[last[high], 0] - borders[last[low], 0]) / (high - low)
-            shift[j] = min(0.2 / (length[j] + 1.0) * min(abs(slope), 5.0) ** 2, length[j])
-    for j in range(ny):
-        if last[j] >= 0:
-            borders[last[j], 0] += shift[j]
-            length[j] -= shift[j]
-
-
-@jit
 def outermost(chords: np.ndarray) -> tuple[int, int]:
     """First and last row of a contact with chords [ny]."""
     low, high = 0, chords.size - 1
@@ -183,54 +169,6 @@ def outermost(chords: np.ndarray) -> tuple[int, int]:
     while high > low and chords[high] == 0.0:
         high -= 1
     return low, high
-
-
-@jit
-def width_beyond(near: float, second: float, third: float, own: float, sticks: bool, outermost_row: bool) -> float:
-    """Width (cells) of the slip zone in the row beyond three, nearest first, whose `own` is not to be believed.
-
-    It is on the straight line closest to the three, unless the row tells that it is wider: all of it slips, or, in the
-    contact's outermost row, a part sticks and what does not is wider by more than that is wrong by, half a cell.
-    """
-    straight = (4.0 * near + second - 2.0 * third) / 3.0
-    if sticks:
-        return max(straight, own - 0.5)
-    return straight if outermost_row else max(straight, own)
-
-
-@jit
-def slip_widths(
-    length: np.ndarray, slip: np.ndarray, index: np.ndarray, count: np.ndarray, edges: np.ndarray, widths: np.ndarray
-) -> tuple[int, int]:
-    """How much of each row slips, widths [ny] (cells): first and last row for which `area_of_slip` may take it.
-
-    Arguments as in `stick_rows`. Those are the stick zone's rows, without the contact's outermost ones, whose cells do
-    not tell chords, and one more on either side (`width_beyond`). No rows (0, 0) where the stick zone has less than
-    five, is in parts, or does not go on to the leading edge.
-    """
-    touched_low, touched_high, low, high = -1, -1, -1, -1
-    for j in range(length.size):
-        widths[j] = edges[1, j] - edges[0, j] - length[j]
-        if count[j] > 0:
-            touched_high = j
-            if touched_low < 0:
-                touched_low = j
-        if length[j] > 0.0:
-            if slip[index[0, j]] or (low >= 0 and high < j - 1):
-                return 0, 0
-            high = j
-            if low < 0:
-                low = j
-    if low < 0:
-        return 0, 0
-    low, high = max(low, touched_low + 1), min(high, touched_high - 1)
-    if high - low < 4:
-        return 0, 0
-    for end, outward, outermost_row in ((low, -1, touched_low), (high, 1, touched_high)):
-        k = end + outward
-        inner = widths[end], widths[end - outward], widths[end - 2 * outward]
-        widths[k] = width_beyond(*inner, widths[k], length[k] > 0.0, k == outermost_row)
-    return low - 1, high + 1
 
 
 @jit

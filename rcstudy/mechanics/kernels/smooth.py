@@ -1,0 +1,236 @@
+"""Smooth lines through what single rows and columns of cells tell with noise: the contact's outline, the slip's width.
+
+Edges scatter by some 0.03 of a cell, borders of the stick zone by 0.02, and by ten times as much in its outermost rows,
+while the outline and the width of the slip zone hardly bend from row to row. Positions are in cells.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+from rcstudy.mechanics.kernels.pressure import factorise, solve_factorised
+
+TERMS = 9  # of an outline: four waves round it, and its mean
+FEWEST = 5  # rows that a stick zone must have to tell how wide the slip zone is
+SHORTEST = 2.0  # cells that its longest row must have
+CHORD = 3.0  # cells; the cells of rows of shorter chords do not tell
+
+
+@jit
+def waves(angle: float, out: np.ndarray) -> None:
+    """1, cos(angle), sin(angle), cos(2 angle), ... into out [TERMS], TERMS being odd."""
+    c, s = math.cos(angle), math.sin(angle)
+    out[0] = 1.0
+    a, b = 1.0, 0.0
+    for m in range((out.size - 1) // 2):
+        a, b = a * c - b * s, a * s + b * c
+        out[2 * m + 1], out[2 * m + 2] = a, b
+
+
+@jit
+def fit_outline(u: np.ndarray, v: np.ndarray, terms: np.ndarray) -> float:
+    """Fit r^2 of points u, v [n] about the origin by waves of their angle, with factors terms [TERMS].
+
+    Returns by how much r is off in them (root of the mean square), nan if they are too few to tell.
+    """
+    n = u.size
+    matrix, wave = np.zeros((terms.size, terms.size)), np.zeros(terms.size)
+    terms[:] = 0.0
+    for k in range(n):
+        waves(math.atan2(v[k], u[k]), wave)
+        square = u[k] * u[k] + v[k] * v[k]
+        for a in range(terms.size):
+            terms[a] += wave[a] * square
+            for b in range(a, terms.size):
+                matrix[a, b] += wave[a] * wave[b]
+    if n < 2 * terms.size or not factorise(matrix):
+        return math.nan
+    solve_factorised(matrix, terms)
+    off = 0.0
+    for k in range(n):
+        waves(math.atan2(v[k], u[k]), wave)
+        square = u[k] * u[k] + v[k] * v[k]
+        off += (np.sum(terms * wave) - square) ** 2 / (4.0 * square)
+    return math.sqrt(off / n)
+
+
+@jit
+def tip(terms: np.ndarray, side: float) -> float:
+    """How far the outline of `fit_outline` reaches along v, towards side (1 or -1)."""
+    wave = np.zeros(terms.size)
+    at, height = 0.5 * math.pi * side, np.zeros(3)
+    for step in (0.1, 0.01):
+        for k in range(3):
+            angle = at + (k - 1) * step
+            waves(angle, wave)
+            height[k] = math.sqrt(max(np.sum(terms * wave), 0.0)) * math.sin(angle) * side
+        bend = 2.0 * height[1] - height[0] - height[2]
+        if bend > 0.0:
+            at += min(max(0.5 * (height[2] - height[0]) / bend, -1.0), 1.0) * step
+    waves(at, wave)
+    return math.sqrt(max(np.sum(terms * wave), 0.0)) * math.sin(at)
+
+
+@jit
+def across(terms: np.ndarray, v: float, side: float) -> float:
+    """Where the outline of `fit_outline` crosses the line of this v, on the side (1 or -1) along u."""
+    wave = np.zeros(terms.size)
+    u = side * math.sqrt(max(terms[0] - v * v, 0.0))
+    for _ in range(6):  # r^2 hardly depends on the angle
+        waves(math.atan2(v, u), wave)
+        u = side * math.sqrt(max(np.sum(terms * wave) - v * v, 0.0))
+    return u
+
+
+@jit
+def smooth_line(value: np.ndarray, weight: np.ndarray, bend: float, change: float, out: np.ndarray) -> None:
+    """The smooth line out [n] close to value [n], each of which counts with weight [n], 0 if it is not known.
+
+    It makes the sum of weight (out - value)^2, of (second differences/bend)^2 and of (third ones/change)^2 least.
+    """
+    n = value.size
+    band = np.zeros((n, 4))  # of the symmetric matrix: diagonal and the three below it
+    for j in range(n):
+        band[j, 0] = weight[j]
+        out[j] = weight[j] * value[j]
+    for order in (2, 3):
+        factor = 1.0 / (bend * bend) if order == 2 else 1.0 / (change * change)
+        stencil = np.array([1.0, -2.0, 1.0, 0.0]) if order == 2 else np.array([-1.0, 3.0, -3.0, 1.0])
+        for j in range(n - order):
+            for a in range(order + 1):
+                for b in range(a + 1):
+                    band[j + a, a - b] += factor * stencil[a] * stencil[b]
+    # L D L^T in place, columns of a row from the left on
+    for j in range(n):
+        for k in range(min(3, j), 0, -1):
+            total = band[j, k]
+            for m in range(k + 1, min(3, j) + 1):
+                total -= band[j, m] * band[j - m, 0] * band[j - k, m - k]
+            band[j, k] = total / band[j - k, 0]
+        for k in range(1, min(3, j) + 1):
+            band[j, 0] -= band[j, k] * band[j, k] * band[j - k, 0]
+            out[j] -= band[j, k] * out[j - k]
+    for j in range(n - 1, -1, -1):
+        out[j] /= band[j, 0]
+        for k in range(1, min(3, n - 1 - j) + 1):
+            out[j] -= band[j + k, k] * out[j + k]
+
+
+@jit
+def smooth_ends(
+    terms: np.ndarray, x0: float, width: float, y0: float, height: float, ends: np.ndarray, slopes: np.ndarray
+) -> tuple[float, float]:
+    """Where a smooth outline crosses rows, ends [2, ny], the smaller first, and how steep the first is, slopes [ny].
+
+    The outline is that of `fit_outline`, terms, about x0, y0 and in units of width and height; nan in rows that it does
+    not reach. Returns between which rows it lies. Slopes, in cells per row, are those of an ellipse so wide and high.
+    """
+    low, high = y0 + height * tip(terms, -1.0), y0 + height * tip(terms, 1.0)
+    for j in range(slopes.size):
+        ends[0, j] = ends[1, j] = slopes[j] = math.nan
+        if low < j < high:
+            v = (j - y0) / height
+            back = across(terms, v, -1.0)
+            ends[0, j], ends[1, j] = x0 + width * back, x0 + width * across(terms, v, 1.0)
+            slopes[j] = width / height * v / max(-back, 0.25 / width)
+    return low, high
+
+
+@jit
+def too_far_back(slope: float, length: float, width: float, lean: float) -> float:
+    """By how much a border behind stick cells is found too far back that runs obliquely to the rows.
+
+    slope: in cells per row; length: of the row's stick cells, width: of the slip behind them; lean: a factor. From the
+    paper's contacts, against 1024 x 1024 cells; a border that runs along the rows tells less than that.
+    """
+    square = lean * slope * slope * (0.15 / (length + 4.0) + 0.03 / (max(width, 0.0) + 1.26))
+    return min(square, 0.075 * abs(slope), length)
+
+
+@jit
+def noise(length: float, inside: int) -> float:
+    """By how much borders scatter in rows of so many stick cells, `inside` rows inside the outermost of them."""
+    if inside == 0:
+        return 0.04 + 0.16 * math.exp(-0.5 * length)
+    return 0.035 if inside == 1 else (0.028 if inside == 2 else 0.023)
+
+
+@jit
+def stick_range(length: np.ndarray, ends: np.ndarray, slip: np.ndarray, leading: np.ndarray) -> tuple[int, int]:
+    """First and last row of a stick zone that tells how wide the slip zone behind it is, or 0 and -1.
+
+    It must be in one piece, go on to the contact's leading edge, and have some rows and cells. length [ny]: of its
+    rows; ends [2, ny]: smooth ones, of the contact; slip [m]: flags of cells, leading [ny]: number of a row's foremost.
+    """
+    first, last, longest = 0, -1, 0.0
+    for j in range(length.size):
+        if length[j] > 0.0 and ends[1, j] - ends[0, j] > CHORD:
+            if slip[leading[j]] or (last >= 0 and last < j - 1):
+                return 0, -1
+            if last < 0:
+                first = j
+            last = j
+            longest = max(longest, length[j])
+    return (first, last) if last - first >= FEWEST - 1 and longest >= SHORTEST else (0, -1)
+
+
+@jit
+def slip_widths(
+    borders: np.ndarray,
+    last: np.ndarray,
+    length: np.ndarray,
+    ends: np.ndarray,
+    slopes: np.ndarray,
+    slip: np.ndarray,
+    leading: np.ndarray,
+    lean: float,
+    bow: float,
+    widths: np.ndarray,
+) -> bool:
+    """How much of each row slips behind the stick zone, widths [ny]: a smooth line where single rows tell badly.
+
+    borders [n, 2], last [ny], length [ny]: as `stick.stick_rows` leaves them; ends, slopes: as `smooth_ends` does;
+    slip, leading: as in `stick_range`; lean: see `too_far_back`; bow: by how much borders along y are found too far
+    back. Returns whether there are such widths; else they mean nothing.
+
+    The outermost row, and those beyond it, take the width from the smoothest line that the others' noise allows: one
+    whose third differences are as small as may be (discrepancy principle, Morozov 1966), while the second ones stay of
+    the order of one over the contact's half chord. Rows without stick cells slip all along.
+    """
+    first, end = stick_range(length, ends, slip, leading)
+    if end < first:
+        return False
+    ny = length.size
+    found, value, weight = np.zeros((3, ny))
+    half_chord = 0.0
+    for j in range(ny):
+        if not math.isnan(slopes[j]):
+            half_chord = max(half_chord, 0.5 * (ends[1, j] - ends[0, j]))
+    for j in range(first, end + 1):
+        found[j] = borders[last[j], 0] - ends[0, j] if last[j] >= 0 else 0.0
+    for j in range(first, end + 1):
+        # the outermost rows' own widths tell their slope badly
+        low, high = max(j - 1, first), min(j + 1, end)
+        if j in (first, end):
+            low, high = (first + 1, first + 2) if j == first else (end - 2, end - 1)
+        slope = slopes[j] + (found[high] - found[low]) / (high - low)
+        value[j] = found[j]
+        if last[j] >= 0:
+            value[j] += bow + too_far_back(slope, length[j], found[j], lean)
+        weight[j] = noise(length[j], min(j - first, end - j)) ** -2
+    for change in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08):
+        smooth_line(value, weight, 1.0 / half_chord, change, widths)
+        off = 0.0
+        for j in range(first + 1, end):
+            off += weight[j] * (widths[j] - value[j]) ** 2
+        if off < 1.4 * (end - first - 1):
+            break
+    for j in range(1, ny - 1):
+        if first < j < end:
+            widths[j] = value[j]
+        elif not first <= j <= end and not math.isnan(slopes[j - 1] + slopes[j] + slopes[j + 1]):
+            widths[j] = max(widths[j], ends[1, j] - ends[0, j])
+    return True

@@ -1,0 +1,200 @@
+"""Kernels of smooth lines: the contact's outline through its edges, the slip zone's width from row to row."""
+
+from __future__ import annotations
+
+import math
+
+import naive_rows
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+from rcstudy.mechanics.kernels import smooth
+
+
+def egg(seed: int, size: float = 0.03) -> np.ndarray:
+    """Factors of an outline that is a circle but for waves of this size."""
+    terms = np.random.default_rng(seed).uniform(-size, size, smooth.TERMS)
+    terms[0] = 1.1
+    return terms
+
+
+def points(terms: np.ndarray, n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    angle = np.random.default_rng(seed).uniform(-math.pi, math.pi, n)
+    r = naive_rows.radius(terms, angle)
+    return r * np.cos(angle), r * np.sin(angle)
+
+
+def test_waves() -> None:
+    out = np.zeros(smooth.TERMS)
+    smooth.waves(0.7, out)
+    orders = np.arange(1, smooth.TERMS // 2 + 1) * 0.7
+    np.testing.assert_allclose(out[0::2][1:], np.sin(orders), atol=1e-15)
+    np.testing.assert_allclose(out[1::2], np.cos(orders), atol=1e-15)
+    assert out[0] == 1.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_outline_of_waves_is_found(seed: int) -> None:
+    """To rounding, where it has no others; by least squares of r^2 where it is noisy."""
+    terms = egg(seed)
+    u, v = points(terms, 40, seed)
+    found = np.full(smooth.TERMS, np.nan)
+    assert smooth.fit_outline(u, v, found) < 1e-12
+    np.testing.assert_allclose(found, terms, atol=1e-11)
+    noise = 1.0 + np.random.default_rng(seed).uniform(-0.02, 0.02, u.size)
+    off = smooth.fit_outline(noise * u, noise * v, found)
+    angle, square = np.arctan2(v, u), noise**2 * (u**2 + v**2)
+    columns = [np.ones(u.size)] + [f(m * angle) for m in range(1, smooth.TERMS // 2 + 1) for f in (np.cos, np.sin)]
+    expected = np.linalg.lstsq(np.column_stack(columns), square, rcond=None)[0]
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+    miss = (np.column_stack(columns) @ expected - square) / (2.0 * np.sqrt(square))
+    assert off == pytest.approx(math.sqrt(np.mean(miss**2)), rel=1e-9)
+
+
+def test_few_points_tell_no_outline() -> None:
+    assert math.isnan(smooth.fit_outline(*points(egg(0), 2 * smooth.TERMS - 1), np.zeros(smooth.TERMS)))
+    same = np.full(40, 0.6)  # one point many times
+    assert math.isnan(smooth.fit_outline(same, same, np.zeros(smooth.TERMS)))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_where_an_outline_crosses_a_line(seed: int) -> None:
+    """Tips, and crossings of lines between them; near a tip the outline runs along the line."""
+    terms = egg(seed)
+
+    def height(angle: float) -> float:
+        return float(naive_rows.radius(terms, angle) * math.sin(angle))
+
+    top = minimize_scalar(lambda t: -height(t), bounds=(1.0, 2.2), method="bounded", options={"xatol": 1e-9})
+    bottom = minimize_scalar(height, bounds=(-2.2, -1.0), method="bounded", options={"xatol": 1e-9})
+    assert smooth.tip(terms, 1.0) == pytest.approx(-top.fun, abs=1e-6)
+    assert smooth.tip(terms, -1.0) == pytest.approx(bottom.fun, abs=1e-6)
+    for v in (0.9 * bottom.fun, -0.3, 0.0, 0.5, -0.9 * top.fun):
+        front = brentq(lambda t, v=v: height(t) - v, bottom.x, top.x, xtol=1e-14)
+        back = brentq(lambda t, v=v: height(t) - v, top.x, bottom.x + 2.0 * math.pi, xtol=1e-14)
+        for angle, side in ((front, 1.0), (back, -1.0)):
+            expected = float(naive_rows.radius(terms, angle) * math.cos(angle))
+            assert smooth.across(terms, v, side) == pytest.approx(expected, abs=2e-4)
+
+
+def test_ends_of_an_ellipse() -> None:
+    """Ends and slopes of rows within its tips, to rounding; nan beyond."""
+    terms = np.zeros(smooth.TERMS)
+    terms[0] = 1.0
+    ends, slopes = np.full((2, 14), 9.0), np.full(14, 9.0)
+    low, high = smooth.smooth_ends(terms, 7.2, 8.0, 6.3, 5.5, ends, slopes)
+    assert (low, high) == pytest.approx((0.8, 11.8), abs=1e-12)
+    j = np.arange(14)
+    inside = (j > low) & (j < high)
+    assert np.isnan(ends[:, ~inside]).all()
+    assert np.isnan(slopes[~inside]).all()
+    half = 8.0 * np.sqrt(1.0 - ((j[inside] - 6.3) / 5.5) ** 2)
+    np.testing.assert_allclose(ends[:, inside], [7.2 - half, 7.2 + half], atol=1e-12)
+    expected = (8.0 / 5.5) ** 2 * (j[inside] - 6.3) / np.maximum(half, 0.25)
+    np.testing.assert_allclose(slopes[inside], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("n", [4, 5, 9, 30])
+@pytest.mark.parametrize("seed", range(3))
+def test_smooth_line(n: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    value, weight = rng.normal(size=n), rng.uniform(1.0, 2000.0, size=n)
+    weight[rng.permutation(n)[: n - 4]] *= rng.integers(0, 2, n - 4)
+    out = np.full(n, np.nan)
+    smooth.smooth_line(value, weight, 0.1, 0.02, out)
+    np.testing.assert_allclose(out, naive_rows.smooth_line(value, weight, 0.1, 0.02), atol=1e-9)
+
+
+def test_a_straight_line_stays_and_goes_on() -> None:
+    value, weight, out = 0.3 * np.arange(12.0) - 1.0, np.zeros(12), np.zeros(12)
+    weight[3:8] = 100.0
+    smooth.smooth_line(np.where(weight > 0.0, value, 99.0), weight, 0.1, 0.01, out)
+    np.testing.assert_allclose(out, value, atol=1e-9)
+
+
+def test_too_far_back() -> None:
+    """Like the square of the slope, less in longer rows and behind wider zones; never more than rows hold."""
+    assert smooth.too_far_back(0.0, 5.0, 3.0, 1.0) == 0.0
+    assert smooth.too_far_back(-0.5, 6.0, 1.74, 2.0) == pytest.approx(0.5 * (0.015 + 0.01))
+    assert smooth.too_far_back(0.5, 6.0, -4.0, 1.0) == smooth.too_far_back(0.5, 6.0, 0.0, 1.0)
+    assert smooth.too_far_back(8.0, 1.0, 0.0, 1.0) == pytest.approx(0.6)
+    assert smooth.too_far_back(8.0, 0.2, 0.0, 1.0) == 0.2
+
+
+def test_noise() -> None:
+    """Outermost rows of few cells tell worst."""
+    assert smooth.noise(0.0, 0) == pytest.approx(0.2)
+    levels = [smooth.noise(4.0, inside) for inside in range(5)]
+    assert levels == sorted(levels, reverse=True)
+    assert levels[3] == levels[4]
+
+
+def contact(seed: int) -> dict[str, np.ndarray]:
+    """Rows of an elliptic contact, stick cells ahead of borders that scatter, the outermost ones' by more."""
+    rng = np.random.default_rng(seed)
+    ny = int(rng.integers(12, 30))
+    terms = np.zeros(smooth.TERMS)
+    terms[0] = 1.0
+    ends, slopes = np.zeros((2, ny)), np.zeros(ny)
+    height = 0.5 * ny - rng.uniform(0.6, 1.9)
+    smooth.smooth_ends(
+        terms, 9.0, rng.uniform(5.0, 14.0), 0.5 * (ny - 1) + rng.uniform(-0.3, 0.3), height, ends, slopes
+    )
+    y = (np.arange(ny) - 0.5 * ny) / height
+    width = rng.uniform(0.5, 6.0) * (1.0 - 0.3 * y**2 + rng.uniform(-0.5, 0.5) * y) + rng.normal(0.0, 0.02, ny)
+    length = np.nan_to_num(np.maximum(ends[1] - ends[0] - width, 0.0))
+    border = np.where((length > 0.0) & (rng.random(ny) > 0.1), ends[0] + width, np.nan)
+    return {"border": border, "length": length, "ends": ends, "slopes": slopes, "leading_slips": length == 0.0}
+
+
+def widths_of(rows: dict[str, np.ndarray], lean: float, bow: float) -> np.ndarray | None:
+    """What the kernel finds; borders are numbered from the last row on, cells at random."""
+    border, slips = rows["border"], rows["leading_slips"]
+    ny = border.size
+    with_border = np.flatnonzero(~np.isnan(border))[::-1]
+    last = np.full(ny, -1)
+    last[with_border] = np.arange(with_border.size)
+    leading = np.random.default_rng(0).permutation(ny)
+    slip = np.zeros(ny, dtype=np.bool_)
+    slip[leading] = slips
+    borders, widths = np.column_stack([border[with_border], with_border]), np.zeros(ny)
+    of_rows = borders, last, rows["length"], rows["ends"], rows["slopes"], slip, leading
+    return widths if smooth.slip_widths(*of_rows, lean, bow, widths) else None
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_slip_widths(seed: int) -> None:
+    """Against the naive twin: stick zones that tell, and some in parts, or with slip at the leading edge."""
+    of_rows = contact(seed)
+    rng = np.random.default_rng(seed)
+    stuck = np.flatnonzero(of_rows["length"])
+    if seed % 8 == 5:
+        of_rows["length"][rng.choice(stuck)] = 0.0
+    if seed % 8 == 6:
+        of_rows["leading_slips"][rng.choice(stuck)] = True
+    if seed % 8 == 7:
+        of_rows["length"] *= 1.9 / of_rows["length"].max()
+    lean, bow = rng.uniform(0.5, 2.0), rng.uniform(-0.02, 0.02)
+    expected, found = naive_rows.slip_widths(*of_rows.values(), lean, bow), widths_of(of_rows, lean, bow)
+    assert (found is None) == (expected is None)
+    if expected is not None:
+        np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+def test_most_of_these_stick_zones_tell() -> None:
+    told = [naive_rows.slip_widths(*contact(seed).values(), 1.0, 0.0) is not None for seed in range(40)]
+    assert sum(told) >= 20
+
+
+def test_a_bad_outermost_row_hardly_counts() -> None:
+    """A row of few stick cells whose border is half a cell off moves its width by a fifth of that at most."""
+    rows = contact(3)
+    low = int(np.flatnonzero((rows["length"] > 0.0) & (np.nan_to_num(rows["ends"][1] - rows["ends"][0]) > 3.0))[0])
+    rows["border"][low], rows["length"][low] = rows["ends"][0, low] + 2.0, 0.8
+    before = widths_of(rows, 1.0, 0.0)
+    rows["border"][low] += 0.5
+    after = widths_of(rows, 1.0, 0.0)
+    assert before is not None
+    assert after is not None
+    assert 0.0 < after[low] - before[low] < 0.1
