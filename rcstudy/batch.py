@@ -64,10 +64,16 @@ def solve_series(scenes: Sequence[Scene]) -> Iterator[Result]:
 
 
 def warm_up_scenes(scenes: Iterable[Scene]) -> list[Scene]:
-    """A few tiny scenes, one of each kind among `scenes`, that have every kernel compiled that those will use."""
+    """A few tiny scenes, one of each kind among `scenes`, that have every kernel compiled that those will use.
+
+    They do not share a normal problem: each is to be solved by itself.
+    """
     kinds: dict[tuple[object, ...], Scene] = {}
     for s in scenes:
-        kind = (s.method, s.coupling, s.discretisation, s.counterbody is None, bool(s.layers), s.creepage is None)
+        kind = (
+            *(s.method, s.coupling, s.discretisation),
+            *(s.counterbody is None, bool(s.layers), s.moves_by_pressure, s.creepage is None),
+        )
         if kind not in kinds:
             kinds[kind] = replace(s, mesh=Mesh(s.mesh.size, (16, 16)))
     return list(kinds.values())

@@ -10,7 +10,18 @@ from typing import Any, cast
 import numpy as np
 
 from rcstudy.mechanics.exact import Hertz, contact_bounds, contact_modulus, hertz_contact
-from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Layer, Material, Mesh, Method, Scene, Tolerance
+from rcstudy.mechanics.scene import (
+    Coupling,
+    Creepage,
+    Discretisation,
+    Layer,
+    Material,
+    Mesh,
+    Method,
+    Scene,
+    Tolerance,
+    quasi_identical,
+)
 from rcstudy.quantities import Quantity
 from rcstudy.spec import CoatingSpec, LayerSpec, SceneSpec
 
@@ -56,6 +67,32 @@ def with_part(parts: Parts, path: str, value: Any) -> Parts:
     changed = dict(parts)
     changed[head] = {**(parts[head] or {}), rest[0]: value} if rest else value
     return changed
+
+
+# heads of the paths of all axes that `kind` depends on; "case": of an explicit list
+KIND_HEADS = (
+    *("method", "coupling", "discretisation", "creepage"),
+    *("layers", "layer_count", "counterbody", "substrate", "case"),
+)
+
+
+def kind(parts: Parts) -> tuple[object, ...]:
+    """What decides by which code the scene of `parts` is solved, found without building it.
+
+    Whether the bodies under the layers are quasi-identical is told with layers too, so that each part of a kind can be
+    judged by itself.
+    """
+    coating, counterbody, alike = parts["coating"], parts["counterbody"], False
+    if counterbody is not None:
+        substrate = Material(parts["substrate"]["E"], parts["substrate"]["nu"])
+        alike = quasi_identical(substrate, Material(counterbody["E"].resolve(substrate.E), counterbody["nu"]))
+    return (
+        *(parts[name] for name in ("method", "coupling", "discretisation")),
+        parts["creepage"] is None,
+        bool(parts["layers"]) or (coating is not None and coating["layer_count"] > 0),
+        counterbody is None,
+        alike,
+    )
 
 
 @lru_cache(maxsize=4096)

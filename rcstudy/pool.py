@@ -108,7 +108,10 @@ class Pool:
             self.start(min(workers, available_cores()))
 
     def prepare(self, solve: Solve, scenes: Sequence[Scene]) -> None:
-        """Have the workers that are there solve `scenes` in vain: that loads the kernels that others will use."""
+        """Have the workers that are there solve `scenes`, each by itself, and discard the results.
+
+        That loads the kernels that others will use.
+        """
         self._solve = solve
         self._tell_all()
         message = ForkingPickler.dumps((scenes, None))
@@ -257,9 +260,10 @@ def _work(connection: Connection, preload: str) -> None:
         connection.send(None)
         while True:
             scenes, patience = connection.recv()
-            if patience is None:  # nobody wants the results
-                for _ in solve(scenes):
-                    pass
+            if patience is None:  # nobody wants the results; no two of the scenes need have a pressure in common
+                for scene in scenes:
+                    for _ in solve([scene]):
+                        pass
                 continue
             results, sent = [], time.monotonic()
             for result in solve(scenes):

@@ -135,7 +135,7 @@ def duration(seconds: float) -> str:
     """Seconds as a person writes them: ``0.42 s``, ``37 s``, ``4 min 05 s``, ``3 h 12 min``."""
     if seconds < 10:
         return f"{seconds:.2g} s"
-    if seconds < 60:
+    if round(seconds) < 60:
         return f"{seconds:.0f} s"
     minutes, rest = divmod(round(seconds), 60)
     if minutes < 60:

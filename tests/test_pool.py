@@ -1,6 +1,7 @@
 """Which worker holds what: one batch that it solves, and the next one where batches are short."""
 
 import time
+from dataclasses import replace
 
 import pytest
 import workers
@@ -82,6 +83,17 @@ def test_workers_that_wait_for_work_solve_in_vain_what_they_are_given(batches, t
     assert {case.key for case in solved} == {case.key for batch in batches[1:] for case in batch}
     first = batches[0][0].scene.load
     assert {path.name for path in tmp_path.glob(f"* {first}")} == {f"{pid} {first}" for pid in pids}
+
+
+def test_scenes_to_warm_up_with_are_solved_one_by_one(batches, tmp_path, monkeypatch):
+    """They have no pressure in common, as those of a group have."""
+    monkeypatch.setenv("NOTES", str(tmp_path))
+    scene = batches[0][0].scene
+    with pool.Pool() as those:
+        those.start(1)
+        those.prepare(workers.notes_groups, [scene, replace(scene, coupling="full")])
+        assert len(list(those.solve(batches[1:2], 1, workers.notes_groups))) == 3
+    assert {path.name for path in tmp_path.iterdir()} == {"1 one-way", "1 full", "3 one-way"}
 
 
 @pytest.mark.parametrize(

@@ -330,6 +330,53 @@ def test_warm_up_has_each_kind_once_on_a_small_mesh(study: Study) -> None:
     assert {scene.mesh.cells for scene in scenes} == {(16, 16)}
 
 
+KINDS = """
+study: kinds
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 100
+  mesh: {size: [2, 2], cells: [64, 64]}
+  creepage: {longitudinal: 0.001}
+grids:
+  product:
+    axes:
+      discretisation: [kalker, aligned]
+      coupling: [one-way, full]
+      counterbody: [rigid, {E: 1 Es, nu: 0.3}, {E: 2 Es, nu: 0.3}, {E: 3 Es, nu: 0.3}]
+      load: [90, 100, 110]
+  coated:
+    coating: {thickness: 0.5 a, modulus: 2 Es}
+    axes: {layer_count: [0, 1, 2], method: [newton, paper-cg]}
+  listed:
+    cases:
+      - {label: one, load: 10}
+      - {label: two, layers: [{E: 1000, nu: 0.3, thickness: 0.1}], load: 10}
+      - {label: three, load: 20, creepage: none}
+"""
+
+
+def test_workers_warm_up_with_every_kind_of_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whichever value of an axis it takes, or place in a list; a kind that several grids have once only."""
+    path = tmp_path / "study.yaml"
+    path.write_text(KINDS)
+    study, given = load_study(path), []
+
+    def prepare(_: pool.Pool, solve: object, scenes: Sequence[Scene]) -> None:
+        given.extend(scenes)
+        raise UserError("enough")
+
+    monkeypatch.setattr(pool.Pool, "prepare", prepare)
+    with pytest.raises(UserError, match="enough"):
+        sweep.run(study, tmp_path / "c.nc", workers=1)
+
+    def kinds(scenes: list[Scene]) -> list[tuple[object, ...]]:
+        return [(s.method, s.discretisation, s.is_coupled, s.moves_by_pressure, bool(s.layers)) for s in scenes]
+
+    assert set(kinds(given)) == set(kinds([case.scene for case in expand(study).cases]))
+    assert len(given) == 2 * 2 * 3 + 3 + 1  # the last grid's first two are in the others
+
+
 @pytest.mark.heavy
 def test_with_the_solver_itself(tmp_path: Path) -> None:
     path = tmp_path / "study.yaml"
@@ -402,6 +449,7 @@ def test_a_bar_on_a_terminal(capsys: pytest.CaptureFixture[str], monkeypatch: py
         (0.0421, "0.042 s"),
         (9.99, "10 s"),
         (59.4, "59 s"),
+        (59.7, "1 min 00 s"),
         (65, "1 min 05 s"),
         (3599.9, "1 h 00 min"),
         (7500, "2 h 05 min"),

@@ -36,6 +36,12 @@ class Material:
         return (1.0 - self.nu**2) / self.E
 
 
+def quasi_identical(one: Material, other: Material) -> bool:
+    """Whether pressure displaces the surfaces of both half-spaces alike, so that neither moves along the other."""
+    beta = tuple((1.0 - 2.0 * body.nu) / body.G for body in (one, other))
+    return math.isclose(*beta, rel_tol=1e-14)
+
+
 @dataclass(frozen=True)
 class Layer(Material):
     """A bonded elastic layer: material and `thickness` (mm)."""
@@ -124,10 +130,7 @@ class Scene:
     @property
     def moves_by_pressure(self) -> bool:
         """Whether pressure displaces the surfaces along each other: not so for quasi-identical bodies."""
-        if self.layers or self.counterbody is None:
-            return True
-        one, two = ((1.0 - 2.0 * body.nu) / body.G for body in (self.substrate, self.counterbody))
-        return not math.isclose(one, two, rel_tol=1e-14)
+        return bool(self.layers) or self.counterbody is None or not quasi_identical(self.substrate, self.counterbody)
 
     @property
     def is_coupled(self) -> bool:
