@@ -16,6 +16,7 @@ counts as their error.
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -30,7 +31,7 @@ from rcstudy.batch import warm_up_scenes
 from rcstudy.cases import Case, expand
 from rcstudy.cube import case_dims, engine, grids, open_cube
 from rcstudy.errors import UserError
-from rcstudy.layout import LABEL
+from rcstudy.layout import CASE_KEY, LABEL
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.publish import make_folder, replacing
 from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, Row, settings
@@ -60,7 +61,8 @@ _KEPT = (  # of the cube of solutions, in the cube of errors
     ),
     *("operator_products", "coarse_products", "solve_seconds"),
 )
-_REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved anew until one of them is reached
+_NEEDED = (CASE_KEY, *_KEPT, "pressure", "traction_x", "traction_y")  # of the cube of solutions
+_REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved again until one of them is reached
 
 
 @dataclass
@@ -144,21 +146,16 @@ def timed(scenes: Sequence[Scene]) -> Iterator[Result]:
 def run(
     study: Study,
     out: Path,
-    cube: Path | None = None,
+    cube: xr.DataTree | None = None,
     progress: Progress | None = None,
     formats: Sequence[str] = ("png", "pdf"),
 ) -> list[Path]:
-    """Solve `study` (or take its solutions from `cube`) and write errors, tables, figure and summary into `out`.
+    """Solve `study`, or take its solutions from an opened `cube`; write errors, tables, figures, summary into `out`.
 
     Returns the files written: the cube of errors `accuracy.nc`, the solutions it was made from unless `cube` was given,
     tables `errors` and `settings`, figures `work_precision`, `quantities` and `tolerances` in `formats`, `summary.md`.
     UserError when the cube is not of this study, stores no fields, or no problem of it has a solved reference.
     """
-    from rcstudy import sweep
-    from rcstudy.earlier import refuse_other_study
-    from rcstudy.store import units_folder
-    from rcstudy.units import unit_paths
-
     check_formats(formats)
     if not study.outputs.fields:
         raise UserError(f"{study.path}: outputs.fields: errors of pressure and tractions need the fields: true")
@@ -172,26 +169,41 @@ def run(
         )
     make_folder(out)
     paths: list[Path] = []
-    if cube is None:
-        cube = out / "solutions.nc"
-        for _ in timed(warm_up_scenes(case.scene for case in expand(study).cases)):
-            pass
-        refuse_other_study(cube, study.name)
-        # times are measured anew each time, but for those of a run that was broken off
-        fresh = not unit_paths(units_folder(cube))
-        sweep.run(study, cube, workers=1, progress=progress, solve=timed, fresh=fresh)
-        paths.append(cube)
-    with open_cube(cube) as tree:
-        entries = measured(study, tree)
-        paths.append(_write_errors(out / "accuracy.nc", tree, entries))
+    with contextlib.ExitStack() as stack:
+        if cube is None:
+            solutions = _solved(study, out, progress)
+            paths.append(solutions)
+            cube = stack.enter_context(open_cube(solutions))
+        entries = measured(study, cube)
+        paths.append(_write_errors(out / "accuracy.nc", cube, entries))
         paths += write_report(entries, out, formats)
     return paths
+
+
+def _solved(study: Study, out: Path, progress: Progress | None) -> Path:
+    """The cube of solutions of `study` in the folder `out`, solved one by one."""
+    from rcstudy import sweep
+    from rcstudy.earlier import refuse_other_study
+    from rcstudy.store import units_folder
+    from rcstudy.units import unit_paths
+
+    cube = out / "solutions.nc"
+    for _ in timed(warm_up_scenes(case.scene for case in expand(study).cases)):
+        pass
+    refuse_other_study(cube, study.name)
+    # times are measured again each time, but for those of a run that was broken off
+    fresh = not unit_paths(units_folder(cube))
+    sweep.run(study, cube, workers=1, progress=progress, solve=timed, fresh=fresh)
+    return cube
 
 
 def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
     """All cases of an opened cube of `study` with their errors, in the order of grids and indices."""
     datasets = grids(tree)
     cases = expand(study).cases
+    for name in dict.fromkeys(case.grid for case in cases if case.scene.creepage is not None):
+        if name in datasets and (missing := [n for n in _NEEDED if n not in datasets[name].variables]):
+            raise UserError(f"{study.path}: the cube has no {', '.join(missing)} in grid {name}: run without --cube")
     if any(not _holds(datasets.get(case.grid), case) for case in cases):
         raise UserError(f"{study.path}: the cube is not of this study as it is now: run without --cube")
     entries = [_entry(case, datasets[case.grid]) for case in cases if case.scene.creepage is not None]
@@ -212,7 +224,7 @@ def _holds(dataset: xr.Dataset | None, case: Case) -> bool:
     """Whether a grid of a cube, if there is one, has `case` at its place."""
     if dataset is None or len(case.index) != len(case_dims(dataset)):
         return False
-    keys = dataset["case_key"]
+    keys = dataset[CASE_KEY]
     return all(i < n for i, n in zip(case.index, keys.shape, strict=True)) and keys.values[case.index] == case.key
 
 

@@ -1,7 +1,7 @@
 """The command line. Thin: each command opens what it needs, calls one function, prints, and sets the exit code.
 
 Exit codes: 0 done (all cases solved; cubes the same), 1 cubes differ, 2 bad input, 3 some cases failed,
-130 interrupted.
+130 interrupted, 141 the output pipe was closed by its reader.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def sweep(
     been edited; failed ones are. An existing cube is replaced only when everything has been written.
 
     Exit codes: 0 all cases are solved, 2 bad input, 3 some are not solved (rcstudy failures CUBE lists them), 130
-    interrupted.
+    interrupted, 141 the output pipe was closed by its reader.
     """
     from rcstudy import pool, progress
     from rcstudy import sweep as sweeping
@@ -372,7 +372,7 @@ def accuracy(
         "results/accuracy"
     ),
     cube: Annotated[
-        Path | None, typer.Option("--cube", metavar="CUBE", help="Cube of this study; default: solve it anew.")
+        Path | None, typer.Option("--cube", metavar="CUBE", help="Cube of this study; default: solve the study.")
     ] = None,
 ) -> None:
     """Measure the errors of a study over meshes, tolerances and methods, and what they cost."""
@@ -380,5 +380,10 @@ def accuracy(
     from rcstudy import progress
     from rcstudy.study import load_study
 
-    written = measuring.run(load_study(spec), output, cube, progress.for_stream())
+    study, reporter = load_study(spec), progress.for_stream()
+    if cube is None:
+        written = measuring.run(study, output, progress=reporter)
+    else:
+        with _opened(cube) as (tree,):
+            written = measuring.run(study, output, tree)
     print(f"{len(written)} files in {output}")

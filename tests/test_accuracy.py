@@ -1,18 +1,22 @@
 """Errors against converged references: numbers checked apart from the code that reports them."""
 
 import csv
+import shutil
 from dataclasses import replace
 from importlib import import_module
 from itertools import product
+from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
 from contacts import STEEL
 from studies import CONFIGS
+from typer.testing import CliRunner
 from workers import made_up
 
-from rcstudy import accuracy, sweep
+from rcstudy import accuracy, cli, sweep
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.contact import influence_of
@@ -126,7 +130,8 @@ def test_report_has_every_case_and_a_cube_serves_again(reported, tmp_path):
     with (folder / "errors.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == study.size
-    written = accuracy.run(study, tmp_path, cube=folder / "solutions.nc", formats=("png",))
+    with open_cube(folder / "solutions.nc") as tree:
+        written = accuracy.run(study, tmp_path, tree, formats=("png",))
     assert tmp_path / "solutions.nc" not in written
     assert {p.name for p in written} >= {"accuracy.nc", "errors.csv", "settings.md", "work_precision.png", "summary.md"}
     for name in ("errors.csv", "summary.md"):
@@ -138,8 +143,35 @@ def test_cube_of_another_study_is_refused(reported, tmp_path):
     _, folder = reported
     path = tmp_path / "other.yaml"
     path.write_text(STUDY.replace("load: 100", "load: 90"))
-    with pytest.raises(UserError, match="the cube is not of this study as it is now"):
-        accuracy.run(load_study(path), tmp_path, cube=folder / "solutions.nc")
+    with (
+        open_cube(folder / "solutions.nc") as tree,
+        pytest.raises(UserError, match="the cube is not of this study as it is now"),
+    ):
+        accuracy.run(load_study(path), tmp_path, tree)
+
+
+@pytest.mark.heavy
+def test_a_cube_that_somebody_changed_is_reported(reported, tmp_path, monkeypatch):
+    """As by the other commands: by its checksum; a missing variable is one message, and no files are written."""
+    _, folder = reported
+    monkeypatch.chdir(tmp_path)
+    words = ["accuracy", str(folder.parent / "tiny.yaml"), "--cube", "changed.nc", "--output", "report"]
+    shutil.copy(folder / "solutions.nc", "changed.nc")
+    assert "checksum" not in CliRunner().invoke(cli.app, words).output
+    with h5py.File("changed.nc", "r+") as file:
+        file["meshes/force_x"][...] = 1.0
+    done = CliRunner().invoke(cli.app, words)
+    assert done.exit_code == 0
+    assert "changed.nc: grid meshes: " in done.stderr
+    assert "checksum" in done.stderr
+    shutil.rmtree("report")
+    with h5py.File("changed.nc", "r+") as file:
+        del file["aligned/contact_radius"]
+    done = CliRunner().invoke(cli.app, words)
+    assert done.exit_code == 2
+    assert "the cube has no contact_radius in grid aligned: run without --cube" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(Path("report").iterdir())
 
 
 @pytest.mark.heavy
