@@ -21,7 +21,8 @@ from rcstudy.publish import write_whole
 from rcstudy.record import FORM, Form
 
 SUFFIX = ".unit"
-_MAGIC = b"rcstudy unit 3\n"
+FORMAT = "rcstudy unit 3"
+_MAGIC = f"{FORMAT}\n".encode()
 _HEAD = struct.Struct("<I")
 _CASE = struct.Struct("<32sQ")  # key, length of the record
 _DIGEST = 32

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from contacts import STEEL, solved, steel
 
-from rcstudy.mechanics import coupled
+from rcstudy.mechanics import coupled, proof
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
@@ -19,7 +19,7 @@ from rcstudy.mechanics.convolution import Box, convolve, padded_shape, pressure_
 from rcstudy.mechanics.coupled import CoupledOperator, CoupledSystem, solve_coupled
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
-from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import Status
 from rcstudy.solve import solve_scene
 
@@ -49,6 +49,21 @@ SCENES = {
     "one row": replace(BALL, load=5.0, mesh=Mesh((0.8, 0.05), (15, 1))),
     "one cell": replace(BALL, load=1e-3),
 }
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_limits_of_the_proof_are_wider_only_where_something_is_coupled(discretisation: Discretisation) -> None:
+    """Full coupling of equal bodies is one-way, whatever it is called, and so is a contact without tractions."""
+    tolerance = Tolerance(1e-6, 1e-7)
+    equal = replace(BALL, counterbody=BALL.substrate, discretisation=discretisation, tolerance=tolerance)
+    missed = {"proof_gap": 9e-4, "proof_penetration": 1e-5}
+    uncoupled = (replace(equal, coupling="one-way"), equal, replace(equal, counterbody=None, creepage=None))
+    for scene in uncoupled:
+        assert not scene.is_coupled
+        assert proof.failures(missed, scene) == ["proof_gap = 0.0009 exceeds 0.0001"]
+    coupled_scene = replace(equal, counterbody=None)
+    assert coupled_scene.is_coupled
+    assert bool(proof.failures(missed, coupled_scene)) == (discretisation == "kalker")
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -20,6 +20,7 @@ from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
 from rcstudy.study import load_study
 from rcstudy.tolerances import Tolerances, load_tolerances
+from rcstudy.units import FORMAT
 
 ROOT = Path(__file__).parent.parent
 STUDY, CUBE = ROOT / "docs" / "study.md", ROOT / "docs" / "cube.md"
@@ -73,6 +74,10 @@ def test_cube_document_names_enumerations_and_attributes() -> None:
         assert f"| {member.value} | {member.name.lower()} |" in text, member
     for name in (*provenance.collect("rcstudy"), SCHEMA_ATTRIBUTE, LABEL, CASE_KEY, "study_text", "study_sha256"):
         assert f"`{name}`" in text or name.endswith("_version"), name
+
+
+def test_cube_document_names_the_format_of_units() -> None:
+    assert f"`{FORMAT}`" in CUBE.read_text(encoding="utf-8")
 
 
 def keys(model: type[Spec], prefix: str = "") -> Iterator[tuple[str, str, str]]:

@@ -101,7 +101,7 @@ def failures(proof: dict[str, float], scene: Scene) -> list[str]:
     """The parts of `proof` that miss their limit, in words; empty if the proof holds. NaN never passes."""
     normal = max(_ROOM * scene.tolerance.normal, _FLOOR)
     tangential = max(_ROOM * scene.tolerance.tangential, _FLOOR)
-    if scene.coupling == "full":
+    if scene.is_coupled:
         normal = max(normal, tangential)
         if scene.discretisation == "aligned":
             normal = max(normal, 2.0 * KEPT)
