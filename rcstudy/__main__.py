@@ -92,7 +92,11 @@ def _workers(words: Sequence[str]) -> Iterator[Pool | None]:
 
 
 def workers_wanted(words: Sequence[str]) -> int:
-    """How many workers a command line asks for, 0 if it does not. Whether it is right is found out later."""
+    """How many workers a command line asks for, 0 if it does not. Whether it is right is found out later.
+
+    Read here by hand, beside the option of the same name in `cli.py`: workers start while that is imported and the
+    command line is read by typer, which takes as long as they take to start.
+    """
     if words[:1] != ["sweep"] or {"-h", "--help"} & set(words):
         return 0
     for word, following in zip(words, [*words[1:], ""], strict=True):

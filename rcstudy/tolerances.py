@@ -2,7 +2,7 @@
 
 A file of tolerances::
 
-    default: 1.0e-6            # of the scale of a field (in its case) or scalar (in its grid)
+    default: 1.0e-6            # of the scale of a field or number in its case
     variables: {traction_x: 1.0e-5, moment_z: 1.0e-4}
     state_flips: 2             # cells a case that may stick in one cube and slip in the other
     state_bound: 1.0e-6        # how near mu p, relatively, the traction of such a cell must be where it sticks

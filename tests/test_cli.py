@@ -20,6 +20,7 @@ from workers import gone
 from rcstudy import __main__ as main_module
 from rcstudy import cli
 from rcstudy.cube import case_table, open_cube
+from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD
 from rcstudy.result import Status
 
 ROOT = Path(__file__).parent.parent
@@ -66,6 +67,12 @@ def test_help(command: str) -> None:
     found = run(command, "--help")
     assert found.exit_code == 0
     assert "Usage" in found.output
+
+
+def test_help_of_sweep_has_its_exit_codes() -> None:
+    words = run("sweep", "--help").output
+    for code in (0, EXIT_BAD_INPUT, cli.EXIT_FAILED_CASES, EXIT_INTERRUPTED, EXIT_UNHEARD):
+        assert re.search(rf"\b{code}\b", words.partition("Exit codes")[2].partition("Options")[0]), code
 
 
 def test_version() -> None:
