@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 # axes that a problem's name in words leaves out
 _OF_SOLVING = ("coupling", "cells", "mesh", "tolerance", "normal", "tangential", "discretisation", "spin_point")
-_NIL = 1e-9  # of the largest that a number could be: zero but for rounding, so that there is no relative error
+_ZERO = 1e-9  # of the largest that a number could be: zero but for rounding, so that there is no relative error
 _KEPT = (  # of the cube of solutions, in the cube of errors
     *("label", "status", "status_reason", "contact_radius", "force_x", "force_y", "moment_z", "pressure_max"),
     *(
@@ -308,7 +308,7 @@ def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarr
     moment = traction * true["contact_radius"]
 
     def relative(name: str, largest: float = 0.0) -> float:
-        return _ratio(abs(own[name] - true[name]), abs(true[name]), _NIL * largest)
+        return _ratio(abs(own[name] - true[name]), abs(true[name]), _ZERO * largest)
 
     force = np.hypot(own["force_x"] - true["force_x"], own["force_y"] - true["force_y"])
     return {
@@ -316,7 +316,7 @@ def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarr
         "pressure_max": relative("pressure_max"),
         "traction": _ratio(np.linalg.norm(stress[1:] - reference[1:]), np.linalg.norm(reference[1:])),
         "traction_max": relative("traction_max"),
-        "force": _ratio(force, np.hypot(true["force_x"], true["force_y"]), _NIL * traction),
+        "force": _ratio(force, np.hypot(true["force_x"], true["force_y"]), _ZERO * traction),
         "moment": relative("moment_z", moment),
         "friction_power": relative("friction_power"),
         "slip_area": relative("slip_area"),
@@ -384,9 +384,9 @@ def coupling_errors(entries: Sequence[Entry]) -> list[tuple[str, dict[str, float
     return found
 
 
-def _ratio(size: Any, scale: Any, nil: float = 0.0) -> float:
-    """`size` over `scale`; NaN if the latter is no more than `nil`."""
-    return float(size) / float(scale) if scale > nil else float("nan")
+def _ratio(size: Any, scale: Any, zero: float = 0.0) -> float:
+    """`size` over `scale`; NaN if the latter is no more than `zero`."""
+    return float(size) / float(scale) if scale > zero else float("nan")
 
 
 def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Path:

@@ -1,8 +1,8 @@
 """The cube from the results of its cases: case by case, in bounded memory, in the study's own order.
 
 The order makes two cubes of one study the same to the last byte, whatever order their cases were solved in, but for
-times and what is told of the run. Cases are solved in about that order too, so most of the cube is there when the last
-one is solved.
+times and the attributes of the run. Cases are solved in about that order too, so most of the cube is there when the
+last one is solved.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Assembly:
     """A cube in the making from the results in `store`, perhaps while others are still being solved.
 
     When something goes wrong before the end, the file is dropped, so that a disk that is full has room for results; it
-    is made anew by :meth:`finish`, which publishes it. A block that is left without that leaves no trace.
+    is made again by :meth:`finish`, which publishes it. A block that is left without that leaves no trace.
     """
 
     def __init__(self, output: Path, study: Study, expansion: Expansion, store: Store) -> None:

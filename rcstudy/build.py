@@ -79,8 +79,8 @@ KIND_HEADS = (
 def kind(parts: Parts) -> tuple[object, ...]:
     """What decides by which code the scene of `parts` is solved, found without building it.
 
-    Whether the bodies under the layers are quasi-identical is told with layers too, so that each part of a kind can be
-    judged by itself.
+    Whether the bodies under the layers are quasi-identical is part of it with layers too, so that each part of a kind
+    can be judged by itself.
     """
     coating, counterbody, alike = parts["coating"], parts["counterbody"], False
     if counterbody is not None:
@@ -222,7 +222,7 @@ def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
     try:
         least, most = contact_bounds(scene) if scene.layers else (scene_hertz(scene).a,) * 2
     except ArithmeticError:  # a layer so stiff or so compliant that the contact has no size in double precision
-        return "size", "layers on which the contact is larger than nothing"
+        return "size", "less extreme layers: the contact has no size in double precision"
     for axis, low, high, size, step in zip("xy", least, most, scene.mesh.size, scene.mesh.spacing, strict=True):
         if not 2.0 * low < size < math.inf:
             return "size", f"a window larger than the contact, about {2.0 * low:.4g} mm along {axis}"

@@ -81,8 +81,8 @@ def solve_on_cluster(
     """Solve `batches` (cases sharing a normal problem) on the cluster of `scheduler`; yield results as they come.
 
     A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers. `solve` must
-    be importable by name on the workers. Workers may come and go; where there is none, this waits for one. `tell` is
-    told what a person should know. Closing the iterator takes back all that was sent out.
+    be importable by name on the workers. Workers may come and go; where there is none, this waits for one. `tell` gets
+    what is to be reported to the user. Closing the iterator withdraws queued work.
 
     Raises UserError when Dask is not installed, the scheduler cannot be reached or is lost, or its workers run other
     code than this process.

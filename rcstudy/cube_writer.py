@@ -63,9 +63,9 @@ def _created(storage: SteadyFile) -> Iterator[h5py.File]:
 
 
 class CubeWriter:
-    """Takes the cases of a cube, and at last what is told of all: see :func:`writing`.
+    """Takes the cases of a cube, and finally the attributes of the whole cube: see :func:`writing`.
 
-    Fields go to the disk as they come; scalars (some hundred bytes a case) are kept until the end.
+    Fields go to the disk as they come; scalars (some hundred bytes per case) are kept until the end.
     """
 
     def __init__(

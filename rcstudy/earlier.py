@@ -50,12 +50,12 @@ def refuse_foreign(output: Path) -> None:
             foreign = SCHEMA_ATTRIBUTE not in cube.attrs
     except BlockingIOError:
         raise UserError(
-            f"{output}: another program has it open for writing: wait for its end, or give another --output"
+            f"{output}: another program has it open for writing: wait until it is closed, or choose another --output"
         ) from None
     except Exception:  # whatever h5py makes of a damaged file, as in `EarlierCube`
         foreign = head != _SIGNATURE or not _was_cube(output)
     if foreign:
-        raise UserError(f"{output}: there is a file that is no cube; it is not replaced: give another --output")
+        raise UserError(f"{output}: exists and is not an rcstudy cube; not overwritten: choose another --output")
 
 
 def _was_cube(path: Path) -> bool:
@@ -72,7 +72,7 @@ def refuse_other_study(output: Path, study: str) -> None:
         name = found.decode() if isinstance(found, bytes) else str(found)  # bytes: saved again by another program
     if name != study:
         raise UserError(
-            f"{output}: is the cube of another study, {name}; it is not replaced: give another --output, or remove it"
+            f"{output}: is the cube of another study, {name}; not overwritten: choose another --output, or remove it"
         )
 
 

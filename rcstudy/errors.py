@@ -1,4 +1,4 @@
-"""Errors a user can mend: they carry a message fit to print, never a traceback."""
+"""Errors a user can fix: they carry a message fit to print, never a traceback."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ EXIT_INTERRUPTED = 130
 """Of a command that Ctrl-C ended."""
 
 EXIT_UNHEARD = 141
-"""Of a command whose output nobody reads any more, as of a program that a broken pipe ended."""
+"""Of a command whose output pipe was closed by its reader, as of a program that a broken pipe ended."""
 
 
 class UserError(Exception):

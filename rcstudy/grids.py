@@ -281,11 +281,13 @@ class GridReader:
             if keys_to(one)[: len(keys_to(other))] == keys_to(other) or keys_to(other)[: len(keys_to(one))] == keys_to(
                 one
             ):
-                self.problems.add(place, f"axes of different settings; axis {one} sets this too", value="axis")
+                self.problems.add(place, f"two axes may not set the same key; axis {one} already sets it", value="axis")
                 found.add(max(one, other, key=lambda path: len(keys_to(path))))
             elif one.split(".")[-1] == other.split(".")[-1]:
                 name = one.split(".")[-1]
-                self.problems.add(place, f"axes of different names; axis {one} is named {name} too", value="axis")
+                self.problems.add(
+                    place, f"two axes may not have the same name; axis {one} is already named {name}", value="axis"
+                )
             elif "layers" in (one, other) and (one in COATING_KEYS or other in COATING_KEYS):
                 self.problems.add(place, "either layers or a coating (layer_count, thickness, ...)", value="axis")
         return found
@@ -306,7 +308,7 @@ class GridReader:
                         continue
                     value = value.value["layers"]
             elif path == "creepage":
-                self.problems.add(entry, "{label, longitudinal, lateral, spin}; a grid of its own for none")
+                self.problems.add(entry, "{label, longitudinal, lateral, spin}; use a separate grid for pressure only")
                 continue
             if label is not None:
                 entries.append(_Entry(label, entry, value))

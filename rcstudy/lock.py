@@ -76,7 +76,7 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
 
 
 def holders(folder: Path) -> list[str]:
-    """Who holds locks of `folder` now, as far as can be told without taking them."""
+    """Who holds locks of `folder` now, as far as can be known without taking them."""
     found, paths = [], []
     with contextlib.suppress(FileNotFoundError):  # there is none, or the last owner is just leaving
         paths = sorted(folder.glob(f"{NAME}*"))
@@ -112,7 +112,7 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
             if owner is not None and not take_over and _may_live(owner, flocks=free is True):
                 raise UserError(
                     _refusal(folder, str(owner))
-                    + f"\nif that process is dead for certain, add --unlock (or remove {path})"
+                    + f"\nif that process is certainly dead, add --unlock (or remove {path})"
                 )
             if shared:
                 os.ftruncate(descriptor, 0)  # whatever a dead owner left
@@ -135,14 +135,14 @@ def _is_no_folder(path: Path) -> bool:
 
 
 def _refusal(folder: Path, who: str) -> str:
-    return f"{folder}: {who} is at work on this output: wait for its end, or name another output"
+    return f"{folder}: {who} is at work on this output: wait until it has finished, or choose another --output"
 
 
 def _may_live(owner: Owner, *, flocks: bool) -> bool:
     """Whether the owner of a record may still be at work, seen from here by one who could lock the file (`flocks`)."""
     if owner.boot and owner.boot == _boot_id():
         return not flocks and owner.runs_here()  # one kernel: what it says of locks is so
-    # of this machine before it was started anew: dead; of another one: its locks may not reach here
+    # of this machine before it was restarted: dead; of another one: its locks may not reach here
     return owner.host != socket.gethostname()
 
 

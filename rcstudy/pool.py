@@ -35,7 +35,7 @@ Solve = Callable[[Sequence["Scene"]], Iterator[Any]]
 """Solves scenes that share a normal problem, a result each, in order; importable by name, so that workers find it."""
 
 ATTEMPTS = 2
-"""Times a case is tried before the death of its worker is laid at its door."""
+"""Attempts before a worker's death is blamed on its case."""
 
 _FAILED_STARTS = 3
 # signals that end a sweep: terminals and batch systems send them to all its processes, and it is the parent that heeds
@@ -103,7 +103,7 @@ class Pool:
         self.stop()
 
     def start_early(self, workers: int | None) -> None:
-        """Start the workers asked for, if any are, while it is not known yet what there is to do: one a processor."""
+        """Start the workers asked for, at most one per processor, while it is not known yet what there is to do."""
         if workers is not None and workers > 1:
             self.start(min(workers, available_cores()))
 
@@ -132,8 +132,8 @@ class Pool:
     ) -> Iterator[tuple[Case, Any]]:
         """Solve `batches` (cases sharing a normal problem) in so many processes; yield results as they come.
 
-        A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers. `tell` is
-        told of workers that die.
+        A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers.
+        `tell` gets a line on each worker that dies.
         Raises UserError when worker processes do not start.
         """
         self._waiting, self._next = deque(list(batch) for batch in batches), None
@@ -150,7 +150,7 @@ class Pool:
                     yield from self._bury(worker)
                     if tell is not None and had:
                         how = _how_it_died(worker.process.exitcode)
-                        tell(f"a worker process died ({how}); what it had goes to others")
+                        tell(f"a worker process died ({how}); its cases go to other workers")
                     continue
                 if message is None:
                     worker.ready = True
@@ -175,7 +175,7 @@ class Pool:
         self._workers.append(_Worker(process, ours))
 
     def _give_all(self) -> None:
-        """Give batches to workers, told what solves: one to each that has none, then one to solve next."""
+        """Give batches to workers that know what solves: one to each that has none, then one to solve next."""
         self._tell_all()
         for held in (0, 1):
             for worker in self._workers:
@@ -218,7 +218,7 @@ class Pool:
             if self._failed_starts >= _FAILED_STARTS and not any(w.ready for w in self._workers):
                 killed = (worker.process.exitcode or 0) < 0
                 in_script = 'in a script, call rcstudy under if __name__ == "__main__"'
-                hint = "perhaps for want of memory: use fewer workers" if killed else f"{in_script}, or use one worker"
+                hint = "perhaps out of memory: use fewer workers" if killed else f"{in_script}, or use one worker"
                 raise UserError(f"worker processes do not start ({how}); {hint}")
         if worker.batches and worker.batches[0].at_once:
             case = worker.batches[0].cases[0]

@@ -122,7 +122,7 @@ def host() -> str:
 
 
 def _runs(pid: int) -> bool:
-    """Whether another process `pid` runs here; when that cannot be told, it is taken to run."""
+    """Whether another process `pid` runs here; when that cannot be known, it is taken to run."""
     if pid == os.getpid():
         return False  # not among the active ones: a process before this one had the same number
     if os.name != "posix":

@@ -61,7 +61,7 @@ def spread(node: Node, problems: Problems) -> Node:
         like = f"a multiple of {spec.first.scale}" if spec.first.scale else "a plain number"
         problems.add(node.value["last"], f"{like}, as first is")
     elif spec.first.value == spec.last.value:
-        problems.add(node.value["last"], "another value than first")
+        problems.add(node.value["last"], "a value different from first")
     elif spec.spacing == "log" and not min(values) > 0.0 and not max(values) < 0.0:
         problems.add(node.value["spacing"], "linear, unless first and last are both above 0, or both below")
     else:

@@ -167,7 +167,7 @@ class Packing:
         self.keep = keep
 
     def __call__(self, scenes: Sequence[Scene]) -> Iterator[Packed]:
-        """A packed result a scene, in order."""
+        """A packed result per scene, in order."""
         packer = Packer(self.keep)
         for scene, result in zip(scenes, self.solve(scenes), strict=True):
             cells = scene.mesh.cells

@@ -2,8 +2,7 @@
 
 `paper.nc` has `paper.nc.units`. Units are written when a thousand cases or some megabytes have come together, and after
 five seconds whatever there is, the first ones sooner; small ones are put together now and then, so that slow studies do
-not end with a file a case. Once the cube stands, it is itself the place to take solved cases from, and the units are
-removed.
+not end with one file per case. Once the cube is written, solved cases are taken from it, and the units are removed.
 """
 
 from __future__ import annotations
@@ -131,7 +130,7 @@ class Store:
     def tell_losses(self, output: Path, tell: Tell) -> None:
         """Say what is there and will not be in the cube `output` once it is written."""
         if lost := self.index.losses():
-            tell(f"{output}: with the new cube go {lost}; to keep them, give this one another --output")
+            tell(f"{output}: the new cube will not contain {lost}; to keep them, choose another --output")
 
     @property
     def is_empty(self) -> bool:
@@ -230,7 +229,7 @@ def opened(
     """The store of the cube `output`, with all results of `cases` of `study` in its index that are there already.
 
     No other sweep can open it meanwhile, but for other shards if this is one. What is damaged is set aside, and
-    `tell` told. `fresh`: nothing that is there counts. `take_over`: even if another machine's lock is there.
+    reported to `tell`. `fresh`: nothing that is there counts. `take_over`: even if another machine's lock is there.
 
     Raises UserError when the output cannot be written to, it or units beside it are of a study of another name and
     have none of these cases, or another process is at work on it.
@@ -278,8 +277,8 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
         unit, data = read_unit(path)
         if index.take_unit(unit, data) == len(unit.entries) and unit.study != study:
             raise UserError(
-                f"{path}: holds results of another study, {unit.study}, which would go: give another --output, "
-                f"finish that study or remove {path.parent}"
+                f"{path}: holds results of another study, {unit.study}, which would be deleted: choose another "
+                f"--output, finish that study or remove {path.parent}"
             )
     except FileNotFoundError:
         return  # another shard has put it together with others

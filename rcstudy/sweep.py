@@ -70,7 +70,7 @@ class Summary:
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a sweep; `solved` of its `cases` are kept, and the same command goes on from there."""
+    """Ctrl-C during a sweep; `solved` of its `cases` are kept, and the same command resumes from there."""
 
     def __init__(self, solved: int, cases: int) -> None:
         super().__init__(f"{solved} of {cases} cases are kept")
@@ -104,8 +104,8 @@ def run(
 
     `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
     over to as many workers as there are processors if what is left is worth their start; with `scheduler` the workers
-    of a Dask cluster solve all instead. `processes` are workers that may have been started already. `progress` is told
-    of each case, `tell` what a person should know; `command` goes to the provenance; `solve` takes the place of
+    of a Dask cluster solve all instead. `processes` are workers that may have been started already. `progress` gets
+    each case, `tell` what is to be reported to the user; `command` goes to the provenance; `solve` takes the place of
     :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch goes on.
 
     Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
@@ -117,9 +117,9 @@ def run(
     if workers is not None and workers < 1:
         raise UserError(f"workers: {workers}: a number of at least 1")
     if workers is not None and scheduler is not None:
-        raise UserError("either workers of this machine or a scheduler, whose workers are started by themselves")
+        raise UserError("choose local workers or a scheduler, not both")
     if fresh and shard is not None:
-        raise UserError("a shard cannot start over: others have begun; remove the folder of units before all of them")
+        raise UserError("--fresh cannot be used with --shard: delete the units folder first")
     say = tell or (lambda text: None)
     packing = Packing(solve or (solve_series if series else solve_batch), keep_of(study.outputs))
     with contextlib.ExitStack() as stack:
@@ -210,7 +210,7 @@ def _is_published(
 ) -> bool:
     """Whether the cube is that of this very study, with all that it should have and nothing of it in units.
 
-    Its values are not read. `say` is told when it has not all.
+    Its values are not read. Missing variables are reported to `say`.
     """
     cube = store.index.cube
     if shard is not None:
@@ -222,7 +222,7 @@ def _is_published(
     layouts, root = lay_out(expansion, fields=study.outputs.fields, precision=study.outputs.precision)
     missing = cube.missing({"": layouts[0]} if root is None else {"": root, **{own.name: own for own in layouts}})
     if missing:
-        say(f"{', '.join(missing)} missing in the cube, which is made again")
+        say(f"{', '.join(missing)} missing in the cube, which is rebuilt")
     return not missing
 
 
@@ -244,7 +244,7 @@ def _interrupts(cases: Sequence[Case], store: Store) -> Iterator[Callable[[], No
         count = solved()
         if not count:
             raise
-        message = f"{error}\n{count} of {len(cases)} cases are kept; the same command goes on from there"
+        message = f"{error}\n{count} of {len(cases)} cases are kept; rerun the same command to resume"
         raise UserError(message) from error
 
 

@@ -79,7 +79,7 @@ is_installed() {
 }
 
 # install_lock LOCK [LARGER]: .venv with what LOCK names, by its hashes, and the project itself. Nothing if that is there
-# already, or what LARGER names, a lock that holds all of LOCK: what is in use must not be installed anew.
+# already, or what LARGER names, a lock that holds all of LOCK: what is in use must not be reinstalled.
 install_lock() {
     make_venv
     if { [ $# -gt 1 ] && is_installed "$2"; } || is_installed "$1"; then return 0; fi

@@ -176,7 +176,7 @@ def test_a_cube_that_somebody_changed_is_reported(reported, tmp_path, monkeypatc
 
 @pytest.mark.heavy
 def test_a_run_that_was_broken_off_goes_on(tmp_path, monkeypatch):
-    """With what it had solved; one that was not solves all anew, and times it. No cube of another study is replaced."""
+    """With what it had solved; one that was not solves and times all again. No cube of another study is replaced."""
     path = tmp_path / "tiny.yaml"
     path.write_text(STUDY)
     study, solved, timed = load_study(path), [], accuracy.timed

@@ -221,7 +221,7 @@ def test_ctrl_c(tmp_path: Path, workers: str, end: signal.Signals) -> None:
     assert sweep.returncode == cli.EXIT_INTERRUPTED, err
     assert out == ""
     told = re.fullmatch(
-        r"interrupted: long.nc is as it was; (\d+) of 800 cases are kept: the same command goes on from there",
+        r"interrupted: long.nc is as it was; (\d+) of 800 cases are kept: rerun the same command to resume",
         err.splitlines()[-1],
     )
     assert told, err

@@ -64,7 +64,7 @@ def solve(monkeypatch: pytest.MonkeyPatch, *, fails: float = 0.0, interrupt: flo
 def test_interrupted_and_resumed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     solve(monkeypatch, interrupt=60.0)
     found = run("sweep", "many.yaml", "--workers", "1", code=cli.EXIT_INTERRUPTED)
-    words = "interrupted: many.nc was not written; 4 of 8 cases are kept: the same command goes on from there"
+    words = "interrupted: many.nc was not written; 4 of 8 cases are kept: rerun the same command to resume"
     assert found.stderr.splitlines()[-1] == words
     assert found.stdout == ""
     assert "loads         8         4         0         4" in run("status", "many.yaml").stdout
@@ -84,7 +84,7 @@ def test_failures(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     solve(monkeypatch, fails=40.0)
     found = run("sweep", "many.yaml", "--workers", "1", code=cli.EXIT_FAILED_CASES)
     assert "loads: load=40, creepage=a: not converged: made up not to converge" in found.stderr
-    assert "rcstudy failures many.nc lists what is not solved" in found.stderr
+    assert "rcstudy failures many.nc lists the unsolved cases" in found.stderr
     found = run("failures", "many.nc")
     assert found.stderr == "2 cases are not solved\n"
     assert found.stdout.count("\n---\n") == 1
@@ -105,7 +105,7 @@ def test_shards_and_merge(folder: Path) -> None:
     for i in (1, 2, 3):
         found = run("sweep", "many.yaml", "--shard", f"{i}/3", "--workers", "1")
         assert found.stdout.startswith(f"shard {i}/3: ")
-        assert found.stdout.endswith("; when all shards are: rcstudy merge\n")
+        assert found.stdout.endswith("; run rcstudy merge once all shards are done\n")
         if i == 2:
             found = run("merge", "many.yaml", code=cli.EXIT_BAD_INPUT)
             assert "many.nc: 2 of 8 cases are missing; rcstudy sweep solves them:" in found.stderr
@@ -133,7 +133,7 @@ def test_merge_of_failed_cases(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["sweep", "many.yaml", "--shard", "3/2"], "--shard: 3/2: I/N"),
         (["sweep", "many.yaml", "--shard", "0/2"], "--shard: 0/2: I/N"),
         (["sweep", "many.yaml", "--shard", f"1/{'9' * 5000}"], "--shard: 1/9999"),
-        (["sweep", "many.yaml", "--shard", "1/2", "--fresh"], "a shard cannot start over"),
+        (["sweep", "many.yaml", "--shard", "1/2", "--fresh"], "--fresh cannot be used with --shard"),
         (["merge", "many.yaml"], "8 of 8 cases are missing"),
         (["merge", "many.yaml", "nowhere"], "nowhere: no units in it"),
         (["merge", "none.yaml"], "none.yaml"),
@@ -152,7 +152,7 @@ def test_the_second_sweep_is_refused(folder: Path) -> None:
     with lock.locked(folder / "many.nc.units"):
         for command in ("sweep", "merge"):
             found = run(command, "many.yaml", code=cli.EXIT_BAD_INPUT)
-            assert "is at work on this output: wait for its end, or name another output" in found.stderr
+            assert "is at work on this output: wait until it has finished, or choose another --output" in found.stderr
         assert "at work: process " in run("status", "many.yaml").stdout
     run("sweep", "many.yaml", "--workers", "1")
 

@@ -313,7 +313,7 @@ def test_options_that_exclude_each_other(study: Study, tmp_path: Path, capsys: p
         assert left.value.code == 2
     said = capsys.readouterr().err.splitlines()
     assert said[0] == "--scheduler and --scheduler-file: one of them, not both"
-    assert said[1].startswith("either workers of this machine or a scheduler")
+    assert said[1].startswith("choose local workers or a scheduler")
 
 
 def test_a_scheduler_that_cannot_import_rcstudy_is_refused(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 """The documents say what the code does: tables made from it, examples that load, messages as they are printed.
 
-``python tests/test_docs.py`` writes the tables anew.
+``python tests/test_docs.py`` rewrites the tables.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ def test_messages_are_those_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def main() -> None:
-    """Write the tables of docs/cube.md anew."""
+    """Rewrite the tables of docs/cube.md."""
     text = CUBE.read_text(encoding="utf-8")
     for kind in KINDS:
         rows = "".join(f"{row}\n" for row in table(kind))

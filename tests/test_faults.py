@@ -262,7 +262,7 @@ def test_a_worker_killed(folder: Path) -> None:
     assert (folder / "died").exists()
     assert (code, out[:21]) == (0, "60 of 60 cases solved"), err
     assert err.count("a worker process died (") == 1
-    assert "; what it had goes to others" in err
+    assert "; its cases go to other workers" in err
     cubes.assert_same(folder / "c.nc", folder / "good.nc")
 
 
@@ -281,7 +281,7 @@ def test_ctrl_c_ends_within_two_seconds_and_keeps_all(folder: Path, processes: s
     seconds = time.monotonic() - begun
     assert (code, out) == (cli.EXIT_INTERRUPTED, ""), err
     count = kept(folder)
-    last = f"interrupted: c.nc was not written; {count} of 60 cases are kept: the same command goes on from there"
+    last = f"interrupted: c.nc was not written; {count} of 60 cases are kept: rerun the same command to resume"
     assert err.splitlines()[-1] == last
     assert 0 < count < CASES
     assert seconds < 2.0 + 0.5 * os.getloadavg()[0]  # 2 s on a machine that is free
@@ -309,7 +309,7 @@ def test_a_full_disk(folder: Path, limit: int) -> None:
     assert [entry.name for entry in folder.iterdir() if ".tmp-" in entry.name] == []
     count = kept(folder)
     assert (count == CASES) == (limit == 20_000)
-    assert ("60 of 60 cases are kept; the same command goes on from there" in err) == (limit == 20_000)
+    assert ("60 of 60 cases are kept; rerun the same command to resume" in err) == (limit == 20_000)
     assert finished(start(folder, "-o", "c.nc"))[0] == 0
     cubes.assert_same(folder / "c.nc", folder / "good.nc")
 
@@ -402,7 +402,7 @@ def test_clocks_do_not_matter(folder: Path) -> None:
 
 @pytest.mark.heavy
 def test_a_corrupt_cache_of_compiled_kernels(folder: Path) -> None:
-    """Numba's files cut, emptied or overwritten, indices and machine code: compiled anew, or the cases are solved."""
+    """Numba's files cut, emptied or overwritten, indices and machine code: recompiled, or the cases are solved."""
     cache = folder / "cache"
     environment = {"NUMBA_CACHE_DIR": str(cache)}
     assert finished(start(folder, "-o", "first.nc", solver="by_kernels", env=environment))[0] == 0

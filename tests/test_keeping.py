@@ -30,7 +30,7 @@ def test_the_least_used_goes_when_bytes_run_out() -> None:
 
 
 def test_plans_take_no_more_than_they_may() -> None:
-    """As after a sweep over large meshes; plans made anew give the same bits."""
+    """As after a sweep over large meshes; plans made again give the same bits."""
     transform.cache_clear()
     rng = np.random.default_rng(2)
 

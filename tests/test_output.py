@@ -49,7 +49,7 @@ def test_nothing_but_a_cube_is_replaced(name: str, tmp_path: Path) -> None:
     (tmp_path / "text.nc").write_text("hello\n", encoding="utf-8")
     (tmp_path / "link.nc").symlink_to("text.nc")
     before = (tmp_path / name).read_bytes()
-    with pytest.raises(UserError, match="a file that is no cube; it is not replaced"):
+    with pytest.raises(UserError, match="exists and is not an rcstudy cube; not overwritten"):
         sweep.run(study, tmp_path / name, workers=1, solve=workers.made_up)
     assert (tmp_path / name).read_bytes() == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link.nc", "s.yaml", "text.nc"]

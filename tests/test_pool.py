@@ -70,7 +70,7 @@ def test_a_batch_sent_ahead_to_a_worker_that_died_is_solved_by_another(batches, 
     assert (tmp_path / "died").exists()
 
 
-def test_workers_that_wait_for_work_solve_in_vain_what_they_are_given(batches, tmp_path, monkeypatch):
+def test_workers_that_wait_for_work_solve_what_they_are_given_and_discard_it(batches, tmp_path, monkeypatch):
     monkeypatch.setenv("NOTES", str(tmp_path))
     with pool.Pool("rcstudy.solve") as those:
         those.start(2)

@@ -63,7 +63,7 @@ def test_relative_axes_say_over_what(tmp_path: Path) -> None:
 
 
 def test_rounding_is_shown_as_nothing(tmp_path: Path) -> None:
-    """A force that symmetry makes nil, in one case and in all."""
+    """A force that symmetry makes zero, in one case and in all."""
     lines = shown(
         tmp_path,
         "  g: {axes: {creepage: [{label: a, longitudinal: 0.001}, {label: b, lateral: 0.001}]}}\n"
@@ -108,4 +108,4 @@ def test_changed_numbers_are_told(tmp_path: Path, command: str, change: str) -> 
         first = (0,) * len(dataset.shape)
         dataset[first] = {"number": 1e300, "status": 1, "key": "0" * 64}[change]
     told = CliRunner().invoke(cli.app, words).output
-    assert f"{path}: grid {name}: its numbers are not those that were written (checksum)" in told
+    assert f"{path}: grid {name}: checksum mismatch: its numbers were changed after writing" in told

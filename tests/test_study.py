@@ -278,7 +278,10 @@ def test_units_are_explained(refused):
         ("axes: {load: {}}", "8:20: grids.g.axes.load: {}: a list of at least one value, or {first, last, count, sp"),
         ("axes: {load: {first: 1}}", "8:14: grids.g.axes.load.last: missing: a number, or one of the form"),
         ("axes: {load: {first: 1, last: 2, count: 1}}", "8:47: grids.g.axes.load.count: 1: a whole number from 2"),
-        ("axes: {load: {first: 1, last: 1, count: 3}}", "8:37: grids.g.axes.load.last: 1: another value than first"),
+        (
+            "axes: {load: {first: 1, last: 1, count: 3}}",
+            "8:37: grids.g.axes.load.last: 1: a value different from first",
+        ),
         ("axes: {load: {first: 1 N, last: 2, count: 3}}", "8:28: grids.g.axes.load.first: 1 N: a number, or one of"),
         ("axes: {load: {first: 1, last: 2, cuont: 3}}", "8:40: grids.g.axes.load.cuont: unknown key: did you mean c"),
         (
@@ -319,11 +322,11 @@ def test_units_are_explained(refused):
         ),
         (
             "axes: {creepage: [{}], creepage.spin: [1]}",
-            "8:30: grids.g.axes.creepage.spin: axis: axes of different settings",
+            "8:30: grids.g.axes.creepage.spin: axis: two axes may not set the same key",
         ),
         (
             "axes: {substrate.E: [1], counterbody.E: [1]}",
-            "8:32: grids.g.axes.counterbody.E: axis: axes of different names",
+            "8:32: grids.g.axes.counterbody.E: axis: two axes may not have the same name",
         ),
         (
             "axes: {thickness: [1], layers: [[]], modulus: [1]}",
@@ -366,7 +369,7 @@ def test_bad_grids(refused, grid, line):
 def test_axes_that_set_the_same_have_no_other_error(refused, axes):
     """The values of one were put into those of the other, and said to be all the same."""
     (line,) = refused(BASE + f"  g: {{axes: {{{axes}}}}}\n")
-    assert "axis: axes of different settings; axis" in line
+    assert "axis: two axes may not set the same key; axis" in line
 
 
 def test_bad_ends_of_an_axis_have_no_other_error(refused):

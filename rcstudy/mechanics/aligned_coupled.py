@@ -11,7 +11,7 @@ last step need be exact, the coarser mesh's solution is as good a start as that 
 Where friction is high a turn gains less, and `KEPT` is enough. Each turn starts from a mixture of the last ones
 (`mixing.py`), as they may creep or swing there. From one set of cells in contact to another, and back, they may swing
 for good: rows jump. So after `_MOVING` turns rows stay where they are, while pressure and tractions go on, the one on
-the rows linear in the one on the mesh's own cells. What does not settle from the coarser mesh's solution is begun anew
+the rows linear in the one on the mesh's own cells. What does not settle from the coarser mesh's solution is restarted
 from that on the mesh's own cells; what does not settle then either, the proof finds.
 """
 

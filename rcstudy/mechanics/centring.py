@@ -6,9 +6,9 @@ spin) less is added, so that half of a cell's own slip along its own direction i
 
 What is added depends on the slip and on which cells slip, while states follow from slip where it belongs. That is
 consistent nearly always, but a few cells beside a pole may want to stick as soon as they slip, and to slip as soon as
-they stick. So when looking at the slip anew gets nowhere, what is added is kept as it is: it is part of the known slip
+they stick. So when recomputing the slip gets nowhere, what is added is kept as it is: it is part of the known slip
 then, and the rest is Coulomb's law for that. Once that is solved, it is looked at again, for as long as tractions come
-nearer to what the slip asks for; how far off they end is told (`RollingSolution.unsettled`).
+nearer to what the slip asks for; how far off they end is reported (`RollingSolution.unsettled`).
 """
 
 from __future__ import annotations

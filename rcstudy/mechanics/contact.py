@@ -159,7 +159,7 @@ class NormalContact:
         return influence.once(("along", padded), lambda: symbols(pressure_quadrants(influence.around(padded)), padded))
 
     def eased(self, s: np.ndarray) -> np.ndarray:
-        """Slips `s` [m, 2] by pressure without what cells make too much of them: `aligned.py`."""
+        """Slips `s` [m, 2] by pressure, corrected for discretisation in leading cells: `aligned.py`."""
         return s
 
     def lift(self, q: np.ndarray, box: Box) -> np.ndarray:

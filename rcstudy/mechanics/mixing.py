@@ -22,7 +22,7 @@ class Mixing:
         self._changes: list[np.ndarray] = []
 
     def forget(self) -> None:
-        """Begin anew: what turns do has changed."""
+        """Start over: what turns do has changed."""
         self._guesses.clear()
         self._changes.clear()
 

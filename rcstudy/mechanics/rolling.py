@@ -257,8 +257,8 @@ class NewtonSystem:
         self.rows = self.slip, self.normal, self.share, operator.diagonal  # what makes the rows of the system
         self._no_slip = np.zeros(n, dtype=np.bool_)
         self._slipping = 0  # number of slip cells
-        # slips that the law of friction is asked of, of the last ones that were classified: these where they belong, or
-        # at the cells' centres, or with what centring kept
+        # slips to which Coulomb's law was last applied: at their own points, at cell centres, or with the frozen
+        # correction
         self.lawful = w
 
     @property
@@ -291,7 +291,7 @@ class NewtonSystem:
         return residual
 
     def unsettled(self, q: np.ndarray, s: np.ndarray) -> float:
-        """By how much tractions `q` miss the law for slips `s` looked at anew, over the sum of all bounds."""
+        """By how much tractions `q` miss the law for recomputed slips `s`, over the sum of all bounds."""
         if self.centring is None:
             return 0.0
         rest = q - self.rho * self.centring.look(s, self.slip)
