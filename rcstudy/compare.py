@@ -5,7 +5,7 @@ and moment (over Hertz's radius) against the largest of them, the area of slip a
 friction against force times creepage. So no case hides behind one under a thousand times the load. Where all that is
 next to nothing (the lateral traction of a purely longitudinal creepage) a millionth of the quantity's natural scale
 (friction times load, say) takes its place, so that rounding is not mistaken for a difference.
-What a solver tells of its own work (iterations, residuals, proof, error estimates, seconds) must be there but is not
+Solver diagnostics (iterations, residuals, proof, error estimates, seconds) must be present; their values are not
 compared.
 """
 
@@ -243,7 +243,7 @@ class _Grid:
                 self._add(index, "status", np.inf, 0.0, 1.0, f"is {here} in both cubes")
 
     def compare_scalar(self, name: str) -> None:
-        """One number (or text, or number a layer) a case; of what is each solver's own work, whether it is there."""
+        """One number (or text, or number per layer) per case; of solver diagnostics, whether they are there."""
         if name in ("status", "status_reason", CASE_KEY):
             return
         own_work = name in VARIABLES and name not in TOLERABLE

@@ -144,7 +144,7 @@ def case_dims(grid: xr.Dataset) -> tuple[str, ...]:
 
 
 def case_table(tree: xr.DataTree) -> pd.DataFrame:
-    """One row a case: grid, label, index within the grid, coordinates of its axes, settings and all scalars.
+    """One row per case: grid, label, index within the grid, coordinates of its axes, settings and all scalars.
 
     Columns that a grid does not have are missing (NaN, None) in its rows; fields are not read.
     """

@@ -55,7 +55,7 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
         if a.dims != b.dims:
             problems.append(f"variable {name}: dimensions are {_words(a.dims)}, in the reference {_words(b.dims)}")
         elif not set(case_dims) <= set(b.dims):
-            problems.append(f"variable {name}: dimensions are {_words(b.dims)}, not a value a case")
+            problems.append(f"variable {name}: dimensions are {_words(b.dims)}, not one value per case")
         elif _kind(a) != _kind(b):
             problems.append(f"variable {name}: holds {_kind(a)}, in the reference {_kind(b)}")
         else:

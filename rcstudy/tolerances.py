@@ -4,9 +4,9 @@ A file of tolerances::
 
     default: 1.0e-6            # of the scale of a field or number in its case
     variables: {traction_x: 1.0e-5, moment_z: 1.0e-4}
-    state_flips: 2             # cells a case that may stick in one cube and slip in the other
+    state_flips: 2             # cells per case that may stick in one cube and slip in the other
     state_bound: 1.0e-6        # how near mu p, relatively, the traction of such a cell must be where it sticks
-    cases:                     # where several entries match a case, the later one holds
+    cases:                     # where several entries match a case, the last one wins
       - match: figure_5/*creepage=e        # a grid and the label of a case, * and ? as in file names
         variables: {traction_x: 1.0e-4}
 """
@@ -51,7 +51,7 @@ TOLERABLE = tuple(
     for name, variable in VARIABLES.items()
     if not (variable.kind == "text" or variable.timing or name.startswith(_OWN_WORK) or name.endswith("_error"))
 )
-"""The fields and numbers that are compared within a tolerance; of a solver's own work only whether it is there is."""
+"""The fields and numbers that are compared within a tolerance; of solver diagnostics only whether they are there."""
 
 
 class Rule(Spec):

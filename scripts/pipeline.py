@@ -47,7 +47,7 @@ CREEPAGES = 25
 
 
 def study_text(cases: int, part: slice = slice(None)) -> str:
-    """A study of about so many layered cases, 25 creepages a pressure, or a `part` of it."""
+    """A study of about so many layered cases, 25 creepages per pressure, or a `part` of it."""
     count = max(1, round(cases / (2 * CREEPAGES)))
     return STUDY.format(
         thickness=", ".join(f"{0.25 + 0.75 * k / max(count - 1, 1):.6f} a" for k in range(count)[part]),

@@ -59,7 +59,7 @@ def test_foreign_files_of_hdf5_are_not_replaced(tmp_path: Path) -> None:
     study = load_text(tmp_path, SWEPT)
     with h5py.File(tmp_path / "other.nc", "w") as file:
         file["numbers"] = [1.0, 2.0]
-    with pytest.raises(UserError, match="no cube"):
+    with pytest.raises(UserError, match="is not an rcstudy cube"):
         sweep.run(study, tmp_path / "other.nc", workers=1, solve=workers.made_up)
 
 
@@ -88,7 +88,7 @@ def test_a_damaged_file_of_hdf5_that_was_no_cube_is_not_replaced(tmp_path: Path)
     with h5py.File(output, "w") as file:
         file["numbers"] = [1.0, 2.0]
     output.write_bytes(output.read_bytes()[:-100])
-    with pytest.raises(UserError, match="no cube"):
+    with pytest.raises(UserError, match="is not an rcstudy cube"):
         sweep.run(study, output, workers=1, solve=workers.made_up)
 
 

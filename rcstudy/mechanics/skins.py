@@ -13,8 +13,8 @@ higher the more the layers yield to waves of a few cells already (`_SOFT`), and 
 (`_FILM`) the pressure has no root at the edge, and there is no such shift.
 
 All three were set on areas of 150 contacts with single and double layers, 0.004 to 1 of their radius thick and 3e-5 to
-100 times as stiff as the substrate, at 6 to 70 cells a radius. Of what these miss, 0.02 to 0.1 of a cell all around, a
-fifth to a third is left; bodies without layers have none of it. Borders of stick zones are found too far back in the
+100 times as stiff as the substrate, at 6 to 70 cells per radius. Of what these miss, 0.02 to 0.1 of a cell all around,
+a fifth to a third is left; bodies without layers have none of it. Borders of stick zones are found too far back in the
 same way, by the response to tractions (borders of the paper's contacts and of 140 random ones, row by row).
 
 Layers softer than what is below and half a cell to six cells thick let the pressure go from one law to the other within
