@@ -33,8 +33,9 @@ from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
 from rcstudy.mechanics.paper_cg import solve_paper_cg
-from rcstudy.mechanics.rolling import NewtonSystem, SlipOperator, from_leading_edge, rigid_slip, solve_tractions
+from rcstudy.mechanics.rolling import NewtonSystem, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.slip_operator import SlipOperator, from_leading_edge
 
 STEEL = Material(210000.0, 0.3)
 SOFT = Material(70000.0, 0.2)

@@ -166,22 +166,41 @@ def test_number_cells_and_row_neighbours(seed: int) -> None:
 
 
 def test_ease_leading_cells() -> None:
-    """By the normal of the edge, (cos, sin): along x it is part p, across -2 cos sin of it; other cells keep theirs."""
+    """By the normal of the edge, n: n_x n times part p; other cells keep theirs."""
     count, leading = np.array([0, 2, 3, 1, 2, 0, 1]), np.array([0, 4, 5, 3, 4, 0, 4])
     _, of_cells, index = numbered(leading, count, 6)
     front = np.array([0.0, 4.3, 5.1, 3.2, 4.9, 0.0, 4.4])
     rng = np.random.default_rng(4)
     pressure, before = rng.uniform(1.0, 2.0, size=len(of_cells)), rng.normal(size=(len(of_cells), 2))
     s = before.copy()
-    row_cells.ease_leading_cells(front, index, pressure, 0.3, 0.8, s)
+    normals = np.full((2, 7), np.nan)
+    row_cells.edge_normals(front, index, 0.8, normals)
+    row_cells.ease_leading_cells(normals, index, pressure, 0.3, s)
     slopes = {1: front[2] - front[1], 2: (front[3] - front[1]) / 2, 3: (front[4] - front[2]) / 2}
     slopes |= {4: front[4] - front[3], 6: 0.0}  # a row alone shows no direction
     for m, (i, j) in enumerate(of_cells):
         less = np.zeros(2)
         if i == leading[j]:
-            angle = math.atan(0.8 * slopes[j])
-            less = 0.3 * pressure[m] * np.array([1.0, -math.sin(2.0 * angle)])
+            angle = -math.atan(0.8 * slopes[j])
+            less = 0.3 * pressure[m] * math.cos(angle) * np.array([math.cos(angle), math.sin(angle)])
         np.testing.assert_allclose(s[m], before[m] - less, atol=1e-14)
+    np.testing.assert_allclose(np.hypot(*normals), 1.0, rtol=1e-15)
+    np.testing.assert_array_equal(normals[:, [0, 5, 6]].T, [[1.0, 0.0]] * 3)  # no cells, or a row alone
+
+
+def test_slip_across_leading_tractions() -> None:
+    """Tractions of some cells add to the slip across them, by displacements of the cells ahead."""
+    rng = np.random.default_rng(6)
+    field, places, part = rng.normal(size=(2, 30)), np.array([4, 11, 20]), rng.normal(size=3)
+    q = np.full((2, 3), np.nan)
+    row_cells.tractions_at(field, places, q)
+    np.testing.assert_array_equal(q, field[:, places])
+    after = field.copy()
+    row_cells.add_cross_slip(q, part, places + 1, after)
+    slips = (after[:, places] - after[:, places + 1]) - (field[:, places] - field[:, places + 1])
+    np.testing.assert_allclose(slips, part * q[::-1], atol=1e-14)
+    others = np.setdiff1d(np.arange(30), places + 1)
+    np.testing.assert_array_equal(after[:, others], field[:, others])
 
 
 # --- bounds ---

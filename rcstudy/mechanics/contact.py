@@ -36,9 +36,10 @@ from rcstudy.mechanics.kernels import meshes
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
-from rcstudy.mechanics.rolling import RollingSolution, SlipOperator, rigid_slip, solve_tractions, within
+from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.skins import shift_under_soft_layers
+from rcstudy.mechanics.slip_operator import SlipOperator
 from rcstudy.mechanics.unseen import Unseen
 
 
@@ -161,6 +162,10 @@ class NormalContact:
     def eased(self, s: np.ndarray) -> np.ndarray:
         """Slips `s` [m, 2] by pressure, corrected for discretisation in leading cells: `aligned.py`."""
         return s
+
+    def cross_slip(self, q: np.ndarray) -> np.ndarray:
+        """Slips [m, 2] that tractions `q` [m, 2] (MPa) cause across them beside their displacements: `aligned.py`."""
+        return np.zeros(q.shape)
 
     def lift(self, q: np.ndarray, box: Box) -> np.ndarray:
         """u_z (mm, [nx, ny] of `box`) by tractions `q` [m, 2]. By reciprocity u_z by q_x is minus u_x by p.

@@ -51,12 +51,12 @@ from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
     RollingSolution,
-    SlipOperator,
     on_bound,
     rigid_slip,
     within,
 )
 from rcstudy.mechanics.scene import Scene, Tolerance
+from rcstudy.mechanics.slip_operator import SlipOperator
 
 _MAX_NEWTON = 30
 _MAX_TURNS = 60

@@ -65,7 +65,7 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
 
     result = contact.rigid_slip(scene.creepage, scene.spin_point)
     result += contact.eased(slip(contact.displacement_by_pressure))
-    result += slip(contact.displacement.on_box(rolling.q, contact.cells))
+    result += slip(contact.displacement.on_box(rolling.q, contact.cells)) + contact.cross_slip(rolling.q)
     return (
         result
         if contact.neighbours is None

@@ -26,15 +26,14 @@ first, tridiagonal along rows: without it a tenth to a third more products.
 
 That alone would take more and more products the finer the mesh: the displacement ahead of the leading edge is not zero,
 as the sums have it, and at the border of the stick zone d is. GMRES makes use of several preconditioners in turn: along
-rows of 32 cells and more, every other one is right at the leading edge (`from_leading_edge`), and every fourth has a
-quarter of d. So the number of products hardly depends on the mesh: 23 to 25 in the median of the paper's cases, from
-64 to 512 cells (25 to 39 by one and the same).
+rows of 32 cells and more, every other one is right at the leading edge (`slip_operator.from_leading_edge`), and every
+fourth has a quarter of d. So the number of products hardly depends on the mesh: 23 to 25 in the median of the paper's
+cases, from 64 to 512 cells (25 to 39 by one and the same).
 """
 
 from __future__ import annotations
 
 import math
-from copy import copy
 from dataclasses import dataclass, replace
 from itertools import cycle, repeat
 
@@ -42,33 +41,16 @@ import numpy as np
 
 from rcstudy.mechanics import newton
 from rcstudy.mechanics.centring import Centring
-from rcstudy.mechanics.convolution import (
-    ShiftedTransform,
-    Transform,
-    difference_symbols,
-    good_length,
-    padded_shape,
-    pair_transform,
-    point_factor,
-    real_symbols,
-    shifted_transform,
-    symbols,
-    traction_quadrants,
-    transform,
-)
-from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.scene import Creepage
-from rcstudy.mechanics.wrapped import positive_tractions
+from rcstudy.mechanics.slip_operator import SHIFT, SlipOperator
 
 _MAX_NEWTON = 60
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
 _SETTLED = 1e-4  # part of their bound that tractions may be off by what centring keeps adding
-_SHIFT = 2.0  # d of the preconditioner, over b; where all cells slip by more it is larger by powers of 4
-_LARGEST = 1e30  # of that, over `_SHIFT`
-_LONG = 32  # cells of rows for which preconditioners take turns; shorter ones gain little
+_LARGEST = 1e30  # of d of the preconditioner, over that for cells that slip by little
 # preconditioners: right at the leading edge, where cells begin to slip, and neither
 _AT_EDGE, _AT_BORDER, _PLAIN = range(3)
 _TURNS = _AT_EDGE, _PLAIN, _AT_EDGE, _AT_BORDER
@@ -111,109 +93,6 @@ class RollingSolution:
     def coarse_products(self) -> int:
         """Products on all coarser meshes."""
         return self.coarser.products + self.coarser.coarse_products if self.coarser is not None else 0
-
-
-class SlipOperator:
-    """The operator B (slip by tractions, 1/MPa) on a box of cells, and the inverse convolution of its preconditioner.
-
-    Belongs to one set of bodies, one mesh and one box; used by all creepages. Nothing in it changes once made, but that
-    symbols of the preconditioner are made when they are first wanted.
-    """
-
-    @staticmethod
-    def of(influence: Influence, shape: tuple[int, int], *, sharp: bool = False) -> SlipOperator:
-        """The operator for a box of `shape`, made once for these coefficients; `sharp`: for rows that move."""
-        return influence.once(("slip", shape, sharp), lambda: SlipOperator(influence, shape, sharp=sharp))
-
-    def __init__(self, influence: Influence, shape: tuple[int, int], *, sharp: bool = False) -> None:
-        self.spacing = spacing = influence.spacing
-        # displacements are wanted one cell ahead, too; sharp: `point_factor` spreads them by another
-        padded = padded_shape((shape[0] + (2 if sharp else 1), shape[1]))
-        # the preconditioner makes do with a torus as large as the box: a quarter of the work, as good in practice
-        torus = good_length(shape[0] + (3 if sharp else 1)), good_length(shape[1] + 1)
-        # the torus is the larger one where the box is a single cell wide
-        quadrant = influence.around((max(padded[0], torus[0]), max(padded[1], torus[1])), ahead=1)
-        coefficients = traction_quadrants(quadrant)
-        # diagonal of B: (A(0) - A(1))/dx
-        self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
-        self.compliance = float(quadrant[1, 0, 0])
-        # displacements by tractions, in cells
-        self.symbol = real_symbols(coefficients, padded, x_first=sharp) / spacing[0]
-        self.plan: Transform
-        sharpened: np.ndarray | float = 1.0
-        if sharp:
-            self.symbol *= point_factor(padded[0], padded[0] // 2 + 1)[:, None]
-            sharpened = point_factor(torus[0], torus[0])
-            self.plan, self.ahead = shifted_transform(padded, 2, shape[1]), 1
-        else:
-            self.plan, self.ahead = transform(padded, 2, shape[0] + 1), padded[1]
-        difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
-        self.torus_symbol = _packed(difference)
-        displacements = positive_tractions(symbols(coefficients, torus), influence, torus) * sharpened
-        self.torus_inverse = _packed(_inverse(displacements, 0.0, torus))
-        self.torus_edge = from_leading_edge(self.torus_inverse, torus) if torus[0] >= _LONG else None
-        self._torus, self._difference = torus, difference
-        self._shifted: dict[int, np.ndarray] = {}
-        self.torus_plan = pair_transform(torus)
-        self.edge = np.zeros((torus[1], 2))
-
-    def moved(self, phase: np.ndarray) -> SlipOperator:
-        """A sharp operator for rows moved by `phase` (`row_phases`); the preconditioner does without."""
-        if not isinstance(self.plan, ShiftedTransform):
-            raise TypeError("rows can be moved in a sharp operator")
-        other = copy(self)
-        other.plan = self.plan.shifted(phase)
-        return other
-
-    def torus_shifted(self, power: int) -> np.ndarray:
-        """Symbol of the inverse of B + d, times 1 + d/b, with d = `_SHIFT` 4^power b."""
-        if power not in self._shifted:
-            over = _SHIFT * 4.0**power
-            inverse = _inverse(self._difference, over * self.diagonal, self._torus)
-            self._shifted[power] = _packed((1.0 + over) * inverse)
-        return self._shifted[power]
-
-    def multiply(self) -> None:
-        """From tractions to displacements in cells, in place in `plan.real`.
-
-        The slip in a cell is what its own is more than that of the cell ahead, `ahead` places on in `plan.flat`.
-        """
-        self.plan.forward()
-        arrays.multiply_2x2(self.plan.numbers, self.symbol)
-        self.plan.backward()
-
-
-def _inverse(pair: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:
-    """Symbols xx, xy, yy of the inverse of a symmetric pair operator plus `shift` times the identity."""
-    size = padded[0] * padded[1]
-    out = np.empty_like(pair)
-    arrays.inverse_symbol(pair, shift / size, float(size), out)
-    return out
-
-
-def from_leading_edge(inverse: np.ndarray, padded: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """What inverts a convolution A on rows that end at their leading edge: symbols before and after the cut there.
-
-    From the packed symbol `inverse` [3, py//2+1, px] of its inverse, on the torus `padded`. With A = F G, F acting
-    towards +x only and G towards -x only, the inverse on a half-plane is G^-1 P F^-1, P being the cut (Wiener and Hopf
-    1931); here A^-1 F P F^-1. F is that of the mean of A's diagonal. Symbols [py//2+1, px] and [3, py//2+1, px].
-    """
-    px, size = padded[0], padded[0] * padded[1]
-    half = (px + 1) // 2
-    # log F is the half of log A that acts towards +x, log G its mirror image
-    kernel = np.fft.ifft(-np.log(np.abs(inverse[0].real)), axis=1)
-    kernel[:, 0] *= 0.5
-    kernel[:, half : px - half + 1] *= 0.5  # the farthest cell of an even number is on both sides
-    kernel[:, px - half + 1 :] = 0.0
-    factor = np.exp(np.fft.fft(kernel, axis=1))
-    return 1.0 / (factor * size), inverse * factor
-
-
-def _packed(pair: np.ndarray) -> np.ndarray:
-    """Symbols xx, xy, yy as a `PairTransform` wants them."""
-    out = np.empty_like(pair)
-    arrays.packed_symbol(pair, out)
-    return out
 
 
 def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -> np.ndarray:
@@ -283,7 +162,7 @@ class NewtonSystem:
         operator = self.operator
         coupling = operator.diagonal * operator.spacing[0] / operator.compliance
         largest = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
-        over = (1.0 / largest - 1.0) / _SHIFT if largest > 0.0 else 1.0
+        over = (1.0 / largest - 1.0) / SHIFT if largest > 0.0 else 1.0
         self._power = round(math.log(min(max(over, 1.0), _LARGEST), 4.0))
         residual = _relative(math.sqrt(miss), min(math.sqrt(square), self._scale))
         if looking is not None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rcstudy.mechanics.jit import jit
@@ -46,21 +48,55 @@ def row_neighbours(index: np.ndarray, out: np.ndarray) -> None:
 
 
 @jit
-def ease_leading_cells(
-    front: np.ndarray, index: np.ndarray, pressure: np.ndarray, part: float, aspect: float, s: np.ndarray
-) -> None:
-    """Take from slips by pressure s [m, 2] of rows' leading cells what these make too large, in place.
+def edge_normals(front: np.ndarray, index: np.ndarray, aspect: float, out: np.ndarray) -> None:
+    """Normal of the contact's leading edge in each row, outwards, into out [2, ny].
 
-    Along x that is part times the pressure [m] (MPa), across by the direction of the contact's edge: twice the product
-    of its normal's components as much. front [ny]: where it is, in cells; aspect: dx/dy; index as in `number_cells`.
+    front [ny]: where the edge is, in cells; aspect: dx/dy; index as in `number_cells`. A row alone shows no direction:
+    its normal points along x.
     """
     ny = front.size
     for j in range(ny):
-        m = index[0, j]
-        if m >= 0:
+        slope = 0.0
+        if index[0, j] >= 0:
             low = j - 1 if j > 0 and index[0, j - 1] >= 0 else j
             high = j + 1 if j + 1 < ny and index[0, j + 1] >= 0 else j
             slope = aspect * (front[high] - front[low]) / (high - low) if high > low else 0.0
-            less = part * pressure[m]
-            s[m, 0] -= less
-            s[m, 1] += 2.0 * slope / (1.0 + slope * slope) * less
+        out[0, j] = 1.0 / math.sqrt(1.0 + slope * slope)
+        out[1, j] = -slope * out[0, j]
+
+
+@jit
+def ease_leading_cells(
+    normals: np.ndarray, index: np.ndarray, pressure: np.ndarray, part: float, s: np.ndarray
+) -> None:
+    """Take from slips by pressure s [m, 2] of rows' leading cells what these make too large, in place.
+
+    That is part times the pressure [m] (MPa) along the edge's normals [2, ny], and less by their component along x, as
+    the slip itself is; index as in `number_cells`.
+    """
+    for j in range(normals.shape[1]):
+        m = index[0, j]
+        if m >= 0:
+            less = part * pressure[m] * normals[0, j]
+            s[m, 0] -= less * normals[0, j]
+            s[m, 1] -= less * normals[1, j]
+
+
+@jit
+def tractions_at(field: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
+    """Tractions out [2, n] at places [n] of two padded arrays, field [2, size]."""
+    for k in range(places.size):
+        out[0, k] = field[0, places[k]]
+        out[1, k] = field[1, places[k]]
+
+
+@jit
+def add_cross_slip(q: np.ndarray, part: np.ndarray, places: np.ndarray, field: np.ndarray) -> None:
+    """Make slips along x larger by part [n] q_y, those along y by part q_x, in place; q [2, n]: tractions (MPa).
+
+    field [2, size]: displacements, of which a cell's slip is what its own is more than that of the cell ahead; places
+    [n]: of the cells ahead of those that carry q, in which nothing is asked for.
+    """
+    for k in range(places.size):
+        field[0, places[k]] -= part[k] * q[1, k]
+        field[1, places[k]] -= part[k] * q[0, k]
