@@ -537,14 +537,19 @@ def test_tables_in_latex_are_no_wider_than_the_page(tmp_path: Path) -> None:
 
 
 def test_numbers_with_their_errors(tmp_path: Path) -> None:
-    """As many decimals as two digits of the error have; a number without an error, or next to nil, in its own form."""
+    """As many decimals as two digits of the error have, with a power of ten if those are many; else its own form."""
     column = Column("n", "N", form=".2f", error="n_error")
     rows = [
         {"n": 53.1866577, "n_error": 0.1279},
         {"n": -1234.56, "n_error": 234.5},
         {"n": 0.00136910686, "n_error": 1.0587e-06},
         {"n": -1e-17, "n_error": 0.067},
-        {"n": 1e-12, "n_error": 3e-11},
+        {"n": -1e-12, "n_error": 3e-11},
+        {"n": 2.19404e-06, "n_error": 6.04e-10},
+        {"n": 0.000172495, "n_error": 4.5e-08},
+        {"n": -1e-17, "n_error": 9.96e-11},
+        {"n": 12.3456789012, "n_error": 4.5e-08},
+        {"n": 3e-310, "n_error": 2e-312},
         {"n": 2.0, "n_error": 0.0},
         {"n": 2.0},
         {"n": math.nan, "n_error": math.nan},
@@ -553,8 +558,12 @@ def test_numbers_with_their_errors(tmp_path: Path) -> None:
     assert (tmp_path / "t.csv").read_text().splitlines()[:3] == ["n,n_error", "53.1866577,0.1279", "-1234.56,234.5"]
     cells = [line.strip("| ") for line in (tmp_path / "t.md").read_text().splitlines()[4:]]
     assert cells[:3] == ["53.19 ± 0.13", "-1235 ± 234", "0.0013691 ± 0.0000011"]
-    assert cells[3:] == ["0.000 ± 0.067", "0.00 ± 3e-11", "2.00", "2.00", ""]
-    assert r"53.19 $\pm$ 0.13 \\" in (tmp_path / "t.tex").read_text()
+    assert cells[3:5] == ["0.000 ± 0.067", "(-0.1 ± 3.0)e-11"]
+    assert cells[5:8] == ["(2.19404 ± 0.00060)e-06", "(1.72495 ± 0.00045)e-04", "(0.0 ± 10.0)e-11"]
+    assert cells[8:] == ["12.345678901 ± 0.000000045", "(3.000 ± 0.020)e-310", "2.00", "2.00", ""]
+    latex = (tmp_path / "t.tex").read_text()
+    assert r"53.19 $\pm$ 0.13 \\" in latex
+    assert r"(2.19404 $\pm$ 0.00060)$\times10^{-6}$ \\" in latex
 
 
 def test_letters_go_on_after_z() -> None:
@@ -670,6 +679,14 @@ def by_hand(rows: list[str], qx: np.ndarray | None = None, qy: np.ndarray | None
 def test_slip_behind_stick_counts_rows_with_stick() -> None:
     case = by_hand(["ss..", "sso.", "soos", "sooo"])
     assert measures.slip_behind_stick(case) == pytest.approx(4 / 5)
+
+
+@pytest.mark.parametrize(("slip_error", "expected"), [(0.02, 0.0), (0.05, 0.025), (math.nan, math.nan)])
+def test_ratios_of_one_are_uncertain_by_what_may_stick_unseen(slip_error: float, expected: float) -> None:
+    """Errors of both areas cancel only where they are the same."""
+    numbers_ = {"slip_area": 2.0, "contact_area": 2.0, "slip_area_error": slip_error, "contact_area_error": 0.02}
+    case: Any = SimpleNamespace(number=numbers_.__getitem__)
+    assert measures.slip_ratio_error(case) == pytest.approx(expected, nan_ok=True)
 
 
 def test_slip_centre_and_quarters() -> None:

@@ -18,6 +18,7 @@ from synthetic import (
     RADIUS,
     SCENE,
     assemble,
+    case_axis,
     creepage_axis,
     grid_cases,
     make_grid,
@@ -28,7 +29,8 @@ from synthetic import (
     thickness_axis,
 )
 
-from rcstudy.cases import Axis, Coord, Grid
+from rcstudy.cases import Axis, Case, Coord, Grid
+from rcstudy.mechanics.scene import Layer
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
 from rcstudy.report.overview import QUANTITIES, case_maps, overview_figure
 from rcstudy.report.style import style
@@ -176,6 +178,22 @@ def test_values_stand_as_the_study_wrote_them(tmp_path: Path, monkeypatch: pytes
         ("E1 = 105000 MPa", "0.002 mm"),
         ("E1 = 2 Es", "0.002 mm"),
     ]
+
+
+@pytest.mark.parametrize(
+    ("depths", "expected"),
+    [
+        ((0.5, 0.5), "0.5 a"),
+        ((0.5, 1.0, 0.5), "0.5 a, 1 a, 0.5 a"),
+        ((0.5, 0.5, 1.0), "0.5 a, 0.5 a, 1 a"),
+    ],
+)
+def test_stacks_that_differ_read_differently(tmp_path: Path, depths: tuple[float, ...], expected: str) -> None:
+    """One thickness stands for all layers only where all have it."""
+    scene = replace(SCENE, layers=tuple(Layer(105000.0, 0.3, depth * RADIUS) for depth in depths))
+    grid = make_grid("g", case_axis(["one"]))
+    with synthetic_tree(tmp_path, assemble(make_study(), (grid, [Case("g", (0,), scene, "0" * 64)]))) as tree:
+        assert thickness_text(grids(tree)["g"].case(0)) == expected
 
 
 def test_letters_that_the_font_lacks_are_told_once(

@@ -40,11 +40,14 @@ def slip_ratio(case: CaseView) -> float:
 def slip_ratio_error(case: CaseView) -> float:
     """The most by which errors of both areas, as they are estimated, can change `slip_ratio`.
 
-    Where all slips they are one and the same error, but for what may stick after all.
+    Where all slips the edge of slip is that of contact, and errors that are the same cancel. Where that of the area of
+    slip is larger something may stick unseen, and the whole of it counts.
     """
     ratio, area = slip_ratio(case), case.number("contact_area")
     of_slip, of_contact = case.number("slip_area_error"), case.number("contact_area_error")
-    return max(of_slip - of_contact, 0.0) / area if ratio == 1.0 else (of_slip + ratio * of_contact) / area
+    if ratio == 1.0:
+        return 0.0 if of_slip <= of_contact else of_slip / area
+    return (of_slip + ratio * of_contact) / area
 
 
 def pressure_ratio(case: CaseView) -> float:

@@ -247,9 +247,10 @@ def layers_text(case: CaseView, *, math: bool = False) -> str:
 
 
 def thickness_text(case: CaseView, *, math: bool = False) -> str:
-    """Thickness of each layer: `0.5 a` or `0.05 mm`, or `0.25 a, 0.05 mm` where they differ; empty if none.
+    """Thickness of each layer: `0.5 a` or `0.05 mm`, or of all in order where they differ, `0.25 a, 0.05 mm, 0.25 a`.
 
-    A round multiple of Hertz's radius a was written as one, for a itself is no round number; others are in mm.
+    Empty without layers. A round multiple of Hertz's radius a was written as one, for a itself is no round number;
+    others are in mm.
     """
     a = case.setting("hertz_radius")
     texts = []
@@ -259,7 +260,7 @@ def thickness_text(case: CaseView, *, math: bool = False) -> str:
             texts.append(rf"${ratio}\,a$" if math else f"{ratio} a")
         else:
             texts.append(f"{h:.6g} mm")
-    return ", ".join(dict.fromkeys(texts))
+    return ", ".join(texts if len(set(texts)) > 1 else texts[:1])
 
 
 def _relative_modulus(case: CaseView) -> bool:

@@ -12,7 +12,7 @@ from rcstudy.publish import replacing
 
 Value = str | float | int
 
-_DECIMALS = 8  # of a number with its error, at most
+_DECIMALS = 8  # of a number below 1 with its error, at most; with more a power of ten stands behind both
 LONG = 40
 """Tables of more rows become a longtable in LaTeX."""
 
@@ -70,7 +70,8 @@ def write_table(
     """Write `rows` as out/stem.csv, .md and .tex; missing numbers (NaN, absent keys) are left empty.
 
     Numbers have nine significant digits in the CSV; elsewhere the form `Column.form`, or, where their error is known,
-    as many decimals as two digits of that have.
+    as many decimals as two digits of that have, whatever the size of the number beside it. Where those are more than
+    eight a power of ten stands behind both: `(2.19400 ± 0.00060)e-06`.
     Returns the three paths. UserError when a file cannot be written.
     """
     texts = {"csv": None, "md": _markdown(caption, columns, rows), "tex": _latex(stem, caption, columns, rows)}
@@ -98,21 +99,43 @@ def _text(value: Value, form: str) -> str:
     return text.removeprefix("-") if float(text) == 0.0 else text
 
 
-def _cell(row: Mapping[str, Value], column: Column) -> str:
-    """The number or text of a column as people read it, with its error if that is known."""
+def _cell(row: Mapping[str, Value], column: Column) -> tuple[str, int]:
+    """The number or text of a column as people read it, with its error if that is known, and a power of ten.
+
+    That is 0 but for small numbers with small errors, which stand in brackets: both are to be multiplied by it.
+    """
     value, error = row.get(column.key, ""), row.get(column.error, math.nan)
-    if not isinstance(value, float) or not isinstance(error, float) or math.isnan(value) or not error > 0.0:
-        return _text(value, column.form)
-    decimals = max(1 - math.floor(math.log10(error)), 0)
-    if decimals > _DECIMALS:  # next to nil
-        return f"{_text(value, column.form)} ± {error:.1g}"
-    return f"{_text(value, f'.{decimals}f')} ± {error:.{decimals}f}"
+    if not isinstance(value, float) or not isinstance(error, float) or math.isnan(value) or not 0.0 < error < math.inf:
+        return _text(value, column.form), 0
+    decimals, power = 1 - _power(error), 0
+    if decimals > _DECIMALS and (most := max(abs(value), error)) < 1.0:
+        power = _power(most)
+        value, error = _over_power(value, power), _over_power(error, power)
+        decimals += power
+    decimals = min(max(decimals, 0), 15)  # a number has no more
+    text = f"{_text(value, f'.{decimals}f')} ± {error:.{decimals}f}"
+    return (f"({text})" if power else text), power
+
+
+def _power(value: float) -> int:
+    """The power of ten of a number above 0."""
+    return int(f"{value:.16e}".partition("e")[2])
+
+
+def _over_power(value: float, power: int) -> float:
+    """`value` over a power of ten, which may be too small to be a number itself."""
+    mantissa, _, exponent = f"{value:.16e}".partition("e")
+    return float(f"{mantissa}e{int(exponent) - power}")
 
 
 def _markdown(caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
     lines = [caption, "", _bar([c.title for c in columns]), "|" + " --- |" * len(columns)]
-    lines += [_bar([_cell(row, c).replace("|", r"\|") for c in columns]) for row in rows]
+    lines += [_bar([_plain(*_cell(row, c)).replace("|", r"\|") for c in columns]) for row in rows]
     return "\n".join(lines) + "\n"
+
+
+def _plain(text: str, power: int) -> str:
+    return f"{text}e{power:+03d}" if power else text
 
 
 def _bar(cells: Sequence[str]) -> str:
@@ -128,7 +151,7 @@ def _latex(stem: str, caption: str, columns: Sequence[Column], rows: Sequence[Ma
     if broad:
         titles = [rf"\rotatebox{{90}}{{{title}}}" for title in titles]
     head = [r"\toprule", " & ".join(titles) + r" \\", r"\midrule"]
-    body = [" & ".join(escape(_cell(row, c)) for c in columns) + r" \\" for row in rows]
+    body = [" & ".join(_typeset(*_cell(row, c)) for c in columns) + r" \\" for row in rows]
     title = rf"\caption{{{escape(caption)}}}\label{{tab:{stem.replace('_', '-')}}}"
     if broad or len(rows) > LONG or any(c.wide for c in columns):
         lines = [rf"\begin{{longtable}}{{{spec}}}", title + r" \\", *head, r"\endhead", *body, r"\bottomrule"]
@@ -141,6 +164,10 @@ def _latex(stem: str, caption: str, columns: Sequence[Column], rows: Sequence[Ma
         lines += [r"\bottomrule", r"\end{tabular}", r"\end{table}"]
     packages = "booktabs,graphicx,longtable,pdflscape" if broad else "booktabs,longtable"
     return "\n".join([rf"% needs \usepackage{{{packages}}}", *lines]) + "\n"
+
+
+def _typeset(text: str, power: int) -> str:
+    return escape(text) + (rf"$\times10^{{{power}}}$" if power else "")
 
 
 def escape(text: str) -> str:
