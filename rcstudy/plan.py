@@ -12,6 +12,7 @@ from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Scene
 from rcstudy.progress import duration
 from rcstudy.result import VARIABLES
+from rcstudy.spec import unit_as_written
 from rcstudy.study import Outputs, Study
 
 # Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025 with
@@ -193,7 +194,7 @@ def _value(axis: Axis, i: int) -> str:
             continue
         if math.isnan(value):  # what this value has not: the modulus of a rigid counterbody
             continue
-        unit = {"1": "", "rad mm-1": " rad/mm"}.get(coord.units, f" {coord.units}")
+        unit = f" {unit_as_written(coord.units)}".rstrip()
         if name != axis.name:
             inside.append(f"{name} {value:.6g}{unit}")
         elif coord.units == "1" or f"{value:.12g}" == label:  # the label says it all, but for its unit

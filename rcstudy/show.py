@@ -11,8 +11,8 @@ import xarray as xr
 from rcstudy.cube import case_dims, case_table, grids
 from rcstudy.layout import LABEL
 from rcstudy.progress import duration
-from rcstudy.quantities import LENGTH, MODULUS
 from rcstudy.result import VARIABLES, Status
+from rcstudy.spec import unit_as_written
 
 _SHOWN_FAILURES = 10
 _SHOWN_MESHES = 4
@@ -102,11 +102,8 @@ def _cells(grid: xr.Dataset) -> str:
 
 def _unit(coordinate: xr.DataArray) -> str:
     """What follows its values: the unit, or of a ratio what it is over ("a", "Es"); nothing where there is neither."""
-    units = str(coordinate.attrs.get("units", "1"))
-    if units != "1":
-        return f" {units}"
-    whole = str(coordinate.attrs.get("long_name", "")).rpartition(" over the ")[2].split()
-    return next((f" {scale}" for scale in (LENGTH, MODULUS) if whole[-1:] == [scale]), "")
+    unit = unit_as_written(str(coordinate.attrs.get("units", "1")), str(coordinate.attrs.get("long_name", "")))
+    return f" {unit}" if unit else ""
 
 
 def _scale(variable: str, solved: pd.DataFrame) -> float:

@@ -28,8 +28,17 @@ RESERVED_NAMES = frozenset(VARIABLES) | {
     *("hertz_pressure", "longitudinal", "lateral", "spin", "layer_modulus", "layer_nu", "layer_thickness"),
 }
 
+_AS_WRITTEN = {"1": "", "rad mm-1": "rad/mm"}
+
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*", re.ASCII)
+
+
+def unit_as_written(units: str, long_name: str = "") -> str:
+    """A coordinate's `units` as people write them: `rad/mm`, `mm`; of a ratio "a" or "Es" if `long_name` says so."""
+    whole = long_name.rpartition(" over the ")[2].split()
+    scale = next((scale for scale in (LENGTH, MODULUS) if units == "1" and whole[-1:] == [scale]), "")
+    return scale or _AS_WRITTEN.get(units, units)
 
 
 def _storable(text: str) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from studies import BASE, load_text
 from synthetic import (
     CREEPAGES,
     RADIUS,
@@ -30,11 +31,14 @@ from synthetic import (
 )
 
 from rcstudy.cases import Axis, Case, Coord, Grid
-from rcstudy.mechanics.scene import Layer
+from rcstudy.cube import open_cube
+from rcstudy.mechanics.scene import Creepage, Layer
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
-from rcstudy.report.overview import QUANTITIES, case_maps, overview_figure
+from rcstudy.report.overview import QUANTITIES, case_maps, geometric, overview_figure
 from rcstudy.report.style import style
 from rcstudy.report.views import GridView, grids, layers_text, thickness_text
+from rcstudy.spec import unit_as_written
+from rcstudy.sweep import run
 
 DOLLARS = (r"cost $5\frac$", "two $1 and $2 coats", "a|b_$x$")
 
@@ -178,6 +182,126 @@ def test_values_stand_as_the_study_wrote_them(tmp_path: Path, monkeypatch: pytes
         ("E1 = 105000 MPa", "0.002 mm"),
         ("E1 = 2 Es", "0.002 mm"),
     ]
+
+
+def caption_of(figure: Figure | None) -> str:
+    assert figure is not None
+    (caption,) = [t.get_text() for t in figure.texts if t.get_gid() == "caption"]
+    return caption.replace("\n", " ")
+
+
+@pytest.mark.parametrize(("load", "shown"), [(12345.0, "12345"), (80000.0, "80000"), (99.123456789, "99.123456789")])
+def test_given_numbers_keep_their_digits(tmp_path: Path, load: float, shown: str) -> None:
+    scene = replace(SCENE, load=load, friction=0.31234, creepage=Creepage(0.00212345))
+    grid = make_grid("g", case_axis(["one"]))
+    with synthetic_tree(tmp_path, assemble(make_study(), (grid, [Case("g", (0,), scene, "0" * 64)]))) as tree, style():
+        caption = caption_of(overview_figure(grids(tree)["g"]))
+    assert f"$P$ = {shown} N, " in caption and r"$\mu$ = 0.31234" in caption and r"$\xi_x = 0.00212345$" in caption
+
+
+STUDY = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  counterbody: {E: 1 Es, nu: 0.28}
+  radius: [460, 300]
+  load: 100
+  mesh: {size: auto, cells: [20, 20]}
+  creepage: {longitudinal: 0.001, spin: 0.02}
+grids:
+  loads:
+    axes: {load: [50, 100]}
+  slides:
+    scene: {layers: [{E: 2 Es, nu: 0.3, thickness: 0.05}, {E: 4 Es, nu: 0.3, thickness: 0.1}], coupling: full}
+    axes: {creepage.longitudinal: [0.001, 0.002]}
+  labels:
+    scene: {creepage: none, counterbody: rigid}
+    coating: {thickness: 0.5 a, layer_count: 2}
+    axes:
+      modulus: [0.5 Es, 2 Es]
+      creepage: [{label: straight, longitudinal: 0.002}, {label: curve, longitudinal: 0.002, spin: 0.01}]
+  nothing:
+    cases:
+      - {label: one, load: 10, radius: 20, friction: 0.5, substrate: {E: 1e5}, counterbody: rigid, coupling: full}
+      - {label: other, load: 20, radius: [10, 20], discretisation: aligned, creepage: {spin: 0.2}}
+"""
+
+
+def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Path) -> None:
+    run(load_text(tmp_path, STUDY), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        views = grids(tree)
+        captions = {name: caption_of(overview_figure(grid)) for name, grid in views.items()}
+        assert captions["loads"].split(". ", 1)[1] in caption_of(case_maps(views["loads"]))
+        titles = [ax.get_title(loc="left") for ax in case_maps(views["loads"]).axes[:2]]  # type: ignore[union-attr]
+    bodies = r"substrate $E_s$ = 210000 MPa, $\nu$ = 0.3"
+    other = r"counterbody $E$ = $1\,E_s$, $\nu$ = 0.28"
+    radii, end = "$R_x$ = 460 mm, $R_y$ = 300 mm", "kalker discretisation."
+    assert captions["loads"] == (
+        "loads: Estimated discretisation errors as bars. "
+        r"Creepage: $\xi_x = 0.001$, $\varphi = 0.02$ rad/mm. No layer. "
+        rf"{radii}, {bodies}, {other}, one-way coupling, {end} $\mu$ = 1."
+    )
+    assert titles == ["load=50 N", "load=100 N"]
+    assert r"Creepage: $\varphi = 0.02$ rad/mm. Layers: $E_1 = 0.5\,E_2" in captions["slides"]
+    assert f"0.05 mm, 0.1 mm thick. {radii}" in captions["slides"] and "full coupling" in captions["slides"]
+    assert (
+        r"Creepage: straight: $\xi_x = 0.002$; curve: $\xi_x = 0.002$, $\varphi = 0.01$ rad/mm. "
+        rf"Thickness of each layer: $0.5\,a$. {radii}, {bodies}, rigid counterbody"
+    ) in captions["labels"]
+    # nothing but layers and labels is shared: no stray full stop
+    assert captions["nothing"].endswith(r"other: $\xi_x = 0.001$, $\varphi = 0.2$ rad/mm. No layer.")
+
+
+def test_values_have_units_in_labels_and_titles(tmp_path: Path) -> None:
+    axes = (
+        "{radius: [[60, 50], 40], creepage.spin: [0.01, 0.02], load: {first: 20, last: 20000, count: 4, spacing: log}}"
+    )
+    study = f"{BASE}  g:\n    scene: {{mesh: {{size: auto}}}}\n    axes: {axes}\n"
+    run(load_text(tmp_path, study), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        grid = grids(tree)["g"]
+        assert grid.axis_values("radius") == ["60 x 50 mm", "40 mm"]
+        assert grid.axis_values("spin") == ["0.01 rad/mm", "0.02 rad/mm"]
+        assert grid.case(0, 1, 0).title == "radius=60 x 50 mm, spin=0.02 rad/mm, load=20 N"
+        figure = overview_figure(grid)
+        ax = figure.axes[0]
+        assert (ax.get_xlabel(), ax.get_xscale()) == ("load (N)", "log")
+        assert [t.get_text() for t in figure.legends[0].get_texts()] == ["radius = 60 x 50 mm", "radius = 40 mm"]
+        assert "Shown for spin = 0.01 rad/mm." in caption_of(figure)
+    assert unit_as_written("1", "thickness of each layer over the Hertz radius a") == "a"
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ((20.0, 63.2456, 200.0), True),  # equal factors
+        ((0.01, 0.0118921, 0.0141421, 0.0168179, 0.02), True),
+        ((1.0, 2.0, 5.0, 10.0, 20.0, 50.0), True),  # about equal ones
+        ((1.0, 2.0, 3.0), False),
+        ((1.0, 1.001, 1.002), False),
+        ((10.0, 1000.0), False),
+        ((1.0, 2.0, 5.0), False),
+        ((0.0, 1.0, 10.0, 100.0), False),
+        ((-100.0, -10.0, -1.0), False),
+    ],
+)
+def test_numbers_that_go_on_by_factors_have_a_logarithmic_axis(values: tuple[float, ...], *, expected: bool) -> None:
+    assert geometric(np.array(values)) is expected
+
+
+def test_ratios_have_error_bars_within_0_and_1(tmp_path: Path) -> None:
+    grid = make_grid("g", number_axis("load", [50.0, 100.0, 150.0], "N"))
+    made = assemble(make_study(), (grid, grid_cases(grid, SCENE)))
+    for case, result in made.results:
+        area = result.scalars["contact_area"]
+        slip = (0.01, 0.5, 0.99)[case.index[0]] * area
+        result.scalars |= {"slip_area": slip, "slip_area_error": 0.05 * area, "contact_area_error": 0.0}
+    with synthetic_tree(tmp_path, made) as tree, style():
+        figure = overview_figure(grids(tree)["g"])
+    (ax,) = [ax for ax in figure.axes if ax.get_ylabel() == QUANTITIES["slip_area"]]
+    ends = [segment[:, 1] for segment in ax.collections[0].get_segments()]
+    np.testing.assert_allclose(ends, [(0.0, 0.06), (0.45, 0.55), (0.94, 1.0)], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rcstudy.quantities import number_text
 from rcstudy.report.labels import KEEP, wrapped
 from rcstudy.report.style import DPI, WIDTH
 from rcstudy.report.views import GridView, short_number
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 _LINE = 0.155  # height of a line of the caption, inches
 _LEGEND = 0.28  # height of a legend of one line, inches: figures have room for it
 _LETTERS_PER_INCH = 19.5
+
+GIVEN = ("load", "friction")
+"""Of the numbers in a caption those that the study gives: they keep all their digits."""
 
 LINE_SPACING: dict[str, Any] = {"handlelength": 3.0, "columnspacing": 1.2}
 """Spacing of a legend of lines: long enough to show their dashes."""
@@ -97,7 +101,7 @@ def caption(figure: Figure, text: str) -> None:
 def conditions(grid: GridView, *, friction: bool = True) -> str:
     """What all cases of a grid share: load, friction, Hertz's radius and pressure of the uncoated pair, cells.
 
-    Without `friction` where it has no part in what is shown.
+    Empty if they share none of it. Without `friction` where it has no part in what is shown.
     """
     case = next(grid.cases())
     texts = []
@@ -108,8 +112,9 @@ def conditions(grid: GridView, *, friction: bool = True) -> str:
         ("hertz_pressure", "$p_0$ = {} MPa"),
     ):
         if name in grid and (friction or name != "friction") and np.ptp(grid.small(name).values) == 0:
-            texts.append(form.format(short_number(case.setting(name))).replace(" ", KEEP))
+            written = number_text if name in GIVEN else short_number
+            texts.append(form.format(written(case.setting(name))).replace(" ", KEEP))
     if "x" in grid and "y" in grid:
         dx, dy = case.spacing
         texts.append("cells of " + f"{short_number(dx)} mm × {short_number(dy)} mm".replace(" ", KEEP))
-    return ", ".join(texts) + "."
+    return f"{', '.join(texts)}." if texts else ""

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rcstudy.quantities import LENGTH, MODULUS
 from rcstudy.report import measures
+from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import LINE_SPACING, caption, conditions, heighten, legend, panels
 from rcstudy.report.paper_figures import MAPS, maps_figure
 from rcstudy.report.style import LINES
-from rcstudy.report.views import CaseView, GridView
+from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.result import Status
 
 if TYPE_CHECKING:
@@ -33,6 +36,10 @@ MAPS_AT_MOST = 12
 
 _TICKS = 0.2  # height of labels along x for which panels have room, inches
 _TITLE = 2.15  # width of a map's title, inches
+
+DECADE = 10.0
+ROUNDED = 1e-3
+"""By how much logarithms of factors that are the same may differ: values of an axis are rounded to six digits."""
 
 NIL = 1e-6
 """Share of its natural scale below which a force or moment is nil in all cases of a grid and has no panel.
@@ -61,11 +68,10 @@ def overview_figure(grid: GridView) -> Figure:
     for k, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
         for line, at in enumerate(lines):
             cases = [_case(grid, {along: i, across: at}) for i in order]
-            values = [measures.slip_ratio(c) if name == "slip_area" else c.number(name) for c in cases]
-            errors = [measures.slip_ratio_error(c) if name == "slip_area" else c.number(f"{name}_error") for c in cases]
+            values, bars = _values(cases, name)
             look = _look(grid, along, line)
             ax.plot(x[order], values, **look)
-            ax.errorbar(x[order], values, np.nan_to_num(errors), fmt="none", ecolor=look["color"], elinewidth=0.8)
+            ax.errorbar(x[order], values, bars, fmt="none", ecolor=look["color"], elinewidth=0.8)
         ax.set_ylabel(QUANTITIES[name])
         ax.set_title(f"({'abcdef'[k]})", loc="left")
         _label_axis(ax, grid, along)
@@ -73,9 +79,20 @@ def overview_figure(grid: GridView) -> Figure:
     if across:
         words = [_lines_label(f"{across} = {value}") for value in grid.axis_values(across)]
         legend(figure, {words[at]: _look(grid, along, k) for k, at in enumerate(lines)}, **LINE_SPACING)
-    bars = "estimated discretisation errors as bars. " if any(f"{name}_error" in grid for name in names) else ""
-    caption(figure, f"{grid.name}: {bars}{_remarks(grid, along, across, len(lines))}{conditions(grid)}")
+    errors = "Estimated discretisation errors as bars." if any(f"{name}_error" in grid for name in names) else ""
+    caption(figure, _caption(grid, errors, _remarks(grid, along, across, len(lines))))
     return figure
+
+
+def _values(cases: Sequence[CaseView], name: str) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers that a panel shows and how far their error bars reach below and above, [2, cases]."""
+    if name != "slip_area":
+        errors = np.nan_to_num([case.number(f"{name}_error") for case in cases])
+        return np.array([case.number(name) for case in cases]), np.stack([errors, errors])
+    values = np.array([measures.slip_ratio(case) for case in cases])
+    errors = np.nan_to_num([measures.slip_ratio_error(case) for case in cases])
+    # a share is neither below 0 nor above 1, whatever its error
+    return values, np.clip([np.fmin(errors, values), np.fmin(errors, 1.0 - values)], 0.0, None)
 
 
 def _nil(grid: GridView, name: str) -> bool:
@@ -96,14 +113,19 @@ def case_maps(grid: GridView) -> Figure | None:
     cases = [case for case, _ in zip(grid.cases(), range(MAPS_AT_MOST), strict=False)]
     figure = maps_figure(cases, _title)
     total = int(np.prod(grid.shape))
-    shown = f" The first {MAPS_AT_MOST} of {total} cases." if total > MAPS_AT_MOST else ""
-    caption(figure, f"{grid.name}: {MAPS}{shown} {conditions(grid)}")
+    shown = f"The first {MAPS_AT_MOST} of {total} cases." if total > MAPS_AT_MOST else ""
+    caption(figure, _caption(grid, MAPS, shown))
     return figure
+
+
+def _caption(grid: GridView, *sentences: str) -> str:
+    words = " ".join(text for text in (*sentences, held(grid), conditions(grid)) if text)
+    return f"{grid.name}: {words}" if words else grid.name
 
 
 def _title(case: CaseView) -> str:
     letters = 36
-    while (lines := _title_lines(case.label, letters)) and letters > 12 and width_of(lines) > _TITLE:
+    while (lines := _title_lines(case.title, letters)) and letters > 12 and width_of(lines) > _TITLE:
         letters -= 2
     return literal("\n".join(lines))
 
@@ -151,14 +173,42 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
     if not axis:
         ax.set_xticks([])
         return
-    units = str(grid.small(axis).attrs.get("units", "1")) if axis in grid else "1"
-    ax.set_xlabel(axis.replace("_", " ") + (f" ({units})" if grid.numeric(axis) and units not in ("1", "") else ""))
-    if not grid.numeric(axis):
+    words, units = axis.replace("_", " "), grid.units(axis) if grid.numeric(axis) else ""
+    ax.set_xlabel(f"{words} / {units}" if units in (LENGTH, MODULUS) else f"{words} ({units})" if units else words)
+    if grid.numeric(axis):
+        _scale_axis(ax, _positions(grid, axis))
+    else:
         labels = [literal(text) for text in shortened(grid.axis_values(axis), 18)]
         every = -(-len(labels) // 12)
         # long ones upright: aslant they would take their panel's width
         turned = {"rotation": 90} if max(map(len, labels)) > 8 else {"rotation": 30, "ha": "right"}
         ax.set_xticks(range(0, len(labels), every), labels[::every], **turned)
+
+
+def _scale_axis(ax: Axes, values: np.ndarray) -> None:
+    """Make the axis of x logarithmic if `values` lie more evenly on that, with numbers where powers of ten are few."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
+
+    values = np.unique(values[np.isfinite(values)])
+    if not geometric(values):
+        return
+    ax.set_xscale("log")
+    if values[-1] < DECADE**2 * values[0]:
+        short = values[-1] < DECADE * values[0]
+        ax.xaxis.set_major_locator(MaxNLocator(5) if short else LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: short_number(tick)))
+        ax.set_xticks([], minor=True)
+
+
+def geometric(values: np.ndarray) -> bool:
+    """Whether rising numbers go on by factors: by one and the same, or by about one and over more than a decade."""
+    if values.size < 3 or values[0] <= 0.0:
+        return False
+    steps, factors = np.diff(values), np.diff(np.log(values))
+    uneven = factors.max() / factors.min()
+    if values[-1] > DECADE * values[0]:
+        return bool(uneven < 2.0 and uneven < steps.max() / steps.min())
+    return bool(uneven < 1.0 + ROUNDED and uneven < steps.max() / steps.min())
 
 
 def _ticks_height(ax: Axes) -> float:
@@ -185,4 +235,4 @@ def _remarks(grid: GridView, along: str, across: str, lines: int) -> str:
     held = [f"{axis} = {literal(shortened(grid.axis_values(axis)[:1], 60)[0])}" for axis in rest]
     if held:
         remarks.append(f"Shown for {', '.join(held)}.")
-    return " ".join([*remarks, ""])
+    return " ".join(remarks)

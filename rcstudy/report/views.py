@@ -8,7 +8,7 @@ cases. Numbers and fields of a case that was not solved are never handed out: `n
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +19,9 @@ from rcstudy.cube import case_dims
 from rcstudy.cube import grids as cube_grids
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL, MISSING
+from rcstudy.quantities import number_text
 from rcstudy.result import Status
+from rcstudy.spec import unit_as_written
 
 _SCALES = (" a", " Es")
 
@@ -28,10 +30,11 @@ ROUND = 1e-9
 
 
 class GridView:
-    """One grid of a cube: `name`, `axes` (names, in order), `shape`, and its cases."""
+    """One grid of a cube: `name`, `axes` (names, in order), `shape`, its cases, and the text of the whole study."""
 
-    def __init__(self, name: str, dataset: xr.Dataset) -> None:
+    def __init__(self, name: str, dataset: xr.Dataset, study_text: str = "") -> None:
         self.name = name
+        self.study_text = study_text
         self.dataset = dataset
         self.axes = case_dims(dataset)
         self.shape = tuple(dataset.sizes[d] for d in self.axes)
@@ -54,13 +57,30 @@ class GridView:
         """All cases, last axis fastest."""
         return (CaseView(self, index) for index in np.ndindex(*self.shape))
 
+    @property
+    def first(self) -> CaseView:
+        """The first case."""
+        return self.case(*(0 for _ in self.axes))
+
+    def along(self, axis: str) -> list[CaseView]:
+        """The cases along `axis`, at the first value of all others."""
+        at = self.axes.index(axis)
+        return [self.case(*(i if k == at else 0 for k in range(len(self.axes)))) for i in range(self.shape[at])]
+
     def axis_values(self, axis: str) -> list[str]:
-        """The values of `axis` as the study wrote them, with units: `0.25 a`, `420000 MPa` or a label."""
-        units = str(self.small(axis).attrs.get("units", "1")) if axis in self else "1"
-        values = [self.written(axis, i) for i in range(self.dataset.sizes[axis])]
-        if units in ("1", "") or not self.numeric(axis):
-            return values
-        return [value if value.endswith(_SCALES) else f"{value} {units}" for value in values]
+        """The values of `axis` as the study wrote them, with units: `0.25 a`, `460 x 300 mm`, or a label."""
+        return [self.value(axis, i) for i in range(self.dataset.sizes[axis])]
+
+    def value(self, axis: str, i: int) -> str:
+        """Value `i` of `axis` as the study wrote it, with units."""
+        text, units = self.written(axis, i), self.units(axis)
+        return f"{text} {units}" if units and text[-1:].isdigit() else text
+
+    def units(self, axis: str) -> str:
+        """Units of the numbers, or pairs of numbers, along `axis` as people write them; empty if they have none."""
+        name = axis if self.numeric(axis) else f"{axis}_x"
+        attrs = self.dataset[name].attrs if name in self else {}
+        return unit_as_written(str(attrs.get("units", "1")), str(attrs.get("long_name", "")))
 
     def numeric(self, axis: str) -> bool:
         """Whether the values of `axis` are single numbers, not words or labels."""
@@ -181,6 +201,12 @@ class CaseView:
         """The case in words, as the cube names it: `thickness=0.25 a, modulus=0.5 Es, creepage=a`."""
         return str(self.at(LABEL))
 
+    @property
+    def title(self) -> str:
+        """The case in words with units: `thickness=0.05 mm, creepage=a`; its label in a list of cases."""
+        values = [(axis, self.grid.value(axis, i)) for axis, i in zip(self.grid.axes, self.index, strict=True)]
+        return ", ".join(value if axis == "case" else f"{axis}={value}" for axis, value in values)
+
     @cached_property
     def layers(self) -> list[tuple[float, float]]:
         """Layers from the surface down as (E in MPa, thickness in mm)."""
@@ -209,7 +235,8 @@ class CaseView:
 
 def grids(tree: xr.DataTree) -> dict[str, GridView]:
     """The grids of an opened cube by name, in the study's order; UserError if it has none."""
-    found = {name: GridView(name, dataset) for name, dataset in cube_grids(tree).items()}
+    text = str(tree.attrs.get("study_text", ""))
+    found = {name: GridView(name, dataset, text) for name, dataset in cube_grids(tree).items()}
     if not found:
         raise UserError("the cube has no grid: nothing to report")
     return found
@@ -220,7 +247,7 @@ def _plain(value: object) -> str:
 
 
 def short_number(value: float) -> str:
-    """A given number as people write it: `0.5`, `0.002`, `0` (four significant digits)."""
+    """A computed number as people write it: `0.5`, `0.002`, `0` (four significant digits)."""
     return f"{value:.4g}"
 
 
@@ -234,13 +261,13 @@ def layers_text(case: CaseView, *, math: bool = False) -> str:
         return "no layer"
     moduli = [E for E, _ in case.layers]
     base, symbol = case.substrate_modulus, ("E_s" if math else "Es")
-    last = short_number(moduli[0] / base)
+    last = f"{moduli[0] / base:.6g}"
     if not np.isfinite(base) or not _relative_modulus(case):
-        last, symbol = f"{moduli[0]:.7g}", (r"\mathrm{MPa}" if math else "MPa")
+        last, symbol = number_text(moduli[0]), (r"\mathrm{MPa}" if math else "MPa")
     name = "E_{}".format if math else "E{}".format
     space = r"\," if math else " "
     steps = [name(1)]
-    steps += [f"{short_number(moduli[0] / moduli[k])}{space}{name(k + 1)}" for k in range(1, len(moduli))]
+    steps += [f"{moduli[0] / moduli[k]:.6g}{space}{name(k + 1)}" for k in range(1, len(moduli))]
     steps += [f"{last}{space}{symbol}"]
     text = " = ".join(steps)
     return f"${text}$" if math else text
@@ -269,13 +296,22 @@ def _relative_modulus(case: CaseView) -> bool:
     return "modulus" not in axes or case.grid.written("modulus", case.index[axes.index("modulus")]).endswith(_SCALES)
 
 
-def creepage_text(case: CaseView, *, math: bool = False) -> str:
-    """The creepages that are not zero, `xi_x = 0.002, phi = 0.01 rad/mm`, or that there are none, or none given."""
+def creepage_text(case: CaseView, *, math: bool = False, units: bool | None = None) -> str:
+    """The creepages that are not zero, `xi_x = 0.002, phi = 0.01 rad/mm`, or that there are none, or none given.
+
+    `units` (rad/mm) stand unless it is mathematics.
+    """
     if all(map(np.isnan, case.creepage)):
         return "none (pressure only)"
+    return creepages_text(case.creepage, math=math, units=not math if units is None else units) or "no creepage"
+
+
+def creepages_text(creepages: Sequence[float], *, math: bool, units: bool) -> str:
+    """Longitudinal, lateral creepage (-) and spin (rad/mm) in words, but for those that are zero or NaN."""
     names = (r"\xi_x", r"\xi_y", r"\varphi") if math else ("xi_x", "xi_y", "phi")
     parts = []
-    for name, value, units in zip(names, case.creepage, ("", "", " rad/mm"), strict=True):
-        if value:
-            parts.append(f"${name} = {short_number(value)}$" if math else f"{name} = {short_number(value)}{units}")
-    return ", ".join(parts) or "no creepage"
+    for name, value, unit in zip(names, creepages, ("", "", " rad/mm"), strict=True):
+        if value and not np.isnan(value):
+            text = f"{name} = {number_text(value)}"
+            parts.append((f"${text}$" if math else text) + (unit if units else ""))
+    return ", ".join(parts)

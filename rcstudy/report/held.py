@@ -1,0 +1,142 @@
+"""What the cases of a grid hold fixed, in words for a caption: creepages, layers, bodies, radii, coupling.
+
+Numbers of the cases come from the cube. What it stores for no case (radii, bodies, coupling) is read from the text of
+its study; where that is not understood nothing is said of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from rcstudy.errors import UserError
+from rcstudy.quantities import number_text
+from rcstudy.report.labels import KEEP, literal, shortened
+from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, layers_text, thickness_text
+from rcstudy.spec import SceneSpec, validate
+from rcstudy.yamltree import Node, Problems, find, from_python, merge, parse
+
+_LABELLED = ("creepage", "layers", "case")
+"""Axes whose values are names of settings, which a caption spells out."""
+
+_SPELT = 12  # values of such an axis, at most
+_LETTERS = 40  # of a label
+
+# stands in for what the axes of a grid give: a scene that lacks it is none
+_ANY = {"substrate": {"E": 1, "nu": 0}, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
+
+
+def held(grid: GridView) -> str:
+    """Sentences on what all cases of `grid` share besides `layout.conditions`, and on what its labels stand for."""
+    sentences = [_creepages(grid), _layers(grid), ", ".join(_written(grid))]
+    return " ".join(f"{text[0].upper()}{text[1:]}." for text in sentences if text)
+
+
+def _differs_along(grid: GridView, text: Callable[[CaseView], str]) -> list[str]:
+    """The axes along which cases differ in `text`, beginning at the first: a setting depends on no two at once."""
+    return [axis for axis in grid.axes if len({text(case) for case in grid.along(axis)}) > 1]
+
+
+def _told(grid: GridView, text: Callable[[CaseView], str]) -> str:
+    """The `text` that all cases share, or that of each value of the one axis of labels it depends on; else empty."""
+    axes = _differs_along(grid, text)
+    if not axes:
+        return text(grid.first)
+    if len(axes) > 1 or axes[0] not in _LABELLED:
+        return ""
+    cases = grid.along(axes[0])[:_SPELT]
+    labels = shortened(grid.axis_values(axes[0])[: len(cases)], _LETTERS)
+    more = "; ..." if grid.dataset.sizes[axes[0]] > _SPELT else ""
+    return "; ".join(f"{literal(label)}: {text(case)}" for label, case in zip(labels, cases, strict=True)) + more
+
+
+def _creepages(grid: GridView) -> str:
+    if "longitudinal" not in grid:
+        return ""
+    text = _told(grid, lambda case: creepage_text(case, math=True, units=True))
+    if not text:  # those that are not varied one by one
+        shared = [
+            np.nan if _differs_along(grid, lambda case, k=k: str(case.creepage[k])) else grid.first.creepage[k]  # type: ignore[misc]
+            for k in range(3)
+        ]
+        text = creepages_text(shared, math=True, units=True)
+    return text if not text or text == "no creepage" else f"creepage: {text}"
+
+
+def _layers(grid: GridView) -> str:
+    def whole(case: CaseView) -> str:
+        text = layers_text(case, math=True)
+        if not (thickness := _thickness(case)):
+            return text
+        each = "each " if len(case.layers) > 1 and ", " not in thickness else ""
+        return f"{text}, {each}{thickness} thick"
+
+    text = _told(grid, whole)
+    if text:
+        return text if text == "no layer" else f"layers: {text}"
+    if not _differs_along(grid, _thickness) and _thickness(grid.first):
+        return f"thickness of each layer: {_thickness(grid.first)}"
+    text = _told(grid, lambda case: layers_text(case, math=True))
+    return f"layers: {text}" if text else ""
+
+
+def _thickness(case: CaseView) -> str:
+    return thickness_text(case, math=True)
+
+
+def _written(grid: GridView) -> list[str]:
+    """Bodies, radii and coupling as the study wrote them, but for those that the grid's cases do not share."""
+    scene, varied = _scene(grid.study_text, grid.name)
+    if scene is None:
+        return []
+    texts = []
+    if "radius" not in varied:
+        x, y = map(number_text, scene.radius)
+        texts += [f"$R$ = {x} mm"] if x == y else [f"$R_x$ = {x} mm", f"$R_y$ = {y} mm"]
+    if "substrate" not in varied:
+        texts.append(
+            f"substrate $E_s$ = {number_text(scene.substrate.E)} MPa, $\\nu$ = {number_text(scene.substrate.nu)}"
+        )
+    if "counterbody" not in varied:
+        other = scene.counterbody
+        words = "rigid counterbody"
+        if other is not None:
+            modulus = f"${number_text(other.E.value)}\\,E_s$" if other.E.scale else f"{other.E} MPa"
+            words = f"counterbody $E$ = {modulus}, $\\nu$ = {number_text(other.nu)}"
+        texts.append(words)
+    if "force_x" in grid and "coupling" not in varied:
+        texts.append(f"{scene.coupling} coupling")
+    if "discretisation" not in varied:
+        texts.append(f"{scene.discretisation} discretisation")
+    return [
+        text.replace(" = ", f"{KEEP}={KEEP}").replace(" mm", f"{KEEP}mm").replace(" MPa", f"{KEEP}MPa")
+        for text in texts
+    ]
+
+
+@lru_cache(maxsize=64)
+def _scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
+    """The scene that grid `name` of the study `text` starts from, and the keys of it that its cases set themselves."""
+    problems = Problems("")
+    try:
+        root = parse(text, problems)
+    except UserError:
+        return None, frozenset()
+    grid = find(root, ("grids", name))
+    if not root.is_mapping or not grid.is_mapping or grid.path != f"grids.{name}":
+        return None, frozenset()
+    scene = from_python(_ANY)
+    for place in (root, grid):
+        given = place.value.get("scene")
+        scene = scene if given is None else merge(scene, given)
+    return validate(SceneSpec, scene, problems), frozenset(_varied(grid))
+
+
+def _varied(grid: Node) -> set[str]:
+    axes, cases = grid.value.get("axes"), grid.value.get("cases")
+    found = {path.split(".")[0] for path in axes.value} if axes is not None and axes.is_mapping else set()
+    for case in cases.value if cases is not None and cases.is_list else ():
+        found |= set(case.value) if case.is_mapping else set()
+    return found
