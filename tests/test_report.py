@@ -19,6 +19,7 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from PIL import Image
+from studies import load_text
 from synthetic import (
     CREEPAGES,
     SCENE,
@@ -37,6 +38,7 @@ from synthetic import (
     thickness_axis,
 )
 
+from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
 from rcstudy.grids import letters
@@ -49,6 +51,7 @@ from rcstudy.report.style import LINES, style
 from rcstudy.report.views import CaseView, GridView, grids
 from rcstudy.report.writers import Column, escape, write_table
 from rcstudy.result import CellState, Status
+from rcstudy.sweep import run
 from rcstudy.tables import make_tables
 
 CELLS = (32, 28)
@@ -92,6 +95,10 @@ def markers(ax: Any, state: str) -> Any:
 
 def remarks(ax: Any) -> str:
     return " ".join(t.get_text().replace("\n", " ") for t in ax.texts if t.get_gid() == "remark")
+
+
+def caption_of(figure: Figure) -> str:
+    return " ".join(t.get_text().replace("\n", " ") for t in figure.texts if t.get_gid() == "caption")
 
 
 def lines(ax: Any) -> dict[str, Any]:
@@ -148,6 +155,52 @@ def test_fine_meshes_have_a_circle_for_several_cells(tree: xr.DataTree, monkeypa
     assert "slip cell (one of 3 × 3 where fine)" in texts
 
 
+ELLIPSES = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.28}
+  load: 12345
+  friction: 0.3
+  mesh: {size: auto, cells: [48, 48]}
+  creepage: {longitudinal: 0.0005, lateral: 0.0003, spin: 0.0004}
+  radius: 460
+grids:
+  long: {axes: {radius: [[460, 300], [460, 80], [460, 30]]}}
+  thin: {axes: {radius: [[1000, 10]]}}
+  broad: {axes: {radius: [[150, 460]]}}
+  narrow: {axes: {radius: [[10, 1000]]}}
+"""
+
+
+def test_maps_of_ellipses_have_marks_equally_far_apart_both_ways(tmp_path: Path) -> None:
+    """Cells of windows that fit are as oblong as contacts; panels are no squares, and only extreme ones stretched."""
+    run(load_text(tmp_path, ELLIPSES), tmp_path / "s.nc", workers=1)
+    stretched = {}
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        for name, grid in grids(tree).items():
+            figure = case_maps(grid)
+            assert figure is not None
+            for ax, case in zip(panels(figure), grid.cases(), strict=True):
+                stretched[name] = ax.get_aspect()
+                (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+                assert 0.45 <= ax.get_aspect() * (top - bottom) / (right - left) <= 1.2501
+                i, j = np.nonzero(case.field("state"))
+                half = np.array([np.abs(case.x[i]).max(), np.abs(case.y[j]).max()])
+                assert (half < (right, top)).all() and (half[0] > 0.4 * right or half[1] > 0.4 * top)
+                scale = np.array([1.0, ax.get_aspect()])
+                circles = np.concatenate([markers(ax, state).get_offsets() for state in ("slip", "stick")])
+                arrows = markers(ax, "direction")
+                for marks, most in ((circles, 3.0), (arrows.get_offsets(), 2.2)):
+                    x, y = ((np.unique(np.asarray(marks)[:, k].round(9)) * scale[k]) for k in (0, 1))
+                    distances = np.diff(x).min(), np.diff(y).min()
+                    assert max(distances) < most * min(distances), (name, case.label, distances)
+                lengths = np.hypot(arrows.U, arrows.V)
+                assert 0.4 * max(distances) < lengths.min() and lengths.max() < min(distances)
+            assert ("times as large" in caption_of(figure)) is (ax.get_aspect() != 1.0)
+    assert stretched["long"] == stretched["broad"] == 1.0
+    assert stretched["thin"] > 3.0 and stretched["narrow"] < 0.4
+
+
 def test_maps_show_the_magnitude_of_the_traction_on_one_scale(tree: xr.DataTree) -> None:
     data = tree["figure_7"].to_dataset()
     figure = draw(tree, "figure_7")
@@ -163,7 +216,13 @@ def test_maps_show_the_magnitude_of_the_traction_on_one_scale(tree: xr.DataTree)
         contact = data.state.values[m, c] != 0
         assert contact.sum() == np.sum(~np.ma.getmaskarray(image.get_array()))
         assert (image.norm.vmin, image.norm.vmax) == (0.0, pytest.approx(q.max()))
-        assert (ax.get_xlim(), ax.get_aspect()) == (ax.get_ylim(), 1.0)
+        assert ax.get_aspect() == 1.0
+        x, y = (
+            np.abs(centres[(data.state != 0).any(("modulus", "creepage", other)).values]).max()
+            for centres, other in ((data.x.values, "y"), (data.y.values, "x"))
+        )
+        assert ax.get_xlim() == pytest.approx((-1.15 * (x + dx / 2), 1.15 * (x + dx / 2)))
+        assert ax.get_ylim() == pytest.approx((-1.15 * (y + dy / 2), 1.15 * (y + dy / 2)))
     (bar,) = [ax for ax in figure.axes if ax.get_label() == "<colorbar>"]
     assert bar.get_xlabel() == "$|q|$ (MPa)"
 

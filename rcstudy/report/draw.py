@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +25,19 @@ ARROWS = 9
 """Arrows across a contact, about."""
 
 CIRCLES = 44
-"""Circles across a panel at most: on finer meshes not every cell has its own."""
+"""Circles across a panel, about, at most: on finer meshes not every cell has its own."""
+
+ROOM = 1.15
+"""Half a panel's side over what has to fit into it."""
+
+MORE = 1.2
+"""By how much more the shorter side has where a window is low or stretched."""
+
+SHAPES = (0.45, 1.25)
+"""Height of a map's panel over its width, from and to."""
+
+ROOMY = 0.5
+"""Share of a panel's height, or width, that the largest contact takes at least; else it is stretched."""
 
 
 def remark(ax: Axes, lines: Sequence[str], *, top: bool = False) -> None:
@@ -81,19 +96,61 @@ def _with_edges(inside: np.ndarray) -> np.ndarray:
     return wide
 
 
-def contact_extent(case: CaseView) -> float:
-    """Largest |x| or |y| of a contact cell's outer edge, mm."""
+@dataclass(frozen=True)
+class Window:
+    """What a map's panel shows: from -`x` to `x` and from -`y` to `y` (mm), y drawn `stretch` times as large as x."""
+
+    x: float
+    y: float
+    stretch: float = 1.0
+
+    @property
+    def shape(self) -> float:
+        """Height of the panel over its width."""
+        return self.y * self.stretch / self.x
+
+    def on(self, ax: Axes) -> None:
+        """Give `ax` these limits, at the top of its place: the layout leaves room for titles above that."""
+        ax.set(xlim=(-self.x, self.x), ylim=(-self.y, self.y), aspect=self.stretch, anchor="N")
+
+    def pitches(self, case: CaseView, steps: tuple[int, int]) -> tuple[float, float]:
+        """Distances of every `steps`-th cell along x and y as they are drawn, mm along x."""
+        dx, dy = case.spacing
+        return steps[0] * dx, steps[1] * dy * self.stretch
+
+
+def window(cases: Iterable[CaseView]) -> Window:
+    """A window that holds the contacts of all these cases; of a unit square if there are none.
+
+    Scales are the same along x and y, and room is left where panels would be too low or too high; only where a contact
+    would still be too narrow to see anything in it is it stretched.
+    """
+    sides = np.array([_half_sides(case) for case in cases])
+    if not len(sides):
+        return Window(1.0, 1.0)
+    x, y = (ROOM * float(side) for side in sides.max(axis=0))
+    low, high = SHAPES
+    if y < low * ROOMY * x:
+        return Window(x, MORE * y, low * x / (MORE * y))
+    if x < ROOMY / high * y:
+        return Window(MORE * x, y, high * MORE * x / y)
+    # in low panels words in their corner would cover cells
+    return Window(max(x, y / high), max(y, min(MORE * y, 0.7 * x), low * x))
+
+
+def _half_sides(case: CaseView) -> tuple[float, float]:
+    """Largest |x| and |y| of a contact cell's outer edge, mm."""
     i, j = np.nonzero(case.field("state") != CellState.EXTERIOR)
     dx, dy = case.spacing
-    return float(max(np.abs(case.x[i]).max() + dx / 2, np.abs(case.y[j]).max() + dy / 2))
+    return float(np.abs(case.x[i]).max() + dx / 2), float(np.abs(case.y[j]).max() + dy / 2)
 
 
-def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, extent: float) -> None:
+def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, shown: Window) -> None:
     """Map of |q| with one marker per contact cell and arrows along q.
 
     Cells are coloured by |q| (MPa, `norm`); slip cells carry a filled circle, stick cells an open one (every
-    `circle_step`-th cell in each direction where cells are finer than circles can be told apart); arrows of
-    equal length give the direction of the traction on a coarser grid. Axes in mm, from -extent to extent.
+    `circle_steps`-th cell along x and y where cells are finer than circles can be told apart); arrows of equal length
+    give the direction of the traction on a coarser grid, at its true angle. Axes in mm.
     """
     from matplotlib.collections import EllipseCollection
 
@@ -112,21 +169,21 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, e
         norm=norm,
         extent=(x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2),
     )
-    ax.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
-    every = _arrow_step(contact)
-    _arrows(ax, case, qx, qy, contact, every)
-    step = circle_step(case, extent)
+    shown.on(ax)
+    longest = max(shown.pitches(case, (int(np.ptp(i)) + 1, int(np.ptp(j)) + 1)))
+    every = _steps(shown.pitches(case, (1, 1)), longest / ARROWS)
+    _arrows(ax, case, qx, qy, contact, every, shown)
+    steps = circle_steps(case, shown)
     # beneath an arrow in each cell a circle has to be wider than the arrow's head
-    diameter = (0.75 if every == 1 else 0.5) * step * min(dx, dy)
-    shown = np.zeros_like(contact)
-    shown[np.ix_(_spread(case.x.size, step), _spread(case.y.size, step))] = True
+    diameter = (0.75 if every == (1, 1) else 0.5) * min(shown.pitches(case, steps))
+    chosen = _chosen(case, steps)
     for which, face in ((CellState.SLIP, "black"), (CellState.STICK, "none")):
-        i, j = np.nonzero(shown & (state == which))
+        i, j = np.nonzero(chosen & (state == which))
         # circles in the axes' own units, so that they keep to their cells at any size of the panel
         ax.add_collection(
             EllipseCollection(
                 widths=[diameter],
-                heights=[diameter],
+                heights=[diameter / shown.stretch],
                 angles=[0.0],
                 units="xy",
                 offsets=np.column_stack([case.x[i], case.y[j]]),
@@ -141,32 +198,52 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, e
         )
 
 
-def circle_step(case: CaseView, extent: float) -> int:
-    """Cells from one circle to the next in a panel from -extent to extent: 1 unless the mesh is fine; odd."""
-    return 2 * int(2 * extent / min(case.spacing) / CIRCLES / 2 + 0.5) + 1
+def circle_steps(case: CaseView, shown: Window) -> tuple[int, int]:
+    """Cells from one circle to the next along x and y in a panel of this window: 1 unless the mesh is fine; odd."""
+    return _steps(shown.pitches(case, (1, 1)), 2.0 * max(shown.x, shown.y * shown.stretch) / CIRCLES)
 
 
-def _arrow_step(contact: np.ndarray) -> int:
-    """Cells from one arrow to the next; odd, so that a symmetric traction gives a symmetric picture on any grid."""
-    across = max(np.ptp(np.nonzero(contact)[k]) + 1 for k in (0, 1))
-    return 2 * round(across / ARROWS / 2) + 1
+def _steps(cells: tuple[float, float], pitch: float) -> tuple[int, int]:
+    """Steps from one mark to the next along x and y, in cells of the sizes `cells`, mm.
+
+    Marks are about equally far from each other either way, and as many as if they were `pitch` apart or fewer. Steps
+    are odd, so that a symmetric traction gives a symmetric picture on any mesh.
+    """
+    above = [2 * math.ceil(max(pitch / size - 1.0, 0.0) / 2.0) + 1 for size in cells]
+    pairs = itertools.product(*({step, max(step - 2, 1)} for step in above))
+
+    def badness(pair: tuple[int, ...]) -> float:
+        """Of distances beside the pitch, and beside each other; more marks than at the pitch are none to choose."""
+        one, other = (math.log(step * size / pitch) for step, size in zip(pair, cells, strict=True))
+        return (
+            abs(one + other) / 2.0 + 2.0 * abs(one - other) if one + other >= 0.0 or list(pair) == above else math.inf
+        )
+
+    x, y = min(sorted(pairs, reverse=True), key=badness)
+    return x, y
 
 
-def _arrows(ax: Axes, case: CaseView, qx: np.ndarray, qy: np.ndarray, contact: np.ndarray, step: int) -> None:
-    dx, dy = case.spacing
+def _arrows(
+    ax: Axes,
+    case: CaseView,
+    qx: np.ndarray,
+    qy: np.ndarray,
+    contact: np.ndarray,
+    steps: tuple[int, int],
+    shown: Window,
+) -> None:
     size = np.hypot(qx, qy)
-    chosen = np.zeros_like(contact)
-    chosen[np.ix_(_spread(case.x.size, step), _spread(case.y.size, step))] = True
-    chosen &= contact & (size > 0.02 * size.max())
-    length = 0.62 * step * min(dx, dy)
+    chosen = _chosen(case, steps) & contact & (size > 0.02 * size.max())
+    pitches = shown.pitches(case, steps)
+    length = min(0.62 * math.sqrt(math.prod(pitches)), 0.9 * min(pitches))
     i, j = np.nonzero(chosen)
     ax.quiver(
         case.x[i],
         case.y[j],
         length * qx[i, j] / size[i, j],
         length * qy[i, j] / size[i, j],
-        angles="xy",
-        scale_units="xy",
+        angles="uv",
+        scale_units="x",
         scale=1,
         pivot="mid",
         width=0.012,
@@ -179,6 +256,13 @@ def _arrows(ax: Axes, case: CaseView, qx: np.ndarray, qy: np.ndarray, contact: n
         zorder=4,  # over the circles: black discs would hide them where all slips
         gid="direction",
     )
+
+
+def _chosen(case: CaseView, steps: tuple[int, int]) -> np.ndarray:
+    """Cells that carry a mark, [nx, ny]: every so many along x and y."""
+    chosen = np.zeros((case.x.size, case.y.size), dtype=bool)
+    chosen[np.ix_(_spread(case.x.size, steps[0]), _spread(case.y.size, steps[1]))] = True
+    return chosen
 
 
 def _spread(n: int, step: int) -> np.ndarray:

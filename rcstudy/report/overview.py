@@ -13,7 +13,7 @@ from rcstudy.report import measures
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import LINE_SPACING, caption, conditions, heighten, legend, panels
-from rcstudy.report.paper_figures import MAPS, maps_figure
+from rcstudy.report.paper_figures import MAPS, maps_figure, stretched
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.result import Status
@@ -114,7 +114,7 @@ def case_maps(grid: GridView) -> Figure | None:
     figure = maps_figure(cases, _title)
     total = int(np.prod(grid.shape))
     shown = f"The first {MAPS_AT_MOST} of {total} cases." if total > MAPS_AT_MOST else ""
-    caption(figure, _caption(grid, MAPS, shown))
+    caption(figure, _caption(grid, MAPS, stretched(cases), shown))
     return figure
 
 

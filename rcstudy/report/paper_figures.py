@@ -157,6 +157,7 @@ def _by_creepage(case: CaseView) -> dict[str, Any]:
     return LINES[case.index[case.grid.axes.index("creepage")] % len(LINES)]
 
 
+_BESIDE = 0.35  # width of what stands beside a map's panel, inches
 _TITLE_LINE = 0.145  # height of a line of a title, inches
 
 MAPS = (
@@ -185,25 +186,25 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
     columns = 2 if len(cases) <= 4 else 3
     rows = -(-len(cases) // columns)
     width = 5.2 if columns == 2 else WIDTH
-    figure, axes = panels(rows, columns, (width / columns + 0.12) * rows + 0.7, width=width)
+    solved = [c for c in cases if c.rolling]
+    shown = draw.window(solved)
+    height = (width / columns - _BESIDE) * shown.shape + _BESIDE
+    figure, axes = panels(rows, columns, (height + 0.12) * rows + 0.7, width=width)
     titles = {case: title(case) for case in cases}
     for row in range(rows):  # there is room for titles of two lines
         lines = max(titles[case].count("\n") + 1 for case in cases[row * columns : (row + 1) * columns])
         heighten(figure, _TITLE_LINE * max(0, lines - 2))
-    solved = [c for c in cases if c.rolling]
-    extent = 1.15 * max((draw.contact_extent(c) for c in solved), default=1.0)
     norm = Normalize(0.0, max((c.number("traction_max") for c in solved), default=1.0))
     colours = traction_colours()
     for ax in axes.flat[len(cases) :]:
         ax.set_visible(False)
     for ax, case in zip(axes.flat, cases, strict=False):
-        # at the top of its place: the layout leaves room for titles above that, not above the square
-        ax.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal", anchor="N")
+        shown.on(ax)
         ax.set_title(titles[case], loc="left", linespacing=1.35)
         if not case.rolling:
             draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
             continue
-        draw.traction_map(ax, case, norm, colours, extent)
+        draw.traction_map(ax, case, norm, colours, shown)
         decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
         ratio = f"slip {100 * slip_ratio(case):.{decimals}f} %"
         ax.text(
@@ -218,17 +219,29 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
             gid="slip-ratio",
         )
     outer_labels(axes, "$x$ (mm), rolling $\\rightarrow$", "$y$ (mm)")
-    _map_legend(figure, axes, norm, colours, max((draw.circle_step(c, extent) for c in solved), default=1))
+    _map_legend(figure, axes, norm, colours, [draw.circle_steps(c, shown) for c in solved])
     return figure
 
 
-def _map_legend(figure: Figure, axes: np.ndarray, norm: Any, colours: Any, step: int) -> None:
+def stretched(cases: Sequence[CaseView]) -> str:
+    """A sentence on maps of these cases that are not to scale; empty if they are."""
+    factor = draw.window(c for c in cases if c.rolling).stretch
+    if factor == 1.0:
+        return ""
+    one, other, times = ("y", "x", factor) if factor > 1.0 else ("x", "y", 1.0 / factor)
+    return f"Drawn {times:.2g} times as large along ${one}$ as along ${other}$, arrows at their true angles."
+
+
+def _map_legend(figure: Figure, axes: np.ndarray, norm: Any, colours: Any, steps: Sequence[tuple[int, int]]) -> None:
     from matplotlib.cm import ScalarMappable
 
     shown = [ax for ax in axes.flat if ax.get_visible()]
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=shown, location="bottom", shrink=0.62, aspect=45, pad=0.015)
     bar.set_label("$|q|$ (MPa)")
-    every = f" (one of {step} × {step} where fine)" if step > 1 else ""
+    fine = {pair for pair in steps if pair != (1, 1)}
+    every = f" (one of {' × '.join(map(str, min(fine)))} where fine)" if fine else ""
+    if len(fine) > 1:
+        every = " (one of several where fine)"
     circle: dict[str, Any] = {"marker": "o", "linestyle": "", "color": "black", "markersize": 4, "markeredgewidth": 0.6}
     arrow: dict[str, Any] = {"marker": r"$\rightarrow$", "linestyle": "", "color": VERMILLION, "markersize": 9}
     looks = {
