@@ -32,6 +32,8 @@ PROCESS_BYTES = 250e6  # an interpreter with NumPy, Numba and the compiled kerne
 CELL_BYTES = 600  # held by a solver for each cell of the largest mesh
 HELD_CASE_BYTES = 3000  # held for each case by the process that deals out the work
 
+_WIDTH = 110  # of a line of values
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -162,7 +164,14 @@ def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
     width = max(len(axis.name) for axis in grid.axes)
     for axis in grid.axes:
         start = f"  {axis.name:{width}}  {axis.size:3d}  "
-        wrapped = textwrap.wrap(_values(axis), 110, initial_indent=start, subsequent_indent=" " * len(start))
+        wrapped = textwrap.wrap(
+            _values(axis, _WIDTH - len(start)),
+            _WIDTH,
+            initial_indent=start,
+            subsequent_indent=" " * len(start),
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
         lines += [line.replace("\xa0", " ") for line in wrapped]
     scenes = [case.scene for case in cases]
     meshes = sorted({scene.mesh.cells for scene in scenes})
@@ -176,10 +185,14 @@ def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
     return lines
 
 
-def _values(axis: Axis, most: int = 12) -> str:
-    """The values of an axis as written and what they come to; spaces within one are no-break spaces."""
+def _values(axis: Axis, room: int, most: int = 12) -> str:
+    """The values of an axis as written and what they come to; spaces at which no line may end are no-break spaces.
+
+    Those are all within a value, but for one that is longer than the `room` of a line.
+    """
     kept = range(axis.size) if axis.size <= most else (*range(most - 1), axis.size - 1)
     texts = [_value(axis, i).replace(" ", "\xa0") for i in kept]
+    texts = [text if len(text) < room else text.replace(",\xa0", ", ").replace("\xa0(", " (") for text in texts]
     if axis.size > most:
         texts.insert(-1, "...")
     return ", ".join(texts)
@@ -194,10 +207,12 @@ def _value(axis: Axis, i: int) -> str:
             continue
         if math.isnan(value):  # what this value has not: the modulus of a rigid counterbody
             continue
-        unit = f" {unit_as_written(coord.units)}".rstrip()
+        unit = f" {unit_as_written(coord.units, coord.long_name)}".rstrip()
         if name != axis.name:
             inside.append(f"{name} {value:.6g}{unit}")
-        elif coord.units == "1" or f"{value:.12g}" == label:  # the label says it all, but for its unit
+        elif coord.units == "1":  # the label says it all
+            continue
+        elif f"{value:.12g}" == label:  # but for its unit
             label += unit
         else:
             inside.append(f"{value:.6g}{unit}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from rcstudy.cube import case_dims, case_table, grids
 from rcstudy.layout import LABEL
 from rcstudy.progress import duration
 from rcstudy.result import VARIABLES, Status
-from rcstudy.spec import unit_as_written
+from rcstudy.spec import SceneSpec, starting_scene, unit_as_written
 
 _SHOWN_FAILURES = 10
 _SHOWN_MESHES = 4
@@ -49,7 +49,7 @@ def _lines(tree: xr.DataTree) -> Iterator[str]:
     yield f"time        {_times(table, float(attrs.get('wall_seconds', np.nan)))}"
     for name, grid in grids(tree).items():
         yield ""
-        yield from _grid_lines(name, grid, table[table["grid"] == name])
+        yield from _grid_lines(name, grid, table[table["grid"] == name], str(attrs.get("study_text", "")))
     yield from _proof_lines(table)
     yield from _failure_lines(table)
 
@@ -62,10 +62,10 @@ def _times(table: pd.DataFrame, wall: float) -> str:
     return ", ".join(words) or "unknown"
 
 
-def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame) -> Iterator[str]:
+def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame, text: str) -> Iterator[str]:
     dims = case_dims(grid)
     sizes = " x ".join(f"{dim} {grid.sizes[dim]}" for dim in dims) or "one case"
-    cells = f"{_cells(grid)} cells" if "x" in grid.sizes else "scalars only"
+    cells = _cells(grid, starting_scene(text, name)) if "x" in grid.sizes else "scalars only"
     yield f"{name}: {sizes}; {cells}"
     if grid.attrs.get("grid_description"):
         yield f"  {grid.attrs['grid_description']}"
@@ -89,14 +89,33 @@ def _error(solved: pd.DataFrame, variable: str) -> str:
     return f", ± {most:.2g} at most" if np.isfinite(most) else ""
 
 
-def _cells(grid: xr.Dataset) -> str:
-    """How many cells the cases have: where the mesh varies fields are padded, and centres are NaN there."""
+def _cells(grid: xr.Dataset, start: tuple[SceneSpec | None, Collection[str]]) -> str:
+    """How many cells the cases have, and how many of them are stored if that differs; `start`: `starting_scene`."""
+    stored, meshes = _listed(_stored(grid)), _listed(_meshes(grid, *start))
+    return f"{meshes} cells, {stored} of them stored" if meshes not in ("", stored) else f"{stored} cells"
+
+
+def _stored(grid: xr.Dataset) -> set[tuple[int, int]]:
+    """Sizes of what is stored: where the mesh varies fields are padded, and centres are NaN there."""
     if "x_centre" not in grid:
-        return f"{grid.sizes['x']} x {grid.sizes['y']}"
+        return {(grid.sizes["x"], grid.sizes["y"])}
     along = [np.isfinite(grid[f"{dim}_centre"].values).sum(axis=-1).reshape(-1).tolist() for dim in ("x", "y")]
-    meshes = sorted(set(zip(*along, strict=True)))
+    return set(zip(*along, strict=True))
+
+
+def _meshes(grid: xr.Dataset, scene: SceneSpec | None, varied: Collection[str]) -> set[tuple[int, int]]:
+    """Cells of the meshes themselves, which outputs may be cropped from; none where the cube does not tell them."""
+    for name in ("cells", "mesh_cells"):
+        if f"{name}_x" in grid and f"{name}_y" in grid:
+            along = [grid[f"{name}_{way}"].values.astype(int).tolist() for way in "xy"]
+            return set(zip(*along, strict=True))
+    return {scene.mesh.cells} if scene is not None and not {"mesh", "mesh.cells"} & set(varied) else set()
+
+
+def _listed(meshes: Collection[tuple[int, int]]) -> str:
     if len(meshes) <= _SHOWN_MESHES:
-        return " and ".join(f"{nx} x {ny}" for nx, ny in meshes)
+        return " and ".join(f"{nx} x {ny}" for nx, ny in sorted(meshes))
+    along = list(zip(*meshes, strict=True))
     return " to ".join(f"{end(along[0])} x {end(along[1])}" for end in (min, max))
 
 

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Annotated, Any, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
 
+from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, Scene, Tolerance
 from rcstudy.quantities import LENGTH, MODULUS, Choice, Flag, Quantity, Real, Relative, Whole, Words, refusal
 from rcstudy.result import VARIABLES
-from rcstudy.yamltree import Node, Problems, child_path, find, plain, suggest
+from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, parse, plain, suggest
 
 MAX_LAYERS = 50
 MAX_CELLS = 4096
@@ -23,10 +24,11 @@ MAX_TEXT = 20_000
 MAX_NAME = 100  # of a study
 
 # what the cube stores beside a grid's own results; a group or label of that name would hide it
-RESERVED_NAMES = frozenset(VARIABLES) | {
+_OWN_NAMES = (
     *("grid", "entry", "label", "case", "case_key", "x", "y", "layer", "friction", "load", "hertz_radius"),
     *("hertz_pressure", "longitudinal", "lateral", "spin", "layer_modulus", "layer_nu", "layer_thickness"),
-}
+)
+RESERVED_NAMES = frozenset(VARIABLES) | frozenset(_OWN_NAMES)
 
 _AS_WRITTEN = {"1": "", "rad mm-1": "rad/mm"}
 
@@ -121,7 +123,9 @@ Slide = Annotated[
 ]
 Spin = Annotated[float, PlainValidator(Real("a number from -1000 to 1000, in rad/mm", lambda v: abs(v) <= 1000.0))]
 Fraction = Annotated[float, PlainValidator(Real("a number above 0 and below 1", lambda v: 0.0 < v < 1.0))]
-Text = Annotated[str, PlainValidator(Words("text without control characters", _storable, MAX_TEXT))]
+Text = Annotated[
+    str, PlainValidator(Words(f"text of at most {MAX_TEXT} characters, none a control character", _storable, MAX_TEXT))
+]
 LayerCount = Annotated[int, PlainValidator(Whole(f"a whole number from 0 to {MAX_LAYERS}", 0, MAX_LAYERS))]
 
 
@@ -269,7 +273,8 @@ def grid_name_problem(name: str) -> str:
     if not _IDENTIFIER.fullmatch(name) or len(name) > 64:
         return "a grid's name is at most 64 letters, digits and '_', the first a letter"
     if name in RESERVED_NAMES:
-        return "a grid's name that the cube does not use itself"
+        variables = "those of its variables, such as pressure and force_x"
+        return f"a grid's name that the cube does not use itself, as it does {', '.join(_OWN_NAMES)} and {variables}"
     return ""
 
 
@@ -353,3 +358,34 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
                 words = f"a mapping with keys {', '.join(keys_of(inner))}"
             problems.add(at, words)
     return None
+
+
+# stands in for what the axes of a grid give: a scene that lacks it is none
+_ANY = {"substrate": {"E": 1, "nu": 0}, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
+
+
+@lru_cache(maxsize=64)
+def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
+    """The scene that grid `name` of the study `text` starts from, and what its cases set themselves, by dotted paths.
+
+    The scene is None where the text is not understood, as that of a cube may be; of what is set by cases alone
+    anything may stand in it.
+    """
+    problems = Problems("")
+    try:
+        root = parse(text, problems)
+    except UserError:
+        return None, frozenset()
+    grid = root.value.get("grids") if root.is_mapping else None
+    grid = grid.value.get(name) if grid is not None and grid.is_mapping else None
+    if grid is None or not grid.is_mapping:
+        return None, frozenset()
+    scene = from_python(_ANY)
+    for place in (root, grid):
+        given = place.value.get("scene")
+        scene = scene if given is None else merge(scene, given)
+    axes, cases = grid.value.get("axes"), grid.value.get("cases")
+    varied = set(axes.value) if axes is not None and axes.is_mapping else set()
+    for case in cases.value if cases is not None and cases.is_list else ():
+        varied |= set(case.value) if case.is_mapping else set()
+    return validate(SceneSpec, scene, problems), frozenset(varied)

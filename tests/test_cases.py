@@ -311,6 +311,24 @@ def test_plan_leaves_out_what_a_value_has_not(study):
     assert "nan" not in report
 
 
+def test_plan_says_what_relative_values_are_over(study):
+    """Where Es differs from case to case a multiple of it is all there is."""
+    steel = "{label: steel, E: 2 Es, nu: 0.3}"
+    report = plan_report(study(f"  g: {{axes: {{substrate.E: [2e5, 1e5], counterbody: [rigid, {steel}]}}}}\n"))
+    assert "2  rigid, steel (counterbody_E 2 Es, counterbody_nu 0.3)" in report
+    axes = "{load: [100, 50], thickness: [0.5 a, 1 a], modulus: [2 Es]}"
+    assert "2  0.5 a, 1 a\n" in plan_report(study(f"  g: {{axes: {axes}}}\n"))
+
+
+def test_plan_breaks_no_line_within_a_word(study):
+    meshes = [f"{{label: {'wide ' * 12}{k}, size: [{3 + k}.25 a, 9.125 a], cells: [32, 30]}}" for k in range(2)]
+    report = plan_report(study(f"  g: {{axes: {{mesh: [{', '.join(meshes)}]}}}}\n"))
+    lines = report.splitlines()
+    assert max(map(len, lines)) <= 130
+    words = {word.strip("(),") for line in lines for word in line.split()}
+    assert {"mesh_size_x", "mesh_size_y", "mesh_cells_x", "mesh_cells_y"} <= words
+
+
 def test_plan_of_the_paper_lists_every_grid_and_value():
     study = load_study(CONFIGS / "paper.yaml")
     report = plan_report(study)

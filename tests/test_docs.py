@@ -17,7 +17,7 @@ from rcstudy.errors import UserError
 from rcstudy.grids import AXIS_PATHS
 from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, SCHEMA_ATTRIBUTE, SETTINGS
 from rcstudy.result import VARIABLES, CellState, Status
-from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
+from rcstudy.spec import RESERVED_NAMES, CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
 from rcstudy.study import load_study
 from rcstudy.tolerances import Tolerances, load_tolerances
 from rcstudy.units import FORMAT
@@ -121,6 +121,13 @@ def test_study_document_names_every_axis() -> None:
     text = STUDY.read_text(encoding="utf-8")
     for path in AXIS_PATHS:
         assert f"`{path}`" in text, path
+
+
+def test_study_document_names_what_no_grid_may_be_called() -> None:
+    """The variables are in the tables that it points to."""
+    text = STUDY.read_text(encoding="utf-8")
+    for name in RESERVED_NAMES - set(VARIABLES):
+        assert f"`{name}`" in text, name
 
 
 def blocks(path: Path, language: str) -> list[str]:

@@ -49,6 +49,19 @@ def test_cells_of_fitted_windows(tmp_path: Path) -> None:
     assert line(lines, "g:") == "g: load 2; 32 x 32 cells"
 
 
+def test_cells_are_those_of_the_mesh_where_less_is_stored(tmp_path: Path) -> None:
+    """A cube that is cropped to its contacts showed the box as the mesh."""
+    crop = BASE.replace("grids:", "outputs: {crop: contact}\ngrids:")
+    grids = "  g: {axes: {load: [50, 100]}}\n  h: {axes: {mesh.cells: [[24, 16], [32, 28]]}}\n"
+    run(load_text(tmp_path, crop + grids), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree:
+        lines = summary(tree).splitlines()
+        sizes = {name: f"{grid.sizes['x']} x {grid.sizes['y']}" for name, grid in grids_of(tree).items()}
+    assert sizes["g"] != "32 x 32"
+    assert line(lines, "g:") == f"g: load 2; 32 x 32 cells, {sizes['g']} of them stored"
+    assert line(lines, "h:").startswith("h: cells 2; 24 x 16 and 32 x 28 cells, ")
+
+
 def test_relative_axes_say_over_what(tmp_path: Path) -> None:
     lines = shown(
         tmp_path,

@@ -395,6 +395,23 @@ def test_all_errors_are_found_at_once_in_the_order_of_the_file(refused):
     ]
 
 
+def test_names_of_the_cube_are_named_where_a_grid_may_not_have_them(refused):
+    for name in ("spin", "load", "pressure"):
+        (line,) = refused(BASE + f"  {name}: {{axes: {{friction: [1]}}}}\n")
+        assert line.startswith(
+            f"s.yaml:8:3: grids.{name}: name of a grid: a grid's name that the cube does not use itself, as it"
+        )
+        assert name in line.partition("as it does")[2]
+
+
+@pytest.mark.parametrize("place", ["description: TEXT\n", "  g: {description: TEXT, axes: {friction: [1]}}\n"])
+def test_longest_description(load, refused, place):
+    text = BASE + place if place.startswith(" ") else f"{place}{BASE}  g: {{axes: {{friction: [1]}}}}\n"
+    load(text.replace("TEXT", "x" * 20000))
+    (line,) = refused(text.replace("TEXT", "x" * 20001))
+    assert line.endswith("text of at most 20000 characters, none a control character")
+
+
 def test_contact_larger_than_the_window(refused):
     found = refused(BASE + "  g: {axes: {load: [100, 20000], friction: [1, 2]}}\n")
     # a = (3 P R / 4 E*)^(1/3) = 1.481 mm at 20 kN

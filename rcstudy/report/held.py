@@ -7,25 +7,19 @@ its study; where that is not understood nothing is said of it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 
 import numpy as np
 
-from rcstudy.errors import UserError
 from rcstudy.quantities import number_text
 from rcstudy.report.labels import KEEP, literal, shortened
 from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, layers_text, thickness_text
-from rcstudy.spec import SceneSpec, validate
-from rcstudy.yamltree import Node, Problems, find, from_python, merge, parse
+from rcstudy.spec import starting_scene
 
 _LABELLED = ("creepage", "layers", "case")
 """Axes whose values are names of settings, which a caption spells out."""
 
 _SPELT = 12  # values of such an axis, at most
 _LETTERS = 40  # of a label
-
-# stands in for what the axes of a grid give: a scene that lacks it is none
-_ANY = {"substrate": {"E": 1, "nu": 0}, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
 
 
 def held(grid: GridView) -> str:
@@ -88,9 +82,10 @@ def _thickness(case: CaseView) -> str:
 
 def _written(grid: GridView) -> list[str]:
     """Bodies, radii and coupling as the study wrote them, but for those that the grid's cases do not share."""
-    scene, varied = _scene(grid.study_text, grid.name)
+    scene, paths = starting_scene(grid.study_text, grid.name)
     if scene is None:
         return []
+    varied = {path.split(".")[0] for path in paths}
     texts = []
     if "radius" not in varied:
         x, y = map(number_text, scene.radius)
@@ -114,29 +109,3 @@ def _written(grid: GridView) -> list[str]:
         text.replace(" = ", f"{KEEP}={KEEP}").replace(" mm", f"{KEEP}mm").replace(" MPa", f"{KEEP}MPa")
         for text in texts
     ]
-
-
-@lru_cache(maxsize=64)
-def _scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
-    """The scene that grid `name` of the study `text` starts from, and the keys of it that its cases set themselves."""
-    problems = Problems("")
-    try:
-        root = parse(text, problems)
-    except UserError:
-        return None, frozenset()
-    grid = find(root, ("grids", name))
-    if not root.is_mapping or not grid.is_mapping or grid.path != f"grids.{name}":
-        return None, frozenset()
-    scene = from_python(_ANY)
-    for place in (root, grid):
-        given = place.value.get("scene")
-        scene = scene if given is None else merge(scene, given)
-    return validate(SceneSpec, scene, problems), frozenset(_varied(grid))
-
-
-def _varied(grid: Node) -> set[str]:
-    axes, cases = grid.value.get("axes"), grid.value.get("cases")
-    found = {path.split(".")[0] for path in axes.value} if axes is not None and axes.is_mapping else set()
-    for case in cases.value if cases is not None and cases.is_list else ():
-        found |= set(case.value) if case.is_mapping else set()
-    return found
