@@ -87,11 +87,25 @@ def style() -> Iterator[None]:
 @contextmanager
 def _missing_letters_told() -> Iterator[None]:
     """One line in place of Matplotlib's for every letter and every time it is drawn, if the font lacks any."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.filterwarnings("always", ".*missing from font")
-        yield
+    in_mathematics: list[str] = []
+
+    def kept(record: logging.LogRecord) -> bool:
+        """Whether a message of the drawing of mathematics, and of words on a line with it, is to be told."""
+        if "does not have a glyph" not in (message := record.getMessage()):
+            return True
+        in_mathematics.append(message)
+        return False
+
+    mathematics = logging.getLogger("matplotlib.mathtext")
+    mathematics.addFilter(kept)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.filterwarnings("always", ".*missing from font")
+            yield
+    finally:
+        mathematics.removeFilter(kept)
     others = [w for w in caught if "missing from font" not in str(w.message)]
-    if len(others) < len(caught):
+    if len(others) < len(caught) or in_mathematics:
         log.warning("labels have letters that the font of the figures lacks: they are drawn as boxes")
     for w in others:
         warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
