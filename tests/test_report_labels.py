@@ -247,7 +247,7 @@ def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Pat
     assert f"0.05 mm, 0.1 mm thick. {radii}" in captions["slides"] and "full coupling" in captions["slides"]
     assert (
         r"Creepage: straight: $\xi_x = 0.002$; curve: $\xi_x = 0.002$, $\varphi = 0.01$ rad/mm. "
-        rf"Thickness of each layer: $0.5\,a$. {radii}, {bodies}, rigid counterbody"
+        rf"2 layers, each $0.5\,a$ thick. {radii}, {bodies}, rigid counterbody"
     ) in captions["labels"]
     # nothing but layers and labels is shared: no stray full stop
     assert captions["nothing"].endswith(r"other: $\xi_x = 0.001$, $\varphi = 0.2$ rad/mm. No layer.")

@@ -60,20 +60,26 @@ def _creepages(grid: GridView) -> str:
 
 
 def _layers(grid: GridView) -> str:
-    def whole(case: CaseView) -> str:
-        text = layers_text(case, math=True)
-        if not (thickness := _thickness(case)):
-            return text
-        each = "each " if len(case.layers) > 1 and ", " not in thickness else ""
-        return f"{text}, {each}{thickness} thick"
-
-    text = _told(grid, whole)
+    text = _told(grid, lambda case: _with_thickness(case, layers_text(case, math=True)))
     if text:
         return text if text == "no layer" else f"layers: {text}"
-    if not _differs_along(grid, _thickness) and _thickness(grid.first):
-        return f"thickness of each layer: {_thickness(grid.first)}"
-    text = _told(grid, lambda case: layers_text(case, math=True))
-    return f"layers: {text}" if text else ""
+    if text := _told(grid, lambda case: layers_text(case, math=True)):
+        return f"layers: {text}"
+    if _differs_along(grid, _count):
+        return "" if _differs_along(grid, _thickness) else f"thickness of each layer: {_thickness(grid.first)}"
+    return _count(grid.first) if _differs_along(grid, _thickness) else _with_thickness(grid.first, _count(grid.first))
+
+
+def _with_thickness(case: CaseView, words: str) -> str:
+    """`words` on a case's layers, with how thick they are."""
+    if not (thickness := _thickness(case)):
+        return words
+    each = "each " if len(case.layers) > 1 and ", " not in thickness else ""
+    return f"{words}, {each}{thickness} thick"
+
+
+def _count(case: CaseView) -> str:
+    return "1 layer" if len(case.layers) == 1 else f"{len(case.layers)} layers"
 
 
 def _thickness(case: CaseView) -> str:

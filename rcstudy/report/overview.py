@@ -195,7 +195,9 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     ax.set_xscale("log")
     if values[-1] < DECADE**2 * values[0]:
         short = values[-1] < DECADE * values[0]
-        ax.xaxis.set_major_locator(MaxNLocator(5) if short else LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.xaxis.set_major_locator(
+            MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]) if short else LogLocator(subs=(1.0, 2.0, 5.0))
+        )
         ax.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: short_number(tick)))
         ax.set_xticks([], minor=True)
 
