@@ -82,6 +82,17 @@ def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float])
         assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
 
 
+def test_estimate_of_cusps_on_kalkers_cells() -> None:
+    """They round these off as others do, by less of the pressure's."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01))
+    cusps = Hidden(cusp_of_pressure=0.1, cusp_of_tractions=0.2)
+    plain, found = (error_estimates(scene, 314, [MIDDLING] * 2, hidden) for hidden in (Hidden(), cusps))
+    added = {name: found[name] - plain[name] for name in found}
+    assert added.pop("pressure_max_error") == pytest.approx(0.4 * CELL * 0.1 * 100.0, rel=1e-9)
+    assert added.pop("traction_max_error") == pytest.approx(0.4 * CELL * 0.2 * 50.0, rel=1e-9)
+    assert set(added.values()) == {0.0}
+
+
 @pytest.mark.parametrize(("spin", "cells"), [(0.01, 2.0), (-0.01, 2.0), (0.006, 0.0)])
 def test_estimate_of_the_slip_area_around_a_pole_of_spin(spin: float, cells: float) -> None:
     """Two cells may stick there, where it lies in the contact, whichever way the bodies turn."""
