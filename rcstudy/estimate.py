@@ -176,9 +176,12 @@ _BALANCED = {"friction_power", "force_x", "force_y", "moment_z"}
 # Where all cells stick a zone narrower than half a cell may slip behind them: so much of the area over cells a radius.
 _UNSEEN = 0.3
 # Where all cells slip a strip at the leading edge may stick, less than a cell wide and so as long as the root of that
-# over the radius: so much of the area over N^(3/2), until the least slip is so many times the largest over N.
+# over the radius: so much of the area over N^(3/2), until the least slip is so many times the largest over N. Slip by
+# pressure, which rises steeply towards the edge, hides more. Tractions there do not go as far, or not that way: so much
+# of all friction can do.
 _STRIP = 0.3
-_BEYOND = 2.5
+_BEYOND, _BEYOND_ALIKE = 2.5, 1.0
+_IN_STRIP = 0.05
 
 
 def error_estimates(
@@ -308,9 +311,8 @@ class _Case:
             bars["slip_area"] = bars["contact_area"]
             if _turns_within(scene.creepage, finest["contact_radius"]):
                 bars["slip_area"] += 2.0 * dx * dy  # that may stick around the pole of spin
-            else:  # or along the leading edge, where slip falls to nothing
-                left = max(1.0 - self.hidden.least_slip * self.per_radius / _BEYOND, 0.0)
-                bars["slip_area"] += _STRIP * left * self.per_radius**-1.5 * finest["contact_area"]
+            else:
+                self.add_strip_that_sticks(bars)
         elif slip == missing and finest["traction_max"] > 0.0:  # of what cells show nothing slips
             bars["slip_area"] = max(bars["slip_area"], _UNSEEN / self.per_radius * finest["contact_area"])
             # and what pressure it has, that goes like the root of the distance from the edge
@@ -322,6 +324,17 @@ class _Case:
         elif slip and self.aligned and meshes > 1:
             # its borders are found within the contact's edge
             bars["slip_area"] = math.hypot(bars["slip_area"], bars["contact_area"])
+
+    def add_strip_that_sticks(self, bars: dict[str, float]) -> None:
+        """What sticks along the leading edge, where slip falls to nothing, in less than a cell; forces know of it."""
+        unlike = self.scene.moves_by_pressure
+        left = max(1.0 - self.hidden.least_slip * self.per_radius / (_BEYOND if unlike else _BEYOND_ALIKE), 0.0)
+        part = left * self.per_radius**-1.5
+        bars["slip_area"] += _STRIP * part * self.finest["contact_area"]
+        if self.aligned and unlike:
+            for name in ("force_x", "force_y", "friction_power"):
+                if name in bars:
+                    bars[name] += _IN_STRIP * part * self.scales[FITS[name].scale]
 
     def balance_power(self, bars: dict[str, float]) -> None:
         """On kalker's cells, which lose some of it: what creepages put into bodies that are alike goes somewhere."""

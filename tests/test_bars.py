@@ -103,13 +103,24 @@ def test_estimate_of_the_slip_area_around_a_pole_of_spin(spin: float, cells: flo
 
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
-@pytest.mark.parametrize(("least", "left"), [(0.0, 1.0), (0.1, 0.6), (0.26, 0.0), (0.5, 0.0), (1.0, 0.0)])
-def test_estimate_of_the_slip_area_where_all_cells_slip(discretisation: Any, least: float, left: float) -> None:
+@pytest.mark.parametrize(
+    ("counterbody", "least", "left"),
+    [(None, 0.0, 1.0), (None, 0.1, 0.6), (None, 0.26, 0.0), (None, 1.0, 0.0), (STEEL, 0.04, 0.6), (STEEL, 0.11, 0.0)],
+)
+def test_estimate_where_all_cells_slip(
+    discretisation: Any, counterbody: Material | None, least: float, left: float
+) -> None:
     """A strip at the edge may stick that cells do not show, the less the faster the slowest of them slips."""
-    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation=discretisation)
-    found = error_estimates(scene, round(100 * np.pi), [MIDDLING | {"slip_area": 1.0}] * 2, Hidden(least_slip=least))
-    strip = found["slip_area_error"] - found["contact_area_error"]
-    assert strip == pytest.approx(0.3 * left * 10.0**-1.5, rel=0.01, abs=1e-12)
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), counterbody=counterbody)
+    scene = replace(scene, discretisation=discretisation)
+    levels = [MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "friction_power": 0.2}] * 2
+    plain, found = (error_estimates(scene, round(100 * np.pi), levels, Hidden(least_slip=n)) for n in (1.0, least))
+    strip, forces = left * 10.0**-1.5, 0.05 if discretisation == "aligned" and counterbody is None else 0.0
+    assert plain["slip_area_error"] == plain["contact_area_error"]
+    expected = {"slip_area_error": 0.3 * strip, "force_x_error": forces * strip * 100.0 * scene.friction}
+    expected["friction_power_error"] = forces * strip * max(100.0 * scene.friction * 0.003, 0.2)
+    for name in found:
+        assert found[name] - plain[name] == pytest.approx(expected.get(name, 0.0), rel=0.01, abs=1e-12), name
 
 
 def test_least_slip_over_the_largest() -> None:
