@@ -110,7 +110,7 @@ FITS: dict[str, Fit] = {
 ALIGNED: dict[str, Fit] = {
     "force_x": Fit(0.42, 0.0165, 0.35, "friction force", excess=0.7),
     "force_y": Fit(0.3, 0.015, 0.35, "friction force", excess=0.7),
-    "moment_z": Fit(0.08, 0.022, 0.2, "friction moment", excess=0.25),
+    "moment_z": Fit(0.15, 0.022, 0.2, "friction moment", excess=0.25),
     "pressure_max": Fit(0.1, 0.026, 0.1, "pressure_max", excess=4.0, coupled=0.013),
     "contact_area": Fit(0.1, 0.032, 0.45, "contact_area", excess=2.0),
     "slip_area": Fit(0.18, 0.085, 0.6, "contact_area", slip=0.5, excess=0.7),
@@ -257,7 +257,7 @@ class _Case:
         guard = 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
         difference = max(difference, guard)
         unit, part = self.per_radius**-1.5 * scale, _part(fit, self.finest)
-        pulling = scene.friction if scene.coupling == "full" and scene.moves_by_pressure else 0.0
+        pulling = scene.friction if scene.is_coupled else 0.0
         noise, pull = (fit.k * part + fit.rest) * unit, fit.coupled * pulling * part * unit
         shifted = fit.first * part * scale / self.per_radius
         estimate = math.hypot(fit.c * difference, noise + pull, shifted)

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rcstudy.estimate import Hidden, error_estimates
+from rcstudy.estimate import Hidden, error_estimates, least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
@@ -176,7 +176,8 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     hidden = Hidden(by_layers=contact.beyond_edges / contact.area, softly=contact.short_of_edges / contact.area)
     if rolling is None:
         return hidden
-    hidden = hidden._replace(unsettled=rolling.unsettled, slip=unseen)
+    least = least_over_largest(rolling.s[contact.carrying])
+    hidden = hidden._replace(unsettled=rolling.unsettled, slip=unseen, least_slip=least)
     if not scene.is_coupled:
         return hidden
     at_peak, at_border = _cusps(contact, scene, rolling)
