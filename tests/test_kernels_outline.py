@@ -90,6 +90,22 @@ def test_against_crossings_sorted_by_their_angle(seed):
     assert outline.area_within(rows, columns, dx, dy) == pytest.approx(expected, rel=1e-12)
 
 
+def test_trusted_points_are_on_the_outline_and_go_round():
+    """Those of rows face x, those of columns y; scaled by half widths they are on a circle, one after the other."""
+    rows, columns = both(lambda x, y: ((x - 9.3) / 7.4) ** 2 + ((y - 8.1) / 5.2) ** 2 <= 1.0, 18, 15)
+    u, v = np.full((2, 2 * (18 + 15)), np.nan)
+    n, x0, width, y0, height = outline.trusted(rows, columns, 0.2, 0.1, u, v)
+    assert (x0, width, y0, height) == pytest.approx((9.3, 7.4, 8.1, 5.2), abs=0.1)
+    x, y = x0 + width * u[:n], y0 + height * v[:n]
+    np.testing.assert_allclose(((x - 9.3) / 7.4) ** 2 + ((y - 8.1) / 5.2) ** 2, 1.0, atol=1e-9)
+    angle = np.unwrap(np.arctan2(v[:n], u[:n]))
+    assert (np.diff(angle) > 0.0).all()
+    assert 0.8 * 2.0 * np.pi < np.ptp(angle) < 2.0 * np.pi
+    of_row = np.abs(y - np.rint(y)) < 1e-9
+    faces_x = np.abs(u[:n]) * height * 0.1 >= np.abs(v[:n]) * width * 0.2
+    np.testing.assert_array_equal(of_row[faces_x], True)
+
+
 @pytest.mark.parametrize("lines", [0, 1, 2])
 def test_nothing_of_an_outline_of_few_lines(lines):
     many, few = np.full((2, 7), np.nan), np.full((2, 7), np.nan)

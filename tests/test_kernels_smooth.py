@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
+from rcstudy.mechanics.edges import fit_outline
 from rcstudy.mechanics.kernels import smooth
+
+TERMS = 9
 
 
 def egg(seed: int, size: float = 0.03) -> np.ndarray:
     """Factors of an outline that is a circle but for waves of this size."""
-    terms = np.random.default_rng(seed).uniform(-size, size, smooth.TERMS)
+    terms = np.random.default_rng(seed).uniform(-size, size, TERMS)
     terms[0] = 1.1
     return terms
 
@@ -26,9 +29,9 @@ def points(terms: np.ndarray, n: int, seed: int = 0) -> tuple[np.ndarray, np.nda
 
 
 def test_waves() -> None:
-    out = np.zeros(smooth.TERMS)
+    out = np.zeros(TERMS)
     smooth.waves(0.7, out)
-    orders = np.arange(1, smooth.TERMS // 2 + 1) * 0.7
+    orders = np.arange(1, TERMS // 2 + 1) * 0.7
     np.testing.assert_allclose(out[0::2][1:], np.sin(orders), atol=1e-15)
     np.testing.assert_allclose(out[1::2], np.cos(orders), atol=1e-15)
     assert out[0] == 1.0
@@ -39,23 +42,35 @@ def test_an_outline_of_waves_is_found(seed: int) -> None:
     """To rounding, where it has no others; by least squares of r^2 where it is noisy."""
     terms = egg(seed)
     u, v = points(terms, 40, seed)
-    found = np.full(smooth.TERMS, np.nan)
-    assert smooth.fit_outline(u, v, found) < 1e-12
+    found = fit_outline(u, v)
+    assert found is not None
     np.testing.assert_allclose(found, terms, atol=1e-11)
+    assert smooth.off_outline(found, u, v) < 1e-11
     noise = 1.0 + np.random.default_rng(seed).uniform(-0.02, 0.02, u.size)
-    off = smooth.fit_outline(noise * u, noise * v, found)
+    found = fit_outline(noise * u, noise * v)
+    assert found is not None
     angle, square = np.arctan2(v, u), noise**2 * (u**2 + v**2)
-    columns = [np.ones(u.size)] + [f(m * angle) for m in range(1, smooth.TERMS // 2 + 1) for f in (np.cos, np.sin)]
+    columns = [np.ones(u.size)] + [f(m * angle) for m in range(1, TERMS // 2 + 1) for f in (np.cos, np.sin)]
     expected = np.linalg.lstsq(np.column_stack(columns), square, rcond=None)[0]
     np.testing.assert_allclose(found, expected, atol=1e-10)
     miss = (np.column_stack(columns) @ expected - square) / (2.0 * np.sqrt(square))
-    assert off == pytest.approx(math.sqrt(np.mean(miss**2)), rel=1e-9)
+    assert smooth.off_outline(found, noise * u, noise * v) == pytest.approx(math.sqrt(np.mean(miss**2)), rel=1e-9)
+
+
+def test_normal_equations() -> None:
+    u, v = points(egg(2), 25)
+    matrix, right = np.full((TERMS, TERMS), np.nan), np.full(TERMS, np.nan)
+    smooth.normal_equations(u, v, matrix, right)
+    columns = np.zeros((25, TERMS))
+    for k in range(25):
+        smooth.waves(math.atan2(v[k], u[k]), columns[k])
+    np.testing.assert_allclose(matrix, columns.T @ columns, atol=1e-12)
+    np.testing.assert_allclose(right, columns.T @ (u**2 + v**2), atol=1e-12)
 
 
 def test_few_points_tell_no_outline() -> None:
-    assert math.isnan(smooth.fit_outline(*points(egg(0), 2 * smooth.TERMS - 1), np.zeros(smooth.TERMS)))
-    same = np.full(40, 0.6)  # one point many times
-    assert math.isnan(smooth.fit_outline(same, same, np.zeros(smooth.TERMS)))
+    assert fit_outline(*points(egg(0), 2 * TERMS - 1)) is None
+    assert fit_outline(np.zeros(40), np.zeros(40)) is None  # no direction
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -80,7 +95,7 @@ def test_where_an_outline_crosses_a_line(seed: int) -> None:
 
 def test_ends_of_an_ellipse() -> None:
     """Ends and slopes of rows within its tips, to rounding; nan beyond."""
-    terms = np.zeros(smooth.TERMS)
+    terms = np.zeros(TERMS)
     terms[0] = 1.0
     ends, slopes = np.full((2, 14), 9.0), np.full(14, 9.0)
     low, high = smooth.smooth_ends(terms, 7.2, 8.0, 6.3, 5.5, ends, slopes)
@@ -134,7 +149,7 @@ def contact(seed: int) -> dict[str, np.ndarray]:
     """Rows of an elliptic contact, stick cells ahead of borders that scatter, the outermost ones' by more."""
     rng = np.random.default_rng(seed)
     ny = int(rng.integers(12, 30))
-    terms = np.zeros(smooth.TERMS)
+    terms = np.zeros(TERMS)
     terms[0] = 1.0
     ends, slopes = np.zeros((2, ny)), np.zeros(ny)
     height = 0.5 * ny - rng.uniform(0.6, 1.9)
@@ -180,6 +195,24 @@ def test_slip_widths(seed: int) -> None:
     assert (found is None) == (expected is None)
     if expected is not None:
         np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+def test_stick_range() -> None:
+    """Rows of chords of more than three cells, in one piece, five at least, one of two cells, to the leading edge."""
+    length, leading = np.array([0.5, 1.0, 2.0, 1.0, 1.0, 1.0, 0.0]), np.array([3, 2, 1, 0, 6, 5, 4])
+    ends, slip = np.stack([np.zeros(7), np.full(7, 5.0)]), np.zeros(7, dtype=np.bool_)
+    assert smooth.stick_range(length, ends, slip, leading) == (0, 5)
+    ends[1, 0] = 2.9
+    assert smooth.stick_range(length, ends, slip, leading) == (1, 5)
+    ends[1, 5] = np.nan
+    assert smooth.stick_range(length, ends, slip, leading) == (0, -1)  # four rows
+    ends[1] = 5.0
+    assert smooth.stick_range(0.9 * length, ends, slip, leading) == (0, -1)
+    slip[leading[4]] = True
+    assert smooth.stick_range(length, ends, slip, leading) == (0, -1)
+    slip[:] = False
+    length[6], length[5] = 1.0, 0.0
+    assert smooth.stick_range(length, ends, slip, leading) == (0, -1)  # in parts
 
 
 def test_most_of_these_stick_zones_tell() -> None:

@@ -29,6 +29,7 @@ SEEN = np.concatenate(
     )
 )
 TRUE = np.linspace(-0.15, 0.85, SEEN.size)
+_TERMS = 9  # of a smooth outline
 _ROUGH = 0.1  # cells that the edges are off a smooth outline: more, and it has none
 _MOST_BEYOND = 0.25  # of the area that cells find, that layers make it larger or smaller: of contacts of a few cells
 
@@ -144,8 +145,8 @@ class Outline:
         crossings = _crossings(self._p, self.low, self.high, self.ends), _crossings(*self._columns)
         u, v = np.zeros((2, 2 * sum(self._p.shape)))
         n, x0, width, y0, height = kernel.trusted(*crossings, dx, dy, u, v)
-        terms = np.zeros(smooth.TERMS)
-        if n == 0 or not smooth.fit_outline(u[:n], v[:n], terms) * math.sqrt(width * height) < _ROUGH:
+        terms = fit_outline(u[:n], v[:n])
+        if terms is None or smooth.off_outline(terms, u[:n], v[:n]) * math.sqrt(width * height) > _ROUGH:
             return None
         terms *= self.area_by_parabolas / (math.pi * terms[0] * width * height)
         ends, slopes = np.zeros((2, self.low.size)), np.zeros(self.low.size)
@@ -162,6 +163,18 @@ class Outline:
         """Largest pressure (MPa) and its place along x and y, in cells."""
         summit: tuple[float, float, float] = rows.summit(self._p)
         return summit
+
+
+def fit_outline(u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
+    """Factors [9] of the mean and of four waves of the angle that fit r^2 of points u, v [n] best; None of too few."""
+    if u.size < 2 * _TERMS:
+        return None
+    matrix, right = np.zeros((_TERMS, _TERMS)), np.zeros(_TERMS)
+    smooth.normal_equations(u, v, matrix, right)
+    try:
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _shift_by_layers(response: Callable[[np.ndarray], np.ndarray], side: float) -> float:

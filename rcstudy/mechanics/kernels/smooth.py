@@ -11,17 +11,11 @@ import math
 import numpy as np
 
 from rcstudy.mechanics.jit import jit
-from rcstudy.mechanics.kernels.pressure import factorise, solve_factorised
-
-TERMS = 9  # of an outline: four waves round it, and its mean
-FEWEST = 5  # rows that a stick zone must have to tell how wide the slip zone is
-SHORTEST = 2.0  # cells that its longest row must have
-CHORD = 3.0  # cells; the cells of rows of shorter chords do not tell
 
 
 @jit
 def waves(angle: float, out: np.ndarray) -> None:
-    """1, cos(angle), sin(angle), cos(2 angle), ... into out [TERMS], TERMS being odd."""
+    """1, cos(angle), sin(angle), cos(2 angle), ... into out [n], n being odd."""
     c, s = math.cos(angle), math.sin(angle)
     out[0] = 1.0
     a, b = 1.0, 0.0
@@ -31,35 +25,35 @@ def waves(angle: float, out: np.ndarray) -> None:
 
 
 @jit
-def fit_outline(u: np.ndarray, v: np.ndarray, terms: np.ndarray) -> float:
-    """Fit r^2 of points u, v [n] about the origin by waves of their angle, with factors terms [TERMS].
-
-    Returns by how much r is off in them (root of the mean square), nan if they are too few to tell.
-    """
-    n = u.size
-    matrix, wave = np.zeros((terms.size, terms.size)), np.zeros(terms.size)
-    terms[:] = 0.0
-    for k in range(n):
+def normal_equations(u: np.ndarray, v: np.ndarray, matrix: np.ndarray, right: np.ndarray) -> None:
+    """Least squares for r^2 of points u, v [n] about the origin by `waves` of their angle: matrix [k, k], right [k]."""
+    wave = np.zeros(right.size)
+    matrix[:, :] = 0.0
+    right[:] = 0.0
+    for k in range(u.size):
         waves(math.atan2(v[k], u[k]), wave)
         square = u[k] * u[k] + v[k] * v[k]
-        for a in range(terms.size):
-            terms[a] += wave[a] * square
-            for b in range(a, terms.size):
+        for a in range(wave.size):
+            right[a] += wave[a] * square
+            for b in range(wave.size):
                 matrix[a, b] += wave[a] * wave[b]
-    if n < 2 * terms.size or not factorise(matrix):
-        return math.nan
-    solve_factorised(matrix, terms)
+
+
+@jit
+def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
+    """By how much r of points u, v [n] is off an outline, root of mean square: r^2 is `waves` times terms."""
+    wave = np.zeros(terms.size)
     off = 0.0
-    for k in range(n):
+    for k in range(u.size):
         waves(math.atan2(v[k], u[k]), wave)
         square = u[k] * u[k] + v[k] * v[k]
         off += (np.sum(terms * wave) - square) ** 2 / (4.0 * square)
-    return math.sqrt(off / n)
+    return math.sqrt(off / u.size)
 
 
 @jit
 def tip(terms: np.ndarray, side: float) -> float:
-    """How far the outline of `fit_outline` reaches along v, towards side (1 or -1)."""
+    """How far an outline, see `off_outline`, reaches along v, towards side (1 or -1)."""
     wave = np.zeros(terms.size)
     at, height = 0.5 * math.pi * side, np.zeros(3)
     for step in (0.1, 0.01):
@@ -76,7 +70,7 @@ def tip(terms: np.ndarray, side: float) -> float:
 
 @jit
 def across(terms: np.ndarray, v: float, side: float) -> float:
-    """Where the outline of `fit_outline` crosses the line of this v, on the side (1 or -1) along u."""
+    """Where an outline, see `off_outline`, crosses the line of this v, on the side (1 or -1) along u."""
     wave = np.zeros(terms.size)
     u = side * math.sqrt(max(terms[0] - v * v, 0.0))
     for _ in range(6):  # r^2 hardly depends on the angle
@@ -125,8 +119,8 @@ def smooth_ends(
 ) -> tuple[float, float]:
     """Where a smooth outline crosses rows, ends [2, ny], the smaller first, and how steep the first is, slopes [ny].
 
-    The outline is that of `fit_outline`, terms, about x0, y0 and in units of width and height; nan in rows that it does
-    not reach. Returns between which rows it lies. Slopes, in cells per row, are those of an ellipse so wide and high.
+    terms: its, see `off_outline`, about x0, y0 and in units of width and height; nan in rows that it does not reach.
+    Returns between which rows it lies. Slopes, in cells per row, are those of an ellipse so wide and high.
     """
     low, high = y0 + height * tip(terms, -1.0), y0 + height * tip(terms, 1.0)
     for j in range(slopes.size):
@@ -165,16 +159,17 @@ def stick_range(length: np.ndarray, ends: np.ndarray, slip: np.ndarray, leading:
     It must be in one piece, go on to the contact's leading edge, and have some rows and cells. length [ny]: of its
     rows; ends [2, ny]: smooth ones, of the contact; slip [m]: flags of cells, leading [ny]: number of a row's foremost.
     """
+    least_chord, rows, cells = 3.0, 5, 2.0  # shorter rows, and fewer, tell next to nothing
     first, last, longest = 0, -1, 0.0
     for j in range(length.size):
-        if length[j] > 0.0 and ends[1, j] - ends[0, j] > CHORD:
+        if length[j] > 0.0 and ends[1, j] - ends[0, j] > least_chord:
             if slip[leading[j]] or (last >= 0 and last < j - 1):
                 return 0, -1
             if last < 0:
                 first = j
             last = j
             longest = max(longest, length[j])
-    return (first, last) if last - first >= FEWEST - 1 and longest >= SHORTEST else (0, -1)
+    return (first, last) if last - first + 1 >= rows and longest >= cells else (0, -1)
 
 
 @jit
