@@ -108,15 +108,15 @@ FITS: dict[str, Fit] = {
 
 # cells that begin where the contact begins (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
 ALIGNED: dict[str, Fit] = {
-    "force_x": Fit(0.42, 0.0135, 0.35, "friction force", excess=0.7),
-    "force_y": Fit(0.3, 0.0125, 0.35, "friction force", excess=0.7),
-    "moment_z": Fit(0.15, 0.018, 0.2, "friction moment", excess=0.25),
+    "force_x": Fit(0.42, 0.0125, 0.35, "friction force", excess=0.7),
+    "force_y": Fit(0.3, 0.011, 0.35, "friction force", excess=0.7),
+    "moment_z": Fit(0.15, 0.016, 0.2, "friction moment", excess=0.25),
     "pressure_max": Fit(0.1, 0.026, 0.1, "pressure_max", excess=4.0, coupled=0.013),
     "contact_area": Fit(0.1, 0.032, 0.45, "contact_area", excess=2.0),
     "slip_area": Fit(0.18, 0.085, 0.6, "contact_area", slip=0.5, excess=0.7),
     "contact_radius": Fit(0.1, 0.016, 0.22, "contact_radius", excess=2.0),
     "approach": Fit(0.1, 0.02, 0.02, "approach", excess=0.3),
-    "traction_max": Fit(0.4, 0.027, 1.0, "traction_max", stick=1.0, slip=-0.5, rest=0.014, excess=3.0, coupled=0.03),
+    "traction_max": Fit(0.4, 0.024, 1.0, "traction_max", stick=1.0, slip=-0.5, rest=0.012, excess=3.0, coupled=0.03),
     "friction_power": Fit(0.22, 0.034, 1.5, "friction power", stick=1.0, rest=0.017, excess=0.6),
 }
 
