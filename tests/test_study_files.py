@@ -11,6 +11,8 @@ from rcstudy.errors import UserError
 from rcstudy.spec import StudySpec, allowed_at
 from rcstudy.study import Study, load_study
 
+PAPERS = "paper.yaml", "paper_fine.yaml"
+
 
 @pytest.fixture
 def refused(tmp_path):
@@ -93,9 +95,25 @@ def test_many_errors_are_counted_not_all_listed(refused):
     assert found[-1] == "s.yaml: ... and 60 more errors"
 
 
+def test_the_papers_fine_study_is_the_papers_but_for_its_cells():
+    """Three lines and a comment: whatever reading is taken in one is taken in the other."""
+    paper, fine = ((CONFIGS / name).read_text(encoding="utf-8").splitlines() for name in PAPERS)
+    changed = {
+        "study: paper": "study: paper_fine",
+        "  mesh: {size: [2, 2], cells: [64, 64]}": "  mesh: {size: [2, 2], cells: [256, 256]}",
+        "  discretisation: kalker": "  discretisation: aligned",
+    }
+    assert changed.keys() <= set(paper)
+    expected = [changed.get(line, line) for line in paper]
+    first = next(k for k, (one, other) in enumerate(zip(expected, fine, strict=False)) if one != other)
+    added = len(fine) - len(expected)
+    assert fine[:first] + fine[first + added :] == expected
+    assert all(line.startswith("#") for line in fine[first : first + added])
+
+
 # no traceback, whatever the bytes
 
-PAPER = (CONFIGS / "paper.yaml").read_bytes()
+PAPER = (CONFIGS / PAPERS[0]).read_bytes()
 FRAGMENTS = [
     *(bytes([c]) for c in b"{}[]'\"#->~@`?:0|&*!%,\\"),
     *(b"true", b"*a", b"1e999", b".nan", b".inf"),
