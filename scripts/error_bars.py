@@ -184,7 +184,11 @@ def _creeping(scene: Scene, direction: np.ndarray, times: float) -> Scene:
     ax, ay = estimated_contact(scene)
     a = np.sqrt(ax * ay)
     size = times * scene.friction * a / np.sqrt(np.prod(scene.radius))
-    parts = np.array([1.0, 1.0, 1.5 / a]) * direction * size
+    return _with_creepage(scene, np.array([1.0, 1.0, 1.5 / a]) * direction * size)
+
+
+def _with_creepage(scene: Scene, parts: np.ndarray) -> Scene:
+    """The scene with longitudinal and lateral creepage and spin (rad/mm) `parts` [3], as far as a study allows them."""
     return replace(scene, creepage=Creepage(*np.clip(parts, (-1.0, -1.0, -1000.0), (1.0, 1.0, 1000.0)).tolist()))
 
 
@@ -226,7 +230,7 @@ def wild_scene(rng: np.random.Generator, discretisation: str) -> Scene:
         size = scene.friction * ax / scene.radius[0] * np.array([1.0, 1.0, 1.0 / np.sqrt(ax * ay)])
         parts = rng.choice([-1.0, 1.0], size=3) * 10.0 ** rng.uniform(-2.0, 0.7, size=3) * size
         parts *= [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 0, 1), (1, 1, 1)][rng.integers(6)]
-        return replace(scene, creepage=Creepage(*np.clip(parts, (-1.0, -1.0, -1000.0), (1.0, 1.0, 1000.0)).tolist()))
+        return _with_creepage(scene, parts)
 
 
 def _power(rng: np.random.Generator, low: float, high: float) -> float:

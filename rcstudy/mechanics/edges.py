@@ -119,9 +119,19 @@ class Outline:
     def _area_within(self, *, bent: bool) -> float:
         """Area in cells within the edges of rows and columns, by parabolas or moved by what these miss (`bent`)."""
         dx, dy = self.spacing
-        edges = _crossings(self._p, self.low, self.high, self.ends, bent=bent)
-        found = kernel.area_within(edges, _crossings(*self._columns, bent=bent), dx, dy)
+        found = kernel.area_within(*(self._crossings_by(bent=True) if bent else self._crossings), dx, dy)
         return float(found) if found > 0.0 else self.area_by_rows
+
+    @cached_property
+    def _crossings(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where the contact's edge crosses rows [2, ny] and columns [2, nx], by parabolas."""
+        return self._crossings_by(bent=False)
+
+    def _crossings_by(self, *, bent: bool) -> tuple[np.ndarray, np.ndarray]:
+        """The same, or moved by what parabolas miss (`bent`)."""
+        rows_and_columns = (self._p, self.low, self.high, self.ends), self._columns
+        along, across = (_crossings(*lines, bent=bent) for lines in rows_and_columns)
+        return along, across
 
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -132,7 +142,7 @@ class Outline:
     @cached_property
     def chords(self) -> tuple[np.ndarray, np.ndarray]:
         """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
-        sides = _crossings(*self._columns)
+        _, sides = self._crossings
         tips = np.array([np.nanmin(sides[0]), np.nanmax(sides[1])])
         chords = self.ends[1] - self.ends[0]
         rows.between_tips(chords, tips)
@@ -142,9 +152,8 @@ class Outline:
     def smooth(self) -> Smooth | None:
         """The outline without the scatter of its edges, enclosing `area_by_parabolas`; None if it is not smooth."""
         dx, dy = self.spacing
-        crossings = _crossings(self._p, self.low, self.high, self.ends), _crossings(*self._columns)
         u, v = np.zeros((2, 2 * sum(self._p.shape)))
-        n, x0, width, y0, height = kernel.trusted(*crossings, dx, dy, u, v)
+        n, x0, width, y0, height = kernel.trusted(*self._crossings, dx, dy, u, v)
         terms = fit_outline(u[:n], v[:n])
         if terms is None or smooth.off_outline(terms, u[:n], v[:n]) * math.sqrt(width * height) > _ROUGH:
             return None
