@@ -260,9 +260,10 @@ def stick_zone(
     return length, borders
 
 
-def slipping(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: int, high: int) -> float:
-    """Area of what slips, `widths` of the rows low to high and straight beyond, in a contact with `chords`."""
+def slipping(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray) -> float:
+    """Area of what slips, `widths` of the rows and straight beyond these, in a contact with `chords`."""
     held = np.flatnonzero(chords)
+    low, high = held[0], held[-1]
     y = np.array([min(tips[0], held[0] - 1e-6), *held, max(tips[1], held[-1] + 1e-6)])
     v = np.array([0.0, *chords[held] ** 2, 0.0])
     slope = np.diff(v) / np.diff(y)
@@ -272,8 +273,7 @@ def slipping(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: int,
         t = np.linspace(y[k], y[k + 1], 4001)
         bend = np.nanmean(bends[k : k + 2])
         square = v[k] + slope[k] * (t - y[k]) + bend * (t - y[k]) * (t - y[k + 1])
-        known = np.arange(low, high + 1)
-        wide = np.interp(t, known, widths[low : high + 1])
+        wide = np.interp(t, held, widths[held])
         below, above = t < low, t > high
         wide[below] = widths[low] + (t[below] - low) * (widths[low + 1] - widths[low])
         wide[above] = widths[high] + (t[above] - high) * (widths[high] - widths[high - 1])

@@ -468,7 +468,7 @@ class AlignedContact(NormalContact):
         widths = np.zeros(slopes.size)
         if not smooth.slip_widths(*of_rows, ends, slopes, slip, self._index[0], lean, bow, widths):
             return None
-        slips = stick.area_of_slip(chords, tips, widths, *stick.outermost(chords))
+        slips = stick.area_of_slip(chords, tips, widths)
         return self._slipping_part(float(slips) / outline.area_by_parabolas)
 
     def _area_around(self, length: np.ndarray) -> float:

@@ -172,12 +172,12 @@ def outermost(chords: np.ndarray) -> tuple[int, int]:
 
 
 @jit
-def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: int, high: int) -> float:
+def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray) -> float:
     """Area (cells) of a slip zone behind a stick zone that goes on to the contact's leading edge.
 
-    chords [ny]: those of the contact, which lies between the rows tips [2]; widths [ny]: how much of each row slips,
-    known from row low to row high. That goes straight from row to row, and on beyond those, as it hardly changes (in
-    strips: not at all, Haines and Ollerton, 1963); the squares of chords go by parabolas. No more slips than there is.
+    chords [ny]: those of the contact, which lies between the rows tips [2]; widths [ny]: how much of each row slips.
+    That goes straight from row to row, and on beyond the outermost ones to the tips, as it hardly changes (in strips:
+    not at all, Haines and Ollerton, 1963); the squares of chords go by parabolas. No more slips than there is.
     """
     parts = 32  # of the way from row to row
     first, end = outermost(chords)
@@ -201,7 +201,7 @@ def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray, low: 
             t = (part + 0.5) / parts
             y = at[k] + t * step
             v = square[k] + t * (square[k + 1] - square[k]) - bend * t * (1.0 - t) * step * step
-            j = min(max(math.floor(y), low), high - 1)
+            j = min(max(math.floor(y), first), end - 1)
             width = widths[j] + (y - j) * (widths[j + 1] - widths[j])
             total += min(max(width, 0.0), math.sqrt(max(v, 0.0))) * step / parts
     return total
