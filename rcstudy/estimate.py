@@ -235,7 +235,8 @@ class _Case:
         force = scene.friction * scene.load
         if "traction_max" in finest:  # where friction is far more than is needed, tractions are what they are
             force = min(force, _TRACTIONS * finest["traction_max"] * finest["contact_area"])
-        self.fastest = _fastest(scene.creepage, finest["contact_radius"])
+        self.creepage = scene.creepage or Creepage()
+        self.fastest = self.creepage.fastest(finest["contact_radius"])  # largest rigid slip, about
         self.power = max(force * self.fastest, abs(finest.get("friction_power", 0.0)))
         moment = force * finest["contact_radius"]
         self.scales = {"friction force": force, "friction moment": moment, "friction power": self.power, **finest}
@@ -309,7 +310,7 @@ class _Case:
         slip, missing = finest["slip_area"], self.hidden.slip.missing
         if self.all_slips:
             bars["slip_area"] = bars["contact_area"]
-            if _turns_within(scene.creepage, finest["contact_radius"]):
+            if self.creepage.turns_within(finest["contact_radius"]):
                 bars["slip_area"] += 2.0 * dx * dy  # that may stick around the pole of spin
             else:
                 self.add_strip_that_sticks(bars)
@@ -368,18 +369,6 @@ class _Case:
         bars["friction_power"] += _UNDER * (slip.force * self.fastest + slip.power)
         bars["traction_max"] += 0.5 * slip.force / self.finest["contact_area"]
         bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.area
-
-
-def _fastest(creepage: Creepage | None, radius: float) -> float:
-    """Largest rigid slip within `radius` (mm), about."""
-    if creepage is None:
-        return 0.0
-    return math.hypot(creepage.longitudinal, creepage.lateral) + abs(creepage.spin) * radius
-
-
-def _turns_within(creepage: Creepage | None, radius: float) -> bool:
-    """Whether the rigid slip vanishes within `radius` (mm)."""
-    return creepage is not None and math.hypot(creepage.longitudinal, creepage.lateral) < abs(creepage.spin) * radius
 
 
 def _part(fit: Fit, finest: dict[str, float]) -> float:

@@ -20,7 +20,7 @@ from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
 from rcstudy.mechanics.series import Series
-from rcstudy.mechanics.unseen import Unseen, slip_by_pressure_over_tractions
+from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
 
 _POLISHES = 2  # tenths of the tolerance that are tried where the proof fails by it
@@ -200,7 +200,7 @@ def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tu
     slip = rolling.slip
     if slip.all() or not slip.any():
         return 0.0, 0.0
-    cusp = scene.friction * abs(slip_by_pressure_over_tractions(contact.influence))
+    cusp = scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)
     x, y = contact.centres
     dx, dy = scene.mesh.spacing
     top = int(contact.pressure.argmax())

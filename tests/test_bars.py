@@ -165,7 +165,7 @@ def cells_of(mesh_cells: tuple[int, int], **more: Any) -> Any:
     """Something like a contact whose cells fill the window, pressed most in the middle, with Dundurs' constant -1/4."""
     i, j = (index.ravel() for index in np.indices(mesh_cells))
     x, y = i - 0.5 * (mesh_cells[0] - 1.0), j - 0.5 * (mesh_cells[1] - 1.0)
-    influence = SimpleNamespace(once=lambda name, make: -0.25)
+    influence = SimpleNamespace(slip_by_pressure_over_tractions=-0.25)
     return SimpleNamespace(centres=(x, y), pressure=100.0 - x**2 - y**2, influence=influence, **more)
 
 

@@ -13,7 +13,7 @@ from contacts import STEEL, steel
 from rcstudy import sweep
 from rcstudy.cube import case_table, open_cube
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
-from rcstudy.mechanics.rolling import RollingSolution
+from rcstudy.mechanics.rolling import RollingSolution, rigid_slip
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
 from rcstudy.mechanics.series import Series
 from rcstudy.result import Result, Status
@@ -32,6 +32,18 @@ CREEPAGES = [Creepage(0.0004 + 0.0001 * k, 0.0003, 0.004) for k in range(8)]
 
 def products(results: Sequence[Result]) -> float:
     return sum(result.scalars["operator_products"] + result.scalars["coarse_products"] for result in results)
+
+
+@pytest.mark.parametrize("spin", [0.0, 0.015, -0.04])
+def test_rigid_slip_within_a_circle(spin: float) -> None:
+    """Its largest value, and whether it vanishes somewhere: as on many points."""
+    radius, angle = np.linspace(0.0, 0.5, 201)[:, None], np.linspace(0.0, 2.0 * np.pi, 721)
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    creepage = Creepage(0.005, -0.007, 0.01) - Creepage(-0.001, 0.001, 0.01 - spin)
+    w = rigid_slip(x.ravel(), y.ravel(), creepage, 0.0)
+    speed = np.hypot(w[:, 0], w[:, 1])
+    assert creepage.fastest(0.5) == pytest.approx(speed.max(), rel=1e-4)
+    assert creepage.turns_within(0.5) == (speed.min() < 0.005 * speed.max())
 
 
 @pytest.mark.heavy

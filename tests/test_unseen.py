@@ -11,7 +11,7 @@ from contacts import steel
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
-from rcstudy.mechanics.unseen import Unseen, slip_by_pressure_over_tractions, unseen_slip
+from rcstudy.mechanics.unseen import Unseen, unseen_slip
 from rcstudy.solve import solve_scene
 
 
@@ -19,7 +19,7 @@ def test_dundurs_constant() -> None:
     """(1 - 2 nu)/(2 (1 - nu)) of a body on a rigid one, none of bodies alike, that of the layer where it is thick."""
 
     def beta(scene: Scene) -> float:
-        return slip_by_pressure_over_tractions(solve_normal(scene).influence)
+        return solve_normal(scene).influence.slip_by_pressure_over_tractions
 
     scene = steel(Mesh((1.0, 1.0), (20, 20)), counterbody=None)
     assert beta(scene) == pytest.approx(0.4 / 1.4, rel=1e-12)

@@ -56,7 +56,7 @@ from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.skins import BORDERS, shift_by_layers
 from rcstudy.mechanics.slip_operator import SlipOperator
-from rcstudy.mechanics.unseen import Unseen, slip_by_pressure_over_tractions, unseen_slip
+from rcstudy.mechanics.unseen import Unseen, unseen_slip
 
 _EDGE = 0.7480  # theta: distance from the leading cell's centre to where the contact seems to begin, in cells
 _SPIN_POINT = 0.5  # in cells ahead of the centre
@@ -463,7 +463,7 @@ class AlignedContact(NormalContact):
         ends, slopes, chords, tips, curvature = outline.smooth
         dx, dy = self.scene.mesh.spacing
         lean = dx / dy * (1.0 + _ACROSS * across * across)
-        by_pressure = backwards * slip_by_pressure_over_tractions(self.influence)
+        by_pressure = backwards * self.influence.slip_by_pressure_over_tractions
         bow = curvature * (_BOW - _BOW_BY_PRESSURE * by_pressure)
         widths = np.zeros(slopes.size)
         if not smooth.slip_widths(*of_rows, ends, slopes, slip, self._index[0], lean, bow, widths):

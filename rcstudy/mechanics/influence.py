@@ -161,6 +161,17 @@ class Influence:
 
         return self.once("slip under pressure", made)
 
+    @property
+    def slip_by_pressure_over_tractions(self) -> float:
+        """Dundurs' constant beta: slip that pressure causes on the spot, as above, over what as much traction does."""
+
+        def made() -> float:
+            dx = self.spacing[0]
+            by_traction = float(self.traction_responses(np.array([1.0 / dx]))[0, 0]) / dx
+            return self.slip_under_pressure / by_traction
+
+        return self.once("beta", made)
+
     def quadrant(self, nx: int, ny: int) -> np.ndarray:
         """Coefficients at offsets i dx, j dy, i = 0..nx-1, j = 0..ny-1: array [6, >= nx, >= ny] in mm/MPa.
 

@@ -57,6 +57,21 @@ class Creepage:
     lateral: float = 0.0
     spin: float = 0.0
 
+    def __sub__(self, other: Creepage) -> Creepage:
+        return Creepage(self.longitudinal - other.longitudinal, self.lateral - other.lateral, self.spin - other.spin)
+
+    def fastest(self, radius: float) -> float:
+        """Largest rigid slip (-) within `radius` (mm) of the origin, |xi| + |phi| r (the paper's Eq. 5)."""
+        return self._translation + abs(self.spin) * radius
+
+    def turns_within(self, radius: float) -> bool:
+        """Whether the rigid slip vanishes somewhere within `radius` (mm), at the pole of spin."""
+        return self._translation < abs(self.spin) * radius
+
+    @property
+    def _translation(self) -> float:
+        return math.hypot(self.longitudinal, self.lateral)
+
 
 @dataclass(frozen=True)
 class Mesh:

@@ -6,7 +6,6 @@ are. What a neighbour adds is what its own mesh found beyond them: that hardly c
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 from rcstudy.mechanics.rolling import RollingSolution
@@ -33,15 +32,10 @@ class Series:
         """The tractions closest to those of `scene`, from which it differs in creepage alone; None if far from all."""
         if scene.creepage is None:
             return None
-        nearest, least = None, _NEAR * self._rigid_slip(scene.creepage, Creepage())
+        nearest, least = None, _NEAR * scene.creepage.fastest(self._radius)
         apart_from_creepage = replace(scene, creepage=None)
         for other, creepage, rolling in self._found:
-            far = self._rigid_slip(scene.creepage, creepage)
+            far = (scene.creepage - creepage).fastest(self._radius)
             if far <= least and other == apart_from_creepage:
                 nearest, least = rolling, far
         return nearest
-
-    def _rigid_slip(self, one: Creepage, other: Creepage) -> float:
-        """Largest difference, about, between the rigid slips of two creepages within the contact."""
-        of_creepages = math.hypot(one.longitudinal - other.longitudinal, one.lateral - other.lateral)
-        return of_creepages + abs(one.spin - other.spin) * self._radius

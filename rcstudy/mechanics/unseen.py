@@ -52,20 +52,6 @@ class Unseen(NamedTuple):
     power: float = 0.0
 
 
-def slip_by_pressure_over_tractions(influence: Influence) -> float:
-    """Dundurs' constant beta: slip that pressure causes on the spot over what as much traction does.
-
-    Of waves of wave number 1/dx, for which layers thicker than a few cells are half-spaces.
-    """
-
-    def made() -> float:
-        dx = influence.spacing[0]
-        by_traction = float(influence.traction_responses(np.array([1.0 / dx]))[0, 0]) / dx
-        return influence.slip_under_pressure / by_traction
-
-    return influence.once("beta", made)
-
-
 def unseen_slip(
     rows: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     q: np.ndarray,
@@ -81,7 +67,7 @@ def unseen_slip(
     (mm) of the cells' centres; `theta`: from a leading cell's centre to the edge (in cells).
     """
     dx, dy = influence.spacing
-    k = slip_by_pressure_over_tractions(influence) / (math.pi * friction)
+    k = influence.slip_by_pressure_over_tractions / (math.pi * friction)
     if abs(k) < _LEAST:
         return Unseen()
     sums = np.zeros(6)
