@@ -9,7 +9,7 @@ import pytest
 from contacts import LOAD, STEEL, hertz_of, solved, steel, window
 from scipy.linalg import solve_toeplitz
 
-from rcstudy.mechanics import aligned, edges
+from rcstudy.mechanics import aligned, edges, moved_rows
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
@@ -55,7 +55,7 @@ def test_leading_edge_of_the_discrete_half_line():
         one, two = (q[k] ** 2 * (n - k) for k in (at, 2 * at))
         return float((2 * at - at * two / one) / (two / one - 1.0))
 
-    assert 2.0 * theta(40) - theta(20) == pytest.approx(aligned._EDGE, abs=2e-4)
+    assert 2.0 * theta(40) - theta(20) == pytest.approx(moved_rows.EDGE, abs=2e-4)
 
 
 def test_slip_by_pressure_on_the_discrete_half_line():
@@ -64,7 +64,7 @@ def test_slip_by_pressure_on_the_discrete_half_line():
     The continuous edge gives weights of one over the root of the distance, the discrete one the first column of the
     inverse's transpose, far from where the row ends. With both, equal slips over a stretch that fades come out alike.
     """
-    n, theta = 4000, aligned._EDGE
+    n, theta = 4000, moved_rows.EDGE
     j = np.arange(n, dtype=float)
 
     def slip(d: np.ndarray) -> np.ndarray:  # at cell i by cell k, k - i = d, both counted from the leading cell
@@ -126,7 +126,7 @@ def test_where_the_edge_is_in_a_row_of_cells(offset):
     true = np.interp(seen, edges.SEEN, edges.TRUE)
     assert true == pytest.approx(60.0 - x[outer], abs=0.008)
     second = p[outer - 1] / np.sqrt(1.0 - (x[outer - 1] / 60.0) ** 2)
-    assert np.interp(60.0 - x[outer], edges.TRUE, aligned._PRESSED) == pytest.approx(second, abs=3e-4)
+    assert np.interp(60.0 - x[outer], edges.TRUE, moved_rows._PRESSED) == pytest.approx(second, abs=3e-4)
 
 
 # --- the operator ---
@@ -136,7 +136,7 @@ def test_moved_operator_against_closed_forms_at_the_moved_cells():
     """Slips by Cerruti's formulas between all pairs of cells; waves interpolate to a hundredth, also the shortest."""
     scene = steel(window((hertz_of().a[0],) * 2, (14.3, 14.3)), creepage=SLOPING)
     contact = AlignedContact(solve_normal(scene))
-    assert np.ptp(contact.shift) > 0.5
+    assert np.ptp(contact.rows.shift) > 0.5
     dx, dy = scene.mesh.spacing
     x, y = contact.centres
 
@@ -177,7 +177,7 @@ def test_every_row_begins_theta_behind_its_edge_and_keeps_its_force():
     for row in range(2, contact.box.shape[1] - 2):  # the outermost are too short for edges this good
         own = j == row
         edge = np.sqrt(a * a - y[own][0] ** 2)
-        assert x[own].max() + aligned._EDGE * dx == pytest.approx(edge, abs=0.06 * dx)
+        assert x[own].max() + moved_rows.EDGE * dx == pytest.approx(edge, abs=0.06 * dx)
         assert contact.pressure[own].sum() == pytest.approx(normal.solution.p[:, contact.box.j0 + row].sum(), rel=1e-12)
     assert contact.area == pytest.approx(np.pi * a * a, rel=0.005)
 
@@ -333,8 +333,8 @@ def test_layers_move_the_border_of_the_stick_zone():
         layers = (Layer(modulus, 0.3, 0.1),)
         scene = steel(Mesh((0.9, 0.9), (36, 36)), counterbody=None, layers=layers, creepage=Creepage(0.001))
         contact = AlignedContact(solve_normal(scene))
-        assert contact.beyond_edges * contact._border_shift > 0.0 or modulus == 210000.0
-        return contact._border_shift
+        assert contact.beyond_edges * contact.slip_zones.border_shift > 0.0 or modulus == 210000.0
+        return contact.slip_zones.border_shift
 
     assert shift(210000.0) == pytest.approx(0.0, abs=1e-12)
     assert shift(420000.0) < -1e-3 < 1e-3 < shift(105000.0)
@@ -344,7 +344,7 @@ def test_slip_under_pressure_is_what_a_long_contact_shows():
     """Between neighbouring cells, behind the leading ones: what is not on the spot hardly changes there."""
     scene = steel(Mesh((0.8, 6.0), (60, 61)), counterbody=None, radius=(50.0, 1000.0), load=1000.0, creepage=SLOPING)
     contact = AlignedContact(solve_normal(scene))
-    row = contact._index[:, contact.box.shape[1] // 2]
+    row = contact.rows.index[:, contact.box.shape[1] // 2]
     cells = row[row >= 0][4:-4]
     per_pressure = np.diff(contact.slip_by_pressure[cells, 0]) / np.diff(contact.pressure[cells])
     steep = np.abs(np.diff(contact.pressure[cells])) > 0.01 * contact.pressure.max()
@@ -481,8 +481,8 @@ def test_rows_that_end_halfway_between_cells_are_moved_alike():
     scene = steel(Mesh((1.0, 1.0), (32, 32)), layers=layers, creepage=Creepage(0.002), discretisation="aligned")
     scene = replace(scene, counterbody=None, tolerance=Tolerance(1e-9, 1e-9))
     contact = AlignedContact(solve_normal(scene))
-    assert np.abs(contact.shift).max() > 0.5 - aligned._HALFWAY
-    np.testing.assert_allclose(contact.shift, contact.shift[::-1], atol=1e-9)
+    assert np.abs(contact.rows.shift).max() > 0.5 - moved_rows.HALFWAY
+    np.testing.assert_allclose(contact.rows.shift, contact.rows.shift[::-1], atol=1e-9)
     result = solved(scene)
     assert abs(result.scalars["force_y"]) < 1e-9 * abs(result.scalars["force_x"])
 

@@ -281,7 +281,7 @@ def test_lift_by_moved_rows() -> None:
     quadrant = contact.influence.around(padded)
     hats = symbols(pressure_quadrants(quadrant), padded)
     for moved in (0, 2):  # the shortest wave is not moved, so not by one
-        contact.shift = np.full(contact.box.shape[1], float(moved))
+        contact.rows.shift = np.full(contact.box.shape[1], float(moved))
         windows = contact.spread(q.T)
         expected = -sum(
             convolve(hat, padded, np.roll(window, moved, axis=0)[box.slices])

@@ -57,7 +57,7 @@ class Outline:
     """
 
     def __init__(self, p: np.ndarray, spacing: tuple[float, float], influence: Influence) -> None:
-        self._p, self.spacing, self.influence = p, spacing, influence
+        self.p, self.spacing, self.influence = p, spacing, influence
         self.low, self.high, self.ends = _edges_of(p)
         # a contact at the window's edge is refused later on; until then its cells must not leave the array
         np.clip(self.ends, -0.49, p.shape[0] - 0.51, out=self.ends)
@@ -105,11 +105,11 @@ class Outline:
         Those that both their row and their column hold between cells in contact: notches are outside the edges.
         """
         dx, dy = self.spacing
-        nx, ny = self._p.shape
+        nx, ny = self.p.shape
         _, low, high, _ = self._columns
         i, j = np.arange(nx)[:, None], np.arange(ny)
         held = (self.low <= i) & (i <= self.high) & (low[:, None] <= j) & (j <= high[:, None])
-        return float(np.count_nonzero(held & (self._p <= 0.0))) * dx * dy
+        return float(np.count_nonzero(held & (self.p <= 0.0))) * dx * dy
 
     @cached_property
     def area_by_parabolas(self) -> float:
@@ -129,14 +129,14 @@ class Outline:
 
     def _crossings_by(self, *, bent: bool) -> tuple[np.ndarray, np.ndarray]:
         """The same, or moved by what parabolas miss (`bent`)."""
-        rows_and_columns = (self._p, self.low, self.high, self.ends), self._columns
+        rows_and_columns = (self.p, self.low, self.high, self.ends), self._columns
         along, across = (_crossings(*lines, bent=bent) for lines in rows_and_columns)
         return along, across
 
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """The contact's columns as if they were rows: pressures [ny, nx], and what `_edges_of` finds."""
-        p = np.ascontiguousarray(self._p.T)
+        p = np.ascontiguousarray(self.p.T)
         return p, *_edges_of(p)
 
     @cached_property
@@ -152,7 +152,7 @@ class Outline:
     def smooth(self) -> Smooth | None:
         """The outline without the scatter of its edges, enclosing `area_by_parabolas`; None if it is not smooth."""
         dx, dy = self.spacing
-        u, v = np.zeros((2, 2 * sum(self._p.shape)))
+        u, v = np.zeros((2, 2 * sum(self.p.shape)))
         n, x0, width, y0, height = kernel.trusted(*self._crossings, dx, dy, u, v)
         terms = fit_outline(u[:n], v[:n])
         if terms is None or smooth.off_outline(terms, u[:n], v[:n]) * math.sqrt(width * height) > _ROUGH:
@@ -170,7 +170,7 @@ class Outline:
     @cached_property
     def summit(self) -> tuple[float, float, float]:
         """Largest pressure (MPa) and its place along x and y, in cells."""
-        summit: tuple[float, float, float] = rows.summit(self._p)
+        summit: tuple[float, float, float] = rows.summit(self.p)
         return summit
 
 

@@ -70,6 +70,7 @@ class Creepage:
 
     @property
     def _translation(self) -> float:
+        """Size of the creepage without spin (-)."""
         return math.hypot(self.longitudinal, self.lateral)
 
 

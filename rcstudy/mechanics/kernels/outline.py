@@ -1,4 +1,4 @@
-"""Outline of the contact, known where it crosses the rows and the columns of a mesh (`aligned.py`), and its area."""
+"""Outline of the contact, known where it crosses the rows and the columns of a mesh (`edges.py`), and its area."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows of cells that begin where the contact begins (`aligned.py`): edges of the contact, bounds, values between cells.
+"""Rows of cells that begin where the contact begins (`moved_rows.py`): edges, bounds, values between cells.
 
 Positions along x are in cells: the centre of cell i of the box is at i.
 """

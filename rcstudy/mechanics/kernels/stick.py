@@ -1,4 +1,4 @@
-"""Stick zone of cells that begin where the contact begins (`aligned.py`): its borders between cells, row by row."""
+"""Stick zone of cells that begin where the contact begins (`slip_zone.py`): its borders between cells, row by row."""
 
 from __future__ import annotations
 

@@ -1,0 +1,153 @@
+r"""Rows of cells that begin where the contact begins (`aligned.py`): where they are, and what pressure is on them.
+
+The discrete half-line. Take the slip of `rolling.py`, (u_i - u_(i+1))/dx with piecewise-constant tractions, on a row
+with a straight leading edge. Its symbol is that of point sources halfway between control points, times a function rho
+of the wave number, 1 - (k dx)^2/12 for long waves; here `convolution.point_factor` takes that out. Under constant slip
+the exact traction goes like the root of the distance from the edge, that of point sources like
+Gamma(j + 3/2)/Gamma(j + 1), which is sqrt(j + theta) with theta = 3/4, j = 0, 1, ... counted from the leading cell;
+factoring what is left of rho (Wiener and Hopf) makes it 0.748, factoring all of it 0.825. So the cells behave as if the
+contact began theta dx ahead of the leading cell's centre. Where cells are taken by their centres it begins 0 to 1 cell
+ahead, 1/2 on average: too long a stick zone, of first order in dx, plus a noise of rows that end between cells.
+
+So each row of cells is moved along x, by up to half a cell, so that its leading cell's centre lies theta dx behind the
+edge of the contact in that row (`edges.py`). The pressure of a cell is the mean over it, of a profile between the
+mesh's own cells in which p^2 goes straight; each row keeps its force.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from rcstudy.mechanics.convolution import Box
+from rcstudy.mechanics.edges import TRUE, Outline
+from rcstudy.mechanics.kernels import row_cells, rows
+
+EDGE = 0.7480
+"""theta: distance from the leading cell's centre to where the contact seems to begin, in cells."""
+
+HALFWAY = 1e-3
+"""In cells: closer to the middle between two, either or both are taken, whatever rounding says."""
+
+# By how much the cell beside the outermost one is pressed more than its centre in the true contact, of that
+# cylinder of which `edges.TRUE` is.
+_PRESSED = np.concatenate(
+    (
+        [1.0465, 1.0384, 1.0315, 1.0257, 1.0208, 1.0167, 1.0134, 1.0106, 1.0083, 1.0065, 1.0051],
+        [1.0042, 1.0036, 1.0033, 1.0033, 1.0036, 1.0041, 1.0048, 1.0058, 1.0069, 1.0080],
+    )
+)
+_LEAST = 1e-9  # least pressure of a cell, over the largest
+
+
+class MovedRows:
+    """Rows of cells along x in a `box` of the window, moved so that they begin at the edges that `outline` has.
+
+    `window` [nx, ny] (MPa): pressure on the mesh's own cells; `like`: rows have the places and cells that they have
+    there, as far as they can.
+
+    Of each row, `start` [ny]: where its leading cell's centre is (in cells from that of the box's first one), `count`
+    [ny]: of how many cells it is, `shift` [ny]: by how many it is moved. Of the cells, `cells` [m, 2]: their indices in
+    the box, rows of constant x first, `held` [nx, ny]: which of the box these are, `index` [most, ny]: their numbers m
+    from the leading one of each row on, -1 beyond its last; `pressure` [m] (MPa): the mean over each, `middle` [m]:
+    where along x its force is (in cells), `carrying` [m]: whether it carries something.
+    """
+
+    def __init__(self, window: np.ndarray, box: Box, outline: Outline, like: MovedRows | None = None) -> None:
+        self._window, self._box, self._outline = window, box, outline
+        p, (back, front) = outline.p, outline.ends
+        touched = outline.high >= outline.low
+        # a row shorter than twice theta cells has one cell, in its middle
+        self.start = np.where(touched, np.maximum(front - EDGE, 0.5 * (back + front)), 0.0)
+        self.count = np.where(touched, np.maximum(1, np.ceil(self.start - back)), 0).astype(np.int64)
+        taken = self._take(like) if like is not None else None
+        leading = np.rint(self.start - HALFWAY).astype(np.int64)
+        self.shift = self.start - leading
+        number = int(self.count.sum())
+        self.cells, self.held = np.zeros((number, 2), dtype=np.int64), np.zeros(p.shape, dtype=np.bool_)
+        self.index = np.zeros((self.count.max(), self.count.size), dtype=np.int64)
+        row_cells.number_cells(leading, self.count, self.held, self.cells, self.index)
+        self.pressure, self.middle = np.zeros(number), np.zeros(number)
+        rows.row_bounds(p, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
+        if like is not None and taken is not None:
+            self._carry_on(like, taken)
+        # plates can lift off within a row: what they carry there is nothing, but a bound must not be
+        least = _LEAST * self.pressure.max(initial=0.0)
+        self.carrying = self.pressure > least
+        np.maximum(self.pressure, least, out=self.pressure)
+
+    def _take(self, other: MovedRows) -> np.ndarray:
+        """Take the rows of `other`, where both have cells and the box has room for them; returns which."""
+        ahead, aside = other._box.i0 - self._box.i0, other._box.j0 - self._box.j0
+        j = np.arange(max(aside, 0), min(aside + other.count.size, self.count.size))
+        start, count = other.start[j - aside] + ahead, other.count[j - aside]
+        leading = np.rint(start - HALFWAY)
+        room = (leading < self._box.shape[0]) & (leading - count >= -1)
+        j, start, count = (values[room & (count > 0) & (self.count[j] > 0)] for values in (j, start, count))
+        self.start[j], self.count[j] = start, count
+        return j
+
+    def _carry_on(self, other: MovedRows, taken: np.ndarray) -> None:
+        """Pressures of the rows `taken` from `other`: as there, but for what that of the mesh's own cells changed by.
+
+        Edges between cells jump when a cell comes into contact or leaves it, and pressures by them do.
+        """
+        aside = other._box.j0 - self._box.j0
+        index = np.zeros((len(other.index), self.count.size), dtype=np.int64)
+        index[:, taken] = other.index[:, taken - aside]
+        before = np.ascontiguousarray(other._window[self._box.slices])
+        of_cells = self.start, self.count, self.index, taken
+        rows.carry_on(self._outline.p, before, *of_cells, other.pressure, index, self.pressure)
+
+    @cached_property
+    def profiles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Pressure between the mesh's own cells, see `rows.row_profiles`: knots, p^2 there, their number [ny]."""
+        outline, (nx, ny) = self._outline, self._outline.p.shape
+        knots, squares = np.zeros((2, ny, 2 * nx + 3))
+        known = np.zeros(ny, dtype=np.int64)
+        of_rows = outline.low, outline.high, outline.ends
+        rows.row_profiles(outline.p, *of_rows, TRUE, _PRESSED, knots, squares, known)
+        return knots, squares, known
+
+    @cached_property
+    def neighbours(self) -> np.ndarray:
+        """Numbers [2, m] of the cells ahead and behind each cell, its own where there is none."""
+        out = np.zeros((2, len(self.cells)), dtype=np.int64)
+        row_cells.row_neighbours(self.index, out)
+        return out
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Normal [2, ny] of the leading edge in each row."""
+        dx, dy = self._outline.spacing
+        normals = np.zeros((2, self.count.size))
+        row_cells.edge_normals(self._outline.ends[1], self.index, dx / dy, normals)
+        return normals
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        """How many cells there are along x, from the hindmost to the foremost one, and rows in the box."""
+        return int(self.cells[-1, 0] - self.cells[0, 0]) + 1, self.count.size
+
+    def on_window(
+        self, q: np.ndarray, s: np.ndarray, slip: np.ndarray, friction: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tractions [2, nx, ny] (MPa), slips [2, nx, ny] and slip flags [nx, ny] at the centres of the window's cells.
+
+        From those `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells, along each row: the fraction of the bound in
+        stick cells, direction and slip in slip cells. Zero outside the contact.
+        """
+        p = self._outline.p
+        values, flags = np.zeros((4, *p.shape)), np.zeros(p.shape, dtype=np.bool_)
+        rows.on_box(q, s, slip, friction * self.pressure, self.cells, values, flags)
+        i, j = own = np.nonzero(p > 0.0)
+        cells = np.stack(own, axis=1)
+        found, nearest = np.zeros((len(cells), 4)), np.zeros(len(cells), dtype=np.int64)
+        rows.to_centres(values, self.held, self.shift, cells, found, nearest)
+        slips = flags[nearest, j]
+        window, states = np.zeros((4, *self._window.shape)), np.zeros(self._window.shape, dtype=np.bool_)
+        corner = self._box.i0, self._box.j0
+        rows.by_law(found, slips, friction * p[own], cells, corner, window)
+        states[corner[0] + i, corner[1] + j] = slips
+        return window[:2], window[2:], states

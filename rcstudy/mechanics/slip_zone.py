@@ -1,0 +1,115 @@
+"""The slip zone on aligned cells: its area, to its border between cells, and the largest traction.
+
+Of each row `kernels/stick.py` tells between which places it sticks. The part of the contact that slips is taken from
+there, and the contact's own area from `edges.py`: both go by the same edges. Where the stick zone is in one piece and
+goes on to the leading edge, the slip zone is what lies behind it, of a width that hardly changes from row to row
+(`kernels/smooth.py`); else it is what lies around it.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from rcstudy.mechanics.edges import Outline
+from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.kernels import rows, smooth, stick
+from rcstudy.mechanics.moved_rows import HALFWAY, MovedRows
+from rcstudy.mechanics.rolling import RollingSolution
+from rcstudy.mechanics.skins import BORDERS, shift_by_layers
+
+# Borders of the stick zone that run along y are found too far back by so much of their curvature, less where pressure
+# helps friction; oblique ones by more where tractions go along y (35 contacts on 32 and 64 cells against 512).
+_BOW, _BOW_BY_PRESSURE, _ACROSS = 0.09, 0.25, 0.5
+_NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
+
+
+class SlipZones:
+    """Slip zones of contacts with the same `cells` and `outline`, between bodies with `influence`."""
+
+    def __init__(self, cells: MovedRows, outline: Outline, influence: Influence) -> None:
+        self._cells, self._outline, self._influence = cells, outline, influence
+
+    def area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
+        """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa).
+
+        Tractions peak at that border, where they are mu p, or where the pressure does.
+        """
+        slip, cells, outline = rolling.slip, self._cells, self._outline
+        room, speed = np.zeros((2, slip.size))
+        of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
+        largest, sticking, backwards, across = stick.rooms_and_speeds(*of_cells, room, speed)
+        if not slip.any():
+            return 0.0, largest
+        ny = cells.count.size
+        length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
+        of_rows = cells.index, cells.start, cells.count, outline.ends
+        found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
+        most = friction * outline.summit[0]
+        # where the pressure peaks in the slip zone, so do the slip cells' tractions
+        peaks = [most if slip[self._top].any() else largest]
+        if found:
+            # the area takes them as they are found: what layers do to the contact's edge makes up for it
+            there = borders[:found].copy()
+            there[last[last >= 0], 0] -= self.border_shift
+            squares = rows.squares_at_borders(*cells.profiles, there)
+            peaks += [friction * rows.peak_at_borders(squares, there), sticking]
+        area = self._area_behind((borders, last, length), slip, backwards / friction, across)
+        if area is None:
+            area = self._area_around(length)
+        # no border carries more than where the pressure is largest
+        return area, min(max(peaks), most)
+
+    @cached_property
+    def _top(self) -> np.ndarray:
+        """Numbers of the cells closest to the largest pressure: two where it is halfway between two rows."""
+        cells, (_, x, y) = self._cells, self._outline.summit
+        nearest = sorted({round(y - HALFWAY), round(y + HALFWAY)})
+        j = np.array([row for row in nearest if cells.count[row] > 0], dtype=np.int64)
+        k = np.clip(np.rint(cells.start[j] - x).astype(np.int64), 0, cells.count[j] - 1)
+        numbers: np.ndarray = cells.index[k, j]
+        return numbers
+
+    @cached_property
+    def border_shift(self) -> float:
+        """By how many cells the borders behind stick zones lie farther back than they are found."""
+        if not self._influence.layered:
+            return 0.0
+        return shift_by_layers(lambda k: self._influence.traction_responses(k)[0], self._outline.spacing[0], BORDERS)
+
+    def _area_behind(
+        self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float, across: float
+    ) -> float | None:
+        """Area of the slip zone (mm^2) behind a stick zone in one piece, by how wide it is in each row.
+
+        of_rows: borders, last and length as `stick.stick_rows` leaves them; backwards: the part of the slip cells'
+        tractions that points so, over the friction; across: the part of their squares that does. None if the rows do
+        not tell.
+        """
+        outline = self._outline
+        if outline.smooth is None:
+            return None
+        ends, slopes, chords, tips, curvature = outline.smooth
+        dx, dy = outline.spacing
+        lean = dx / dy * (1.0 + _ACROSS * across * across)
+        by_pressure = backwards * self._influence.slip_by_pressure_over_tractions
+        bow = curvature * (_BOW - _BOW_BY_PRESSURE * by_pressure)
+        widths = np.zeros(slopes.size)
+        if not smooth.slip_widths(*of_rows, ends, slopes, slip, self._cells.index[0], lean, bow, widths):
+            return None
+        slips = stick.area_of_slip(chords, tips, widths)
+        return self._slipping_part(float(slips) / outline.area_by_parabolas)
+
+    def _area_around(self, length: np.ndarray) -> float:
+        """Area of the slip zone (mm^2) around a stick zone of rows length [ny] (cells).
+
+        Rows and borders go by the same edges, so they tell which part of the contact slips.
+        """
+        stick.shorten_tips(length, self._outline.chords[0])
+        # what chords miss of the contact they miss of the stick zone, too
+        return self._slipping_part(1.0 - float(rows.area_under(length, _NOT_KNOWN)) / self._outline.area_by_rows)
+
+    def _slipping_part(self, part: float) -> float:
+        """Area of the slip zone (mm^2), by what `part` of all within the edges slips, with what has lifted off."""
+        return max(self._outline.within * min(max(part, 0.0), 1.0) - self._outline.lifted, 0.0)
