@@ -1,46 +1,28 @@
 """Estimates of the discretisation error of each scalar, from the coarser meshes that every solution starts from.
 
-With S(h) a scalar on cells of size h and D = max(|S(h) - S(2h)|, |S(2h) - S(4h)|/2) the estimate is
-
-    sqrt((c D)^2 + (noise + pull)^2 + shift^2) + x max(D - 6 noise, 0) + tolerance scale,
-    noise = (k part + k1) N^(-3/2) scale,   pull = f mu part N^(-3/2) scale,   shift = g part scale/N,
-    part = (1 - slip)^m slip^n,
-
-N being the cells per radius of the contact (along their longer side), slip the part of it that slips. c D is what a
-method of some order makes of the difference between two meshes; half the difference one mesh up guards against two
-meshes that agree by chance (where there is none, D is `_NO_GUARD` times the first). The noise is that of edges that
-fall between cells, which no difference of two meshes shows reliably; what comes from the stick zone's border depends on
-how large that zone is. What `kalker` gets wrong is of the first order and of one sign (its contacts reach about a fifth
-of a cell too far): the shift is what is known of it without any coarser mesh, where c is above 1 the difference tells
-the rest. Meshes that fit the contact, all edges of which lie at one place between cells, make all of it systematic; c
-alone, fitted to windows of random size, held in as few as six of ten of them. Under full coupling pressures have their
-share, the pull, of what friction mu does. Differences far beyond the noise show a mesh too coarse for what the bodies
-do, such as layers thinner than a cell: then a multiple of them counts. A contact too small for a coarser mesh gets k0
-scale/N, what 19 of 20 such contacts kept, or, where it is of fewer cells still, q scale/N^r, which falls as errors do
-there (`_FEW`; 1500 contacts of 1 to 100 cells). What a contact of one to four cells is, or a long one of no more than
-three along one side, cells do not tell at all: it may be of any size below theirs. To its bars comes by how much it
-differs from the Hertz contact of what the layers yield to a wave of its size, and N counts along the narrower side.
-Constants of `aligned` were set on 900 random contacts, 300 of them wild, those of `kalker` on 1350, most of them in
-windows that fit: mild, wild, coatings and rails. The truth was that of aligned cells four times finer; checked on
-others (`scripts/error_bars.py`).
+What differences between these meshes and the number of cells tell is in `fits.py`. What a contact of one to four cells
+is, or a long one of no more than three along one side, cells do not tell at all: it may be of any size below theirs. To
+its bars comes by how much it differs from the Hertz contact of what the layers yield to a wave of its size, and cells
+per radius count along the narrower side.
 
 The slip area on aligned cells shares the error of the contact's, in quadrature, and a traction that is largest where
 the pressure is has that one's; where nothing is seen to slip, `_UNSEEN` of a cell may, and tractions grow towards the
 leading edge beyond what cells show. Where all cells slip a strip narrower than one may stick, unless they all slip fast
 (`_STRIP`). Where bodies are alike friction takes what creepages put in: by how much it does not, on kalker's cells, is
-an error that is known (`balance_power`). To all estimates comes what is hidden from all meshes alike (`Hidden`): layers
-and slip zones narrower than cells, what tractions lift, and cusps at the stick zone's border.
+an error that is known (`balance_power`). To all estimates comes what the solver's tolerances leave, and what is hidden
+from all meshes alike (`Hidden`): layers and slip zones narrower than cells, what tractions lift, and cusps at the stick
+zone's border.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from rcstudy.fits import ALIGNED, FITS, Fit
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.unseen import Unseen
@@ -74,79 +56,6 @@ def least_over_largest(slip: np.ndarray) -> float:
     return float(sizes.min() / sizes.max()) if sizes.any() else 1.0
 
 
-@dataclass(frozen=True)
-class Fit:
-    """Constants of one scalar's estimate (see above), and what sets its scale.
-
-    m = `stick`, n = `slip`, k1 = `rest`, x = `excess`, f = `coupled`, g = `first`.
-    """
-
-    c: float
-    k: float
-    k0: float
-    scale: str
-    stick: float = 0.0
-    slip: float = 0.0
-    rest: float = 0.0
-    excess: float = 0.0
-    coupled: float = 0.0
-    first: float = 0.0
-
-
-FITS: dict[str, Fit] = {
-    "force_x": Fit(1.1, 0.27, 0.35, "friction force", stick=0.5, rest=0.3, first=0.03),
-    "force_y": Fit(1.15, 1.0, 0.35, "friction force", stick=0.5, rest=0.03),
-    "moment_z": Fit(1.4, 0.1, 0.2, "friction moment", stick=0.5, rest=0.045),
-    "pressure_max": Fit(0.35, 0.06, 0.16, "pressure_max", excess=3.0, coupled=0.03),
-    "contact_area": Fit(0.3, 0.0, 0.45, "contact_area", first=0.42),
-    "slip_area": Fit(0.4, 0.0, 0.6, "contact_area", first=0.62),
-    "contact_radius": Fit(0.3, 0.0, 0.22, "contact_radius", first=0.21),
-    "approach": Fit(0.2, 0.02, 0.02, "approach", coupled=0.01),
-    "traction_max": Fit(0.75, 1.7, 1.0, "traction_max", stick=1.0, slip=-0.5, coupled=1.5),
-    "friction_power": Fit(1.4, 1.5, 8.0, "friction power", stick=0.5, rest=0.25, first=0.28),
-}
-
-# cells that begin where the contact begins (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
-ALIGNED: dict[str, Fit] = {
-    "force_x": Fit(0.42, 0.0125, 0.35, "friction force", excess=0.7),
-    "force_y": Fit(0.3, 0.011, 0.35, "friction force", excess=0.7),
-    "moment_z": Fit(0.15, 0.016, 0.2, "friction moment", excess=0.25),
-    "pressure_max": Fit(0.1, 0.026, 0.1, "pressure_max", excess=4.0, coupled=0.013),
-    "contact_area": Fit(0.1, 0.032, 0.45, "contact_area", excess=2.0),
-    "slip_area": Fit(0.18, 0.085, 0.6, "contact_area", slip=0.5, excess=0.7),
-    "contact_radius": Fit(0.1, 0.016, 0.22, "contact_radius", excess=2.0),
-    "approach": Fit(0.1, 0.02, 0.02, "approach", excess=0.3),
-    "traction_max": Fit(0.4, 0.024, 1.0, "traction_max", stick=1.0, slip=-0.5, rest=0.012, excess=3.0, coupled=0.03),
-    "friction_power": Fit(0.22, 0.034, 1.5, "friction power", stick=1.0, rest=0.017, excess=0.6),
-}
-
-# q and r of contacts of few cells
-_FEW: dict[str, dict[str, tuple[float, float]]] = {
-    "kalker": {
-        "force_x": (0.4, 1.5),
-        "force_y": (0.55, 1.35),
-        "moment_z": (0.22, 1.5),
-        "pressure_max": (0.45, 2.2),
-        "contact_area": (1.4, 1.6),
-        "slip_area": (1.9, 1.5),
-        "contact_radius": (0.65, 1.6),
-        "approach": (0.15, 2.4),
-        "traction_max": (0.5, 1.9),
-        "friction_power": (1.0, 1.0),
-    },
-    "aligned": {
-        "force_x": (0.5, 2.6),
-        "force_y": (0.5, 2.6),
-        "moment_z": (0.5, 2.8),
-        "pressure_max": (0.55, 2.8),
-        "contact_area": (0.55, 2.4),
-        "slip_area": (1.4, 2.5),
-        "contact_radius": (0.27, 2.4),
-        "approach": (0.15, 2.4),
-        "traction_max": (0.8, 2.7),
-        "friction_power": (0.5, 2.5),
-    },
-}
 _NARROW = 3  # cells: a longer contact of no more along one side is no better than these
 _FEWEST = 5  # cells, of fewer than which a contact may be of any size below theirs
 
@@ -168,11 +77,8 @@ _LEADING = 1.2  # times a leading cell's traction and its bound: the square of t
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
 _UNDER = 1.3  # times what slip zones at the leading edge hide
 _TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
-_NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
-_HARDLY = 0.01  # part of the contact that slips, at least, where less of it means more noise
 _ROUNDING = 1e-9
-_FAR = 6.0  # differences between meshes beyond so many times the noise are more than those of a fine enough mesh
-_BALANCED = {"friction_power", "force_x", "force_y", "moment_z"}
+_BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
 # Where all cells stick a zone narrower than half a cell may slip behind them: so much of the area over cells a radius.
 _UNSEEN = 0.3
 # Where all cells slip a strip at the leading edge may stick, less than a cell wide and so as long as the root of that
@@ -208,9 +114,7 @@ def error_estimates(
     bars = {}
     for name, fit in fits.items():
         if name in levels[0]:
-            values = [level[name] for level in levels]
-            bars[name] = case.by_meshes(fit, values) if len(values) > 1 else case.by_cells(name, fit)
-            bars[name] += case.left_by_solver(name, fit)
+            bars[name] = case.by_meshes(name, fit, [level[name] for level in levels]) + case.left_by_solver(name)
             bars[name] += hides.get(name, 0.0) * abs(levels[0][name])
     if cells < _FEWEST or long:
         case.add_what_cells_miss(bars)
@@ -239,30 +143,24 @@ class _Case:
         self.fastest = self.creepage.fastest(finest["contact_radius"])  # largest rigid slip, about
         self.power = max(force * self.fastest, abs(finest.get("friction_power", 0.0)))
         moment = force * finest["contact_radius"]
-        self.scales = {"friction force": force, "friction moment": moment, "friction power": self.power, **finest}
-        slip = finest.get("slip_area")
-        self.all_slips = slip is not None and slip == finest["contact_area"] and hidden.slip.missing == 0.0
+        self.scales = finest | {"force_x": force, "force_y": force, "moment_z": moment, "friction_power": self.power}
+        self.slipping = 0.0  # part of the contact
+        self.all_slips = False
+        if "slip_area" in finest:
+            self.scales["slip_area"] = finest["contact_area"]
+            self.slipping = finest["slip_area"] / finest["contact_area"]
+            self.all_slips = finest["slip_area"] == finest["contact_area"] and hidden.slip.missing == 0.0
         # tractions are mu p where they are largest, where the pressure is
         most = scene.friction * finest.get("pressure_max", math.inf)
         self.at_peak = finest.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
 
-    def by_cells(self, name: str, fit: Fit) -> float:
-        """What contacts of so many cells kept that have no coarser mesh."""
-        q, r = _FEW[self.scene.discretisation][name]
-        return max(fit.k0 / self.per_radius, q * self.per_radius**-r) * abs(self.scales[fit.scale])
-
-    def by_meshes(self, fit: Fit, values: Sequence[float]) -> float:
-        """What differences between the `values` on the meshes tell, and the noise of edges between cells."""
-        scene, scale = self.scene, abs(self.scales[fit.scale])
-        difference = abs(values[0] - values[1])
-        guard = 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
-        difference = max(difference, guard)
-        unit, part = self.per_radius**-1.5 * scale, _part(fit, self.finest)
-        pulling = scene.friction if scene.is_coupled else 0.0
-        noise, pull = (fit.k * part + fit.rest) * unit, fit.coupled * pulling * part * unit
-        shifted = fit.first * part * scale / self.per_radius
-        estimate = math.hypot(fit.c * difference, noise + pull, shifted)
-        return estimate + fit.excess * max(difference - _FAR * noise, 0.0)
+    def by_meshes(self, name: str, fit: Fit, values: Sequence[float]) -> float:
+        """What the `values` of a scalar on the meshes tell, or the number of cells if there is one mesh only."""
+        scale = abs(self.scales[name])
+        if len(values) == 1:
+            return fit.by_cells(scale, self.per_radius)
+        pulling = self.scene.friction if self.scene.is_coupled else 0.0
+        return fit.by_meshes(values, scale, self.per_radius, self.slipping, pulling)
 
     def add_what_cells_miss(self, bars: dict[str, float]) -> None:
         """By how much a contact of too few cells, or on too narrow ones, differs from the Hertz contact it is about."""
@@ -278,17 +176,17 @@ class _Case:
             "slip_area": area,
             "traction_max": self.scene.friction * pressure,
             "approach": max(0.5 * radius / finest["contact_radius"] * abs(finest["approach"]), approach),
-            "moment_z": 0.6 * self.scales["friction moment"],
+            "moment_z": 0.6 * self.scales["moment_z"],
         }
         for name in bars:
             bars[name] += missed.get(name, 0.0)
 
-    def left_by_solver(self, name: str, fit: Fit) -> float:
+    def left_by_solver(self, name: str) -> float:
         """What the tolerances leave, unsettled directions of slip, and layers too thin for the cells."""
         off = max(self.scene.tolerance.normal, self.scene.tolerance.tangential)
-        off += self.hidden.unsettled if fit.scale.startswith("friction") else 0.0
+        off += self.hidden.unsettled if name in _BY_FRICTION else 0.0
         off += _BY_LAYERS.get(name, 0.0) * abs(self.hidden.by_layers)
-        return off * abs(self.scales[fit.scale])
+        return off * abs(self.scales[name])
 
     def parts_hidden(self) -> dict[str, float]:
         """Of scalars, parts of themselves that soft layers, cusps and the lift by tractions hide."""
@@ -335,12 +233,12 @@ class _Case:
         if self.aligned and unlike:
             for name in ("force_x", "force_y", "friction_power"):
                 if name in bars:
-                    bars[name] += _IN_STRIP * part * self.scales[FITS[name].scale]
+                    bars[name] += _IN_STRIP * part * self.scales[name]
 
     def balance_power(self, bars: dict[str, float]) -> None:
         """On kalker's cells, which lose some of it: what creepages put into bodies that are alike goes somewhere."""
         creepage, finest = self.scene.creepage, self.finest
-        if self.aligned or self.scene.moves_by_pressure or creepage is None or not bars.keys() >= _BALANCED:
+        if self.aligned or self.scene.moves_by_pressure or creepage is None or not bars.keys() >= _BY_FRICTION:
             return
         parts = {"force_x": creepage.longitudinal, "force_y": creepage.lateral, "moment_z": creepage.spin}
         lost = abs(finest["friction_power"] + sum(finest[name] * part for name, part in parts.items()))
@@ -369,13 +267,3 @@ class _Case:
         bars["friction_power"] += _UNDER * (slip.force * self.fastest + slip.power)
         bars["traction_max"] += 0.5 * slip.force / self.finest["contact_area"]
         bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.area
-
-
-def _part(fit: Fit, finest: dict[str, float]) -> float:
-    """What of the noise counts, by how much of the contact slips."""
-    if fit.stick == fit.slip == 0.0:
-        return 1.0
-    slip = finest["slip_area"] / finest["contact_area"]
-    least = _HARDLY if fit.slip < 0.0 else 0.0
-    result: float = max(1.0 - slip, 0.0) ** fit.stick * max(slip, least) ** fit.slip
-    return result

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, hertz_of, steel
 
-from rcstudy.estimate import FITS, Hidden, error_estimates, least_over_largest
+from rcstudy.estimate import Hidden, error_estimates, least_over_largest
+from rcstudy.fits import FITS
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene, Tolerance

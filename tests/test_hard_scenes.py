@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, TIGHT, hertz_of, solved, steel, window
 
-from rcstudy.estimate import ALIGNED, FITS, error_estimates
+from rcstudy.estimate import error_estimates
+from rcstudy.fits import ALIGNED, FITS
 from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import ESTIMATED, VARIABLES, Status

@@ -25,6 +25,7 @@ ORDER = [
     "rcstudy.study",
     "rcstudy.cases",
     "rcstudy.plan",
+    "rcstudy.fits",
     "rcstudy.estimate",
     "rcstudy.solve",
     "rcstudy.batch",

@@ -1,0 +1,114 @@
+"""Error bars by meshes: what the differences between them, and the number of cells, tell of a scalar's error.
+
+With S(h) a scalar on cells of size h and D = max(|S(h) - S(2h)|, |S(2h) - S(4h)|/2) the estimate is
+
+    sqrt((c D)^2 + (noise + pull)^2 + shift^2) + x max(D - 6 noise, 0),
+    noise = (k part + k1) N^(-3/2) scale,   pull = f mu part N^(-3/2) scale,   shift = g part scale/N,
+    part = (1 - slip)^m slip^n,
+
+N being the cells per radius of the contact (along their longer side), slip the part of it that slips. c D is what a
+method of some order makes of the difference between two meshes; half the difference one mesh up guards against two
+meshes that agree by chance (where there is none, D is `_NO_GUARD` times the first). The noise is that of edges that
+fall between cells, which no difference of two meshes shows reliably; what comes from the stick zone's border depends on
+how large that zone is. What `kalker` gets wrong is of the first order and of one sign (its contacts reach about a fifth
+of a cell too far): the shift is what is known of it without any coarser mesh, where c is above 1 the difference tells
+the rest. Meshes that fit the contact, all edges of which lie at one place between cells, make all of it systematic; c
+alone, fitted to windows of random size, held in as few as six of ten of them. Under full coupling pressures have their
+share, the pull, of what friction mu does. Differences far beyond the noise show a mesh too coarse for what the bodies
+do, such as layers thinner than a cell: then a multiple of them counts.
+
+A contact too small for a coarser mesh gets k0 scale/N, what 19 of 20 such contacts kept, or, where it is of fewer cells
+still, q scale/N^r, which falls as errors do there (1500 contacts of 1 to 100 cells).
+
+Constants of `aligned` were set on 900 random contacts, 300 of them wild, those of `kalker` on 1350, most of them in
+windows that fit: mild, wild, coatings and rails. The truth was that of aligned cells four times finer; checked on
+others (`scripts/error_bars.py`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+_NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
+_HARDLY = 0.01  # part of the contact that slips, at least, where less of it means more noise
+_FAR = 6.0  # differences between meshes beyond so many times the noise are more than those of a fine enough mesh
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Constants of one scalar's estimate (see above).
+
+    (q, r) = `few`, m = `stick`, n = `slip`, k1 = `rest`, x = `excess`, f = `coupled`, g = `first`.
+    """
+
+    c: float
+    k: float
+    k0: float
+    few: tuple[float, float]
+    stick: float = 0.0
+    slip: float = 0.0
+    rest: float = 0.0
+    excess: float = 0.0
+    coupled: float = 0.0
+    first: float = 0.0
+
+    def by_meshes(
+        self, values: Sequence[float], scale: float, per_radius: float, slipping: float, pulling: float
+    ) -> float:
+        """What differences between the `values` on two or more meshes tell, and the noise of edges between cells.
+
+        `values`: finest first; `scale`: of the scalar's error; `per_radius`: N; `slipping`: the part of the contact
+        that slips; `pulling`: friction that acts on the pressure.
+        """
+        difference = abs(values[0] - values[1])
+        guard = 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
+        difference = max(difference, guard)
+        unit, part = per_radius**-1.5 * scale, self._part(slipping)
+        noise, pull = (self.k * part + self.rest) * unit, self.coupled * pulling * part * unit
+        shifted = self.first * part * scale / per_radius
+        return math.hypot(self.c * difference, noise + pull, shifted) + self.excess * max(
+            difference - _FAR * noise, 0.0
+        )
+
+    def by_cells(self, scale: float, per_radius: float) -> float:
+        """What contacts of so many cells kept that have no coarser mesh; arguments as above."""
+        q, r = self.few
+        return max(self.k0 / per_radius, q * per_radius**-r) * scale
+
+    def _part(self, slipping: float) -> float:
+        """What of the noise counts, by how much of the contact slips."""
+        if self.stick == self.slip == 0.0:
+            return 1.0
+        least = _HARDLY if self.slip < 0.0 else 0.0
+        result: float = max(1.0 - slipping, 0.0) ** self.stick * max(slipping, least) ** self.slip
+        return result
+
+
+FITS: dict[str, Fit] = {
+    "force_x": Fit(1.1, 0.27, 0.35, (0.4, 1.5), stick=0.5, rest=0.3, first=0.03),
+    "force_y": Fit(1.15, 1.0, 0.35, (0.55, 1.35), stick=0.5, rest=0.03),
+    "moment_z": Fit(1.4, 0.1, 0.2, (0.22, 1.5), stick=0.5, rest=0.045),
+    "pressure_max": Fit(0.35, 0.06, 0.16, (0.45, 2.2), excess=3.0, coupled=0.03),
+    "contact_area": Fit(0.3, 0.0, 0.45, (1.4, 1.6), first=0.42),
+    "slip_area": Fit(0.4, 0.0, 0.6, (1.9, 1.5), first=0.62),
+    "contact_radius": Fit(0.3, 0.0, 0.22, (0.65, 1.6), first=0.21),
+    "approach": Fit(0.2, 0.02, 0.02, (0.15, 2.4), coupled=0.01),
+    "traction_max": Fit(0.75, 1.7, 1.0, (0.5, 1.9), stick=1.0, slip=-0.5, coupled=1.5),
+    "friction_power": Fit(1.4, 1.5, 8.0, (1.0, 1.0), stick=0.5, rest=0.25, first=0.28),
+}
+
+# cells that begin where the contact begins (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
+ALIGNED: dict[str, Fit] = {
+    "force_x": Fit(0.42, 0.0125, 0.35, (0.5, 2.6), excess=0.7),
+    "force_y": Fit(0.3, 0.011, 0.35, (0.5, 2.6), excess=0.7),
+    "moment_z": Fit(0.15, 0.016, 0.2, (0.5, 2.8), excess=0.25),
+    "pressure_max": Fit(0.1, 0.026, 0.1, (0.55, 2.8), excess=4.0, coupled=0.013),
+    "contact_area": Fit(0.1, 0.032, 0.45, (0.55, 2.4), excess=2.0),
+    "slip_area": Fit(0.18, 0.085, 0.6, (1.4, 2.5), slip=0.5, excess=0.7),
+    "contact_radius": Fit(0.1, 0.016, 0.22, (0.27, 2.4), excess=2.0),
+    "approach": Fit(0.1, 0.02, 0.02, (0.15, 2.4), excess=0.3),
+    "traction_max": Fit(0.4, 0.024, 1.0, (0.8, 2.7), stick=1.0, slip=-0.5, rest=0.012, excess=3.0, coupled=0.03),
+    "friction_power": Fit(0.22, 0.034, 1.5, (0.5, 2.5), stick=1.0, rest=0.017, excess=0.6),
+}
