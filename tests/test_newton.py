@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from rcstudy.mechanics import newton
+from rcstudy.mechanics.patience import Patience
 
 
 class Scripted:
@@ -53,3 +56,14 @@ def test_steps_are_shortened_once_patience_is_at_its_end() -> None:
     state = Scripted(10.0, [(11.0, {}), (10.0, {}), quarter, none, (0.9, {})])
     assert newton.solve(state, 10, 3) == 5
     assert state.lengths == [[], [], [0.5, 0.25], [0.5, 0.25, 0.125, 0.0625, 1.0], []]
+
+
+@pytest.mark.parametrize(
+    ("steps", "part", "expected"),
+    [(3, 1.0, [0, 0, 0, 0, 0, 0, 1, 0]), (2, 0.5, [0, 0, 1, 0, 0, 1, 1, 1]), (1, 0.1, [0, 1, 1, 0, 1, 1, 1, 1])],
+)
+def test_patience_ends_after_steps_that_get_nowhere(steps: int, part: float, expected: list[int]) -> None:
+    """A residual that is not a number is no gain, either."""
+    patience = Patience(steps, part)
+    found = [patience.ends(residual) for residual in (9.0, 8.0, 7.0, 0.8, 0.8, 0.9, math.nan, 0.7999)]
+    assert found == [bool(end) for end in expected]

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from rcstudy.mechanics.kernels import tractions
+from rcstudy.mechanics.patience import Patience
 
 _PATIENCE = 4  # looks in which the residual is not halved
 
@@ -35,8 +36,7 @@ class Centring:
     def begin(self) -> None:
         """Look at the slip from now on."""
         self.kept: np.ndarray | None = None
-        self._best = np.inf
-        self._since_best = 0
+        self._patience = Patience(_PATIENCE, 0.5)
 
     def look(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
         """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2]; sets `weight`, of the next linear system."""
@@ -46,10 +46,7 @@ class Centring:
 
     def judge(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
         """Keep what a look made of `s`, if this one's residual and those before it show that looking gets nowhere."""
-        self._since_best += 1
-        if residual < 0.5 * self._best:
-            self._best, self._since_best = residual, 0
-        elif self._since_best == _PATIENCE:
+        if self._patience.ends(residual):
             self.kept = centred - s
 
 

@@ -9,6 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
+from rcstudy.mechanics.patience import Patience
+
 _LOOSEST = 0.3  # linear residual of a Newton step, over its first one
 _SHORTEST = 0.05  # step length
 
@@ -38,20 +40,18 @@ def solve(state: State, max_steps: int, patience: int) -> int:
     the residual falls, which break a cycle of active sets. Where it falls for none the full step is taken after all:
     tiny ones would end where they began.
     """
-    previous = best = np.inf
-    steps = since_best = 0
+    previous, steps = np.inf, 0
+    gains = Patience(patience - 1, 0.9)  # the step that is about to be taken is one of them
     while not state.solved and steps < max_steps:
         residual = state.residual
         if np.isnan(residual):
             break
-        if residual < 0.9 * best:
-            best, since_best = residual, 0
-        since_best += 1
+        nowhere = gains.ends(residual)
         state.step(forcing_term(residual, previous))
         steps += 1
         previous = residual
         length = 1.0
-        while since_best >= patience and state.residual >= previous:
+        while nowhere and state.residual >= previous:
             length = 0.5 * length if length >= 2.0 * _SHORTEST else 1.0
             state.shorten(length)
             if length == 1.0:

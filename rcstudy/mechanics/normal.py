@@ -20,6 +20,7 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
+from rcstudy.mechanics.patience import Patience
 from rcstudy.mechanics.rim import RimSolver
 from rcstudy.mechanics.scene import Layer, Material, Scene
 
@@ -168,9 +169,9 @@ def _conjugate_gradients(
     approach = float(g[inside].mean())
     attainable = operator.attainable(gap, g, p)
     zr = 0.0
-    residual = best = np.inf
+    residual, patience = np.inf, Patience(_PATIENCE)
     converged = False
-    iteration = since_best = 0
+    iteration = 0
     while iteration < _MAX_ITERATIONS and tolerance >= HOPELESS * attainable:
         approach, entered = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
         plan.forward()
@@ -184,8 +185,7 @@ def _conjugate_gradients(
         if residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any():
             converged = True
             break
-        best, since_best = (residual, 0) if residual < best else (best, since_best + 1)
-        if since_best == _PATIENCE and tolerance < attainable:
+        if patience.ends(residual) and tolerance < attainable:
             break
         plan.forward()
         arrays.scale_real(plan.hat[0], operator.real)

@@ -27,6 +27,7 @@ import numpy as np
 
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
+from rcstudy.mechanics.patience import Patience
 
 _MAX_SETS = 40  # of cells in contact that are tried
 _MAX_STEPS = 60  # on one set
@@ -103,7 +104,7 @@ class RimSolver:
         r = np.zeros_like(self.p)
         d, image = np.zeros_like(r), np.zeros_like(r)
         zr = rise = 0.0
-        first, best, since_best = 1.0, np.inf, 0
+        first, patience = 1.0, Patience(_PATIENCE)
         for step in range(_MAX_STEPS):
             last, r = r, np.where(rim.interior, self.approach - self.g, 0.0)
             z = np.where(rim.interior, self.operator.closing(r), 0.0)
@@ -111,8 +112,7 @@ class RimSolver:
             self.residual = float(arrays.norm2(z) / arrays.norm2(self.p))
             if step == 0:
                 first = min(max(self.residual, self.change), 1.0)
-            best, since_best = (self.residual, 0) if self.residual < best else (best, since_best + 1)
-            if self.residual <= tolerance or since_best == _PATIENCE:
+            if self.residual <= tolerance or patience.ends(self.residual):
                 break
             if self.residual <= _FORCING * first and self._matters(*self._misplaced(inside), tolerance):
                 break
