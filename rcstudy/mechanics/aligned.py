@@ -22,7 +22,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rcstudy.mechanics.contact import NormalContact
+from rcstudy.mechanics.contact import NormalContact, along_by_pressure
 from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
@@ -146,18 +146,9 @@ class AlignedContact(NormalContact):
         if not self.scene.moves_by_pressure:
             return np.zeros((2, nx + 1, ny))
         padded = self._padded
-        hat = self._along_by_pressure(padded)
+        hat = along_by_pressure(self.influence, padded, x_first=True)
         plan = shifted_transform(padded, 2, ny).shifted(self._phase, point_factor(padded[0], hat.shape[1]))
         return self._convolved(self.pressure, hat, plan, plan)[:, : nx + 1].copy()
-
-    def _along_by_pressure(self, padded: tuple[int, int]) -> np.ndarray:
-        """Symbols of displacements along the surface by pressure, waves along x first."""
-        influence = self.influence
-
-        def make() -> np.ndarray:
-            return symbols(pressure_quadrants(influence.around(padded)), padded, x_first=True)
-
-        return influence.once(("along, x first", padded), make)
 
     def lift(self, q: np.ndarray, box: Box) -> np.ndarray:
         """u_z (mm, [nx, ny] of `box`) at the cells as they are by tractions `q` [m, 2] on the moved rows.
@@ -166,7 +157,7 @@ class AlignedContact(NormalContact):
         """
         padded = padded_around(self.box, box)
         # first of all: of a contact one row wide the symbols are made in this very plan
-        hat = self._along_by_pressure(padded)
+        hat = along_by_pressure(self.influence, padded, x_first=True)
         corner = self.box.i0 - box.i0, self.box.j0 - box.j0
         shift = np.zeros(box.shape[1])
         shift[corner[1] : corner[1] + self.rows.shift.size] = self.rows.shift

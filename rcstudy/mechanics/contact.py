@@ -58,6 +58,15 @@ def forget_influence() -> None:
     _influence.cache_clear()
 
 
+def along_by_pressure(influence: Influence, padded: tuple[int, int], *, x_first: bool = False) -> np.ndarray:
+    """Symbols of displacements along the surface by pressure, made once for these coefficients; see `symbols`."""
+
+    def made() -> np.ndarray:
+        return symbols(pressure_quadrants(influence.around(padded)), padded, x_first=x_first)
+
+    return influence.once(("along", padded, x_first), made)
+
+
 class NormalContact:
     """The pressure of a contact and what follows from it for every creepage. Nothing in it changes once made.
 
@@ -152,12 +161,7 @@ class NormalContact:
         if not self.scene.moves_by_pressure:
             return np.zeros((2, *p.shape))
         padded = padded_shape(p.shape)
-        return np.stack([convolve(hat, padded, p) for hat in self._along_by_pressure(padded)])
-
-    def _along_by_pressure(self, padded: tuple[int, int]) -> np.ndarray:
-        """Symbols of displacements along the surface by pressure."""
-        influence = self.influence
-        return influence.once(("along", padded), lambda: symbols(pressure_quadrants(influence.around(padded)), padded))
+        return np.stack([convolve(hat, padded, p) for hat in along_by_pressure(self.influence, padded)])
 
     def eased(self, s: np.ndarray) -> np.ndarray:
         """Slips `s` [m, 2] by pressure, corrected for discretisation in leading cells: `aligned.py`."""
@@ -174,7 +178,7 @@ class NormalContact:
         """
         padded = padded_around(self.box, box)
         out = np.zeros(box.shape)
-        for hat, component in zip(self._along_by_pressure(padded), self.spread(q.T), strict=True):
+        for hat, component in zip(along_by_pressure(self.influence, padded), self.spread(q.T), strict=True):
             out -= convolve(hat, padded, component[box.slices])
         return out
 

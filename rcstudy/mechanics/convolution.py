@@ -82,15 +82,13 @@ def _between_stages(fields: int, columns: int, length: int) -> np.ndarray:
     return np.asarray(pyfftw.zeros_aligned((fields, columns, length + _APART), dtype="complex128"))
 
 
-def _places(cells: np.ndarray, length: int) -> np.ndarray:
-    """Places [m] of the cells [m, 2] in an array of rows of `length` numbers, one after the other."""
-    places: np.ndarray = cells[:, 0] * length + cells[:, 1]
-    return places
-
-
 class _TwoStages:
-    """Transforms along rows and then along columns, and back: plans are made by those who own the buffers."""
+    """Transforms of a `padded` shape along rows and then along columns, and back.
 
+    Plans are made by those who own the buffers.
+    """
+
+    padded: tuple[int, int]
     _rows: Any
     _columns: Any
     _columns_back: Any
@@ -101,6 +99,11 @@ class _TwoStages:
     def nbytes(self) -> int:
         """Bytes of all buffers."""
         return sum(buffer.nbytes for buffer in self._buffers)
+
+    def places(self, cells: np.ndarray) -> np.ndarray:
+        """Places [m] of `cells` [m, 2], indices along x and y, in arrays whose rows lie one after the other."""
+        places: np.ndarray = cells[:, 0] * self.padded[1] + cells[:, 1]
+        return places
 
     def forward(self) -> None:
         """From what goes in to the coefficients."""
@@ -144,10 +147,6 @@ class Transform(_TwoStages):
         """`real` as an array [fields, i, j] by the cells' indices along x and y."""
         return self.real
 
-    def places(self, cells: np.ndarray) -> np.ndarray:
-        """Places [m] in each of the arrays `flat` of `cells` [m, 2], indices along x and y."""
-        return _places(cells, self.padded[1])
-
 
 @keep_within(PLAN_BYTES)
 def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
@@ -174,10 +173,6 @@ class PairTransform(_TwoStages):
         self._columns = pyfftw.FFTW(between, self.hat, axes=(1,), **_OPTIONS).execute
         self._columns_back = pyfftw.FFTW(self.hat, last, axes=(1,), **_BACK, **_SPENT).execute
         self._rows_back = pyfftw.FFTW(last.T, result, axes=(1,), **_BACK, **_SPENT).execute
-
-    def places(self, cells: np.ndarray) -> np.ndarray:
-        """Places [m] in `field` and `result` of `cells` [m, 2], indices along x and y."""
-        return _places(cells, self.padded[1])
 
 
 @keep_within(PLAN_BYTES)
@@ -206,8 +201,9 @@ class ShiftedTransform(Transform):
         return self.real.transpose(0, 2, 1)
 
     def places(self, cells: np.ndarray) -> np.ndarray:
-        """Places [m] in each of the arrays `flat` of `cells` [m, 2], indices along x and y."""
-        return _places(cells[:, ::-1], self.padded[0])
+        """As for other transforms, rows being those of constant y."""
+        places: np.ndarray = cells[:, 1] * self.padded[0] + cells[:, 0]
+        return places
 
     def forward(self) -> None:
         """From `real` to `hat`."""
@@ -305,10 +301,8 @@ def symbols(
     else:
         plan = transform(padded, len(quadrants), px)
     for real, (quadrant, parity) in zip(plan.real, quadrants, strict=True):
-        arrays.unfold(quadrant, parity[0], parity[1], real)
-    plan.forward()
-    hat: np.ndarray = plan.hat / (px * py)
-    return hat
+        arrays.unfold(quadrant, *parity, real)
+    return _normalised(plan)
 
 
 def real_symbols(
@@ -328,12 +322,16 @@ def difference_symbols(
 
     Arrays [> px//2 + 1, > py//2], else as in `symbols`.
     """
-    px, py = padded
-    plan = transform(padded, len(quadrants), px)
+    plan = transform(padded, len(quadrants), padded[0])
     for real, (quadrant, parity) in zip(plan.real, quadrants, strict=True):
-        arrays.upwind_difference(quadrant, parity[0], parity[1], dx, real)
+        arrays.upwind_difference(quadrant, *parity, dx, real)
+    return _normalised(plan)
+
+
+def _normalised(plan: Transform) -> np.ndarray:
+    """What the plan transforms, over the number of points, so that products need no other factor."""
     plan.forward()
-    hat: np.ndarray = plan.hat / (px * py)
+    hat: np.ndarray = plan.hat / math.prod(plan.padded)
     return hat
 
 
