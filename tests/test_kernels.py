@@ -976,7 +976,9 @@ def test_uneven_parts(shape: tuple[int, int]) -> None:
     """What is left without the mean over the cells, spread into a larger array and gathered."""
     c = Contact(shape)
     i, j = c.cells.T
-    values = c.field[0][i, j] - c.field[0][i, j].mean()
+    mean = c.field[0][i, j].mean()
+    assert coupled.mean_at(c.field[0], c.cells) == pytest.approx(mean, abs=1e-14)
+    values = c.field[0][i, j] - mean
     out = np.full((shape[0] + 2, shape[1] + 1), np.nan)
     coupled.spread_uneven(c.field[0], c.cells, 1.7, out)
     np.testing.assert_allclose(out[i, j], 1.7 * values, rtol=1e-12, atol=1e-14)

@@ -122,12 +122,18 @@ def scatter_unknowns(
 
 
 @jit
-def spread_uneven(gap: np.ndarray, cells: np.ndarray, factor: float, out: np.ndarray) -> None:
-    """factor (gap - its mean over the cells [m, 2]) into out [nx, py], zeros elsewhere. gap, out: may be padded."""
+def mean_at(field: np.ndarray, cells: np.ndarray) -> float:
+    """Mean of field over the cells [m, 2]."""
     total = 0.0
     for m in range(cells.shape[0]):
-        total += gap[cells[m, 0], cells[m, 1]]
-    mean = total / cells.shape[0]
+        total += field[cells[m, 0], cells[m, 1]]
+    return total / cells.shape[0]
+
+
+@jit
+def spread_uneven(gap: np.ndarray, cells: np.ndarray, factor: float, out: np.ndarray) -> None:
+    """factor (gap - its mean over the cells [m, 2]) into out [nx, py], zeros elsewhere. gap, out: may be padded."""
+    mean = mean_at(gap, cells)
     out[:, :] = 0.0
     for m in range(cells.shape[0]):
         i, j = cells[m, 0], cells[m, 1]
@@ -137,10 +143,7 @@ def spread_uneven(gap: np.ndarray, cells: np.ndarray, factor: float, out: np.nda
 @jit
 def gather_uneven(field: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
     """field less its mean over the cells [m, 2], there, into out [m]."""
-    total = 0.0
-    for m in range(cells.shape[0]):
-        total += field[cells[m, 0], cells[m, 1]]
-    mean = total / cells.shape[0]
+    mean = mean_at(field, cells)
     for m in range(cells.shape[0]):
         out[m] = field[cells[m, 0], cells[m, 1]] - mean
 
