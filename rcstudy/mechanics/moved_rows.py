@@ -138,16 +138,21 @@ class MovedRows:
         From those `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells, along each row: the fraction of the bound in
         stick cells, direction and slip in slip cells. Zero outside the contact.
         """
-        p = self._outline.p
-        values, flags = np.zeros((4, *p.shape)), np.zeros(p.shape, dtype=np.bool_)
+        values, flags = np.zeros((4, *self.held.shape)), np.zeros(self.held.shape, dtype=np.bool_)
         rows.on_box(q, s, slip, friction * self.pressure, self.cells, values, flags)
-        i, j = own = np.nonzero(p > 0.0)
-        cells = np.stack(own, axis=1)
-        found, nearest = np.zeros((len(cells), 4)), np.zeros(len(cells), dtype=np.int64)
-        rows.to_centres(values, self.held, self.shift, cells, found, nearest)
-        slips = flags[nearest, j]
+        own, pressure = self._own
+        found, nearest = np.zeros((len(own), 4)), np.zeros(len(own), dtype=np.int64)
+        rows.to_centres(values, self.held, self.shift, own, found, nearest)
+        slips = flags[nearest, own[:, 1]]
         window, states = np.zeros((4, *self._window.shape)), np.zeros(self._window.shape, dtype=np.bool_)
         corner = self._box.i0, self._box.j0
-        rows.by_law(found, slips, friction * p[own], cells, corner, window)
-        states[corner[0] + i, corner[1] + j] = slips
+        rows.by_law(found, slips, friction * pressure, own, corner, window)
+        states[corner[0] + own[:, 0], corner[1] + own[:, 1]] = slips
         return window[:2], window[2:], states
+
+    @cached_property
+    def _own(self) -> tuple[np.ndarray, np.ndarray]:
+        """Indices [m, 2] in the box of the mesh's own cells in contact, and their pressures [m] (MPa)."""
+        p = self._outline.p
+        own = np.ascontiguousarray(np.argwhere(p > 0.0))
+        return own, p[own[:, 0], own[:, 1]]
