@@ -56,8 +56,7 @@ def solve_paper_cg(
         nonlocal products
         products += 1
         u = displacement.on_box(q, cells)
-        edge = np.stack([u[k][ahead[:, 0], ahead[:, 1]] for k in (0, 1)], axis=1)
-        return np.stack([u[k][cells[:, 0], cells[:, 1]] for k in (0, 1)], axis=1), edge[leading]
+        return _at(cells, u), _at(ahead, u)[leading]
 
     q = np.zeros((n, 2))
     t = np.zeros((n, 2))
@@ -78,12 +77,11 @@ def solve_paper_cg(
         u, edge = displaced(q)
         iteration += 1
     slip = np.hypot(q[:, 0], q[:, 1]) >= bound * (1.0 - 1e-12)
-    s = _difference(displacement, q, cells, dx) + w
+    u = displacement.on_box(q, cells)
+    s = (_at(cells, u) - _at(cells + np.array([1, 0]), u)) / dx + w
     return RollingSolution(q, s, slip, change, iteration, products, change <= tolerance, s)
 
 
-def _difference(displacement: PairOperator, q: np.ndarray, cells: np.ndarray, dx: float) -> np.ndarray:
-    """Slip [m, 2] by the tractions: (u_i - u_(i+1))/dx at the cells."""
-    u = displacement.on_box(q, cells)
-    i, j = cells[:, 0], cells[:, 1]
-    return np.stack([(u[k][i, j] - u[k][i + 1, j]) / dx for k in (0, 1)], axis=1)
+def _at(cells: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Displacements [m, 2] at `cells` [m, 2] from those of the box, `u` [2, nx, ny]."""
+    return np.ascontiguousarray(u[:, cells[:, 0], cells[:, 1]].T)
