@@ -188,7 +188,7 @@ def _solved(study: Study, out: Path, progress: Progress | None) -> Path:
     from rcstudy.units import unit_paths
 
     cube = out / "solutions.nc"
-    for _ in timed(warm_up_scenes(case.scene for case in expand(study).cases)):
+    for _ in timed(warm_up_scenes(study)):
         pass
     refuse_other_study(cube, study.name)
     # times are measured again each time, but for those of a run that was broken off

@@ -1,17 +1,20 @@
-"""Batches of cases that share a normal problem: how they are made, and solved, here or in another process."""
+"""Batches of cases that share a normal problem: how they are made, solved here or elsewhere, and warmed up for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rcstudy.mechanics.scene import Mesh
+from rcstudy.mechanics.scene import Mesh, quasi_identical
 from rcstudy.result import Result, Status
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case
+    from rcstudy.grids import GridPlan
     from rcstudy.mechanics.scene import Scene
+    from rcstudy.study import Study
 
 _BATCHES_PER_WORKER = 4  # so that workers end at about the same time
 SMALLEST_SPLIT, LARGEST_BATCH = 8, 64  # cases; a batch that is split has its pressure solved again
@@ -63,17 +66,45 @@ def solve_series(scenes: Sequence[Scene]) -> Iterator[Result]:
     return solve_batch(scenes, series=True)
 
 
-def warm_up_scenes(scenes: Iterable[Scene]) -> list[Scene]:
-    """A few tiny scenes, one of each kind among `scenes`, that have every kernel compiled that those will use.
+def warm_up_scenes(study: Study) -> list[Scene]:
+    """A few tiny scenes, one of each kind that `study` has, that have every kernel compiled that its cases will use.
 
     They do not share a normal problem: each is to be solved by itself.
     """
-    kinds: dict[tuple[object, ...], Scene] = {}
-    for s in scenes:
-        kind = (
-            *(s.method, s.coupling, s.discretisation),
-            *(s.counterbody is None, bool(s.layers), s.moves_by_pressure, s.creepage is None),
-        )
-        if kind not in kinds:
-            kinds[kind] = replace(s, mesh=Mesh(s.mesh.size, (16, 16)))
-    return list(kinds.values())
+    found: dict[tuple[object, ...], Scene] = {}
+    for grid in study.grids:
+        for index in _of_each_kind(grid):
+            scene = grid.scene(index)
+            found.setdefault(_kind(scene), replace(scene, mesh=Mesh(scene.mesh.size, (16, 16))))
+    return list(found.values())
+
+
+def _kind(scene: Scene) -> tuple[object, ...]:
+    """What decides by which code `scene` is solved.
+
+    Whether its bodies are alike is part of it under layers too, where it does not matter: so each axis of a grid can be
+    looked at by itself, whatever the others are.
+    """
+    other = scene.counterbody
+    return (
+        *(scene.method, scene.coupling, scene.discretisation),
+        *(scene.creepage is None, bool(scene.layers), other is None),
+        other is not None and quasi_identical(scene.substrate, other),
+    )
+
+
+def _of_each_kind(grid: GridPlan) -> Iterator[tuple[int, ...]]:
+    """Indices of a few cases of `grid`, one at least of every kind that it has.
+
+    Each axis is looked at by itself, the others at their first value: cases may be a million.
+    """
+    from rcstudy.build import build_without_mesh
+
+    first = (0,) * len(grid.axes)
+    chosen = []
+    for k, n in enumerate(grid.shape):
+        kinds: dict[tuple[object, ...], int] = {}
+        for i in range(n):
+            kinds.setdefault(_kind(build_without_mesh(grid.parts((*first[:k], i, *first[k + 1 :])))), i)
+        chosen.append(kinds.values())
+    return itertools.product(*chosen)

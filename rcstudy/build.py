@@ -20,7 +20,6 @@ from rcstudy.mechanics.scene import (
     Method,
     Scene,
     Tolerance,
-    quasi_identical,
 )
 from rcstudy.quantities import Quantity
 from rcstudy.spec import CoatingSpec, LayerSpec, SceneSpec
@@ -67,32 +66,6 @@ def with_part(parts: Parts, path: str, value: Any) -> Parts:
     changed = dict(parts)
     changed[head] = {**(parts[head] or {}), rest[0]: value} if rest else value
     return changed
-
-
-# heads of the paths of all axes that `kind` depends on; "case": of an explicit list
-KIND_HEADS = (
-    *("method", "coupling", "discretisation", "creepage"),
-    *("layers", "layer_count", "counterbody", "substrate", "case"),
-)
-
-
-def kind(parts: Parts) -> tuple[object, ...]:
-    """What decides by which code the scene of `parts` is solved, found without building it.
-
-    Whether the bodies under the layers are quasi-identical is part of it with layers too, so that each part of a kind
-    can be judged by itself.
-    """
-    coating, counterbody, alike = parts["coating"], parts["counterbody"], False
-    if counterbody is not None:
-        substrate = Material(parts["substrate"]["E"], parts["substrate"]["nu"])
-        alike = quasi_identical(substrate, Material(counterbody["E"].resolve(substrate.E), counterbody["nu"]))
-    return (
-        *(parts[name] for name in ("method", "coupling", "discretisation")),
-        parts["creepage"] is None,
-        bool(parts["layers"]) or (coating is not None and coating["layer_count"] > 0),
-        counterbody is None,
-        alike,
-    )
 
 
 @lru_cache(maxsize=4096)
@@ -164,6 +137,22 @@ def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[fl
 
 def build(parts: Parts) -> Scene:
     """The scene of `parts`; BuildError if the settings make none."""
+    scene = build_without_mesh(parts)
+    cells = parts["mesh"]["cells"]
+    size: tuple[Quantity, Quantity] | None = parts["mesh"]["size"]
+    if size is not None:
+        a = scene_hertz(scene).radius
+        return replace(scene, mesh=Mesh((size[0].resolve(a), size[1].resolve(a)), cells))
+    try:
+        with np.errstate(all="ignore"):
+            fitted = fitted_size(scene, parts["mesh"]["margin"], cells)
+    except (ArithmeticError, LookupError, ValueError):
+        raise BuildError("materials, radius or load too extreme for a window to be fitted to the contact") from None
+    return replace(scene, mesh=Mesh(fitted, cells))
+
+
+def build_without_mesh(parts: Parts) -> Scene:
+    """The scene of `parts` but for its mesh, in whose place any stands; BuildError if the settings make none."""
     substrate = Material(parts["substrate"]["E"], parts["substrate"]["nu"])
     es = substrate.E
     counterbody = None
@@ -180,7 +169,6 @@ def build(parts: Parts) -> Scene:
     else:
         layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
     creepage = parts["creepage"]
-    cells = parts["mesh"]["cells"]
     scene = Scene(
         substrate=substrate,
         radius=radius,
@@ -198,15 +186,7 @@ def build(parts: Parts) -> Scene:
     )
     if scene.conflict:
         raise BuildError(scene.conflict)
-    size: tuple[Quantity, Quantity] | None = parts["mesh"]["size"]
-    if size is not None:
-        return replace(scene, mesh=Mesh((size[0].resolve(a), size[1].resolve(a)), cells))
-    try:
-        with np.errstate(all="ignore"):
-            fitted = fitted_size(scene, parts["mesh"]["margin"], cells)
-    except (ArithmeticError, LookupError, ValueError):
-        raise BuildError("materials, radius or load too extreme for a window to be fitted to the contact") from None
-    return replace(scene, mesh=Mesh(fitted, cells))
+    return scene
 
 
 def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:

@@ -15,12 +15,10 @@ from typing import Any
 
 from rcstudy.build import (
     COATING_KEYS,
-    KIND_HEADS,
     BuildError,
     Parts,
     build,
     keys_to,
-    kind,
     part,
     parts_of,
     scene_hertz,
@@ -106,20 +104,6 @@ class GridPlan:
     def scene(self, index: tuple[int, ...]) -> Scene:
         """The scene of the case at `index`."""
         return build(self.parts(index))
-
-    def of_each_kind(self) -> Iterator[tuple[int, ...]]:
-        """Indices of a few cases, one at least of every kind (`build.kind`) that the grid has.
-
-        Each axis is looked at by itself, the others at their first value: cases may be a million.
-        """
-        first = (0,) * len(self.axes)
-        chosen = []
-        for k, axis in enumerate(self.axes):
-            kinds: dict[tuple[object, ...], int] = {}
-            for i in range(len(axis.values) if axis.path.split(".")[0] in KIND_HEADS else 1):
-                kinds.setdefault(kind(self.parts((*first[:k], i, *first[k + 1 :]))), i)
-            chosen.append(kinds.values())
-        return itertools.product(*chosen)
 
 
 @dataclass

@@ -126,7 +126,7 @@ def run(
         if processes is None:
             processes = stack.enter_context(pool.Pool())
             processes.start_early(workers)
-        processes.prepare(packing, warm_up_scenes(grid.scene(i) for grid in study.grids for i in grid.of_each_kind()))
+        processes.prepare(packing, warm_up_scenes(study))
         expansion = expand(study)
         cases = expansion.cases if shard is None else shard_of(expansion.cases, shard)
         summary = Summary(Path(output), len(cases))

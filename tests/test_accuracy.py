@@ -188,7 +188,7 @@ def test_a_run_that_was_broken_off_goes_on(tmp_path, monkeypatch):
             solved.append(scene)
             yield result
 
-    monkeypatch.setattr(accuracy, "warm_up_scenes", lambda scenes: [])
+    monkeypatch.setattr(accuracy, "warm_up_scenes", lambda study: [])
     monkeypatch.setattr(accuracy, "timed", broken_off)
     most = 2
     with pytest.raises(KeyboardInterrupt):

@@ -325,7 +325,7 @@ def test_batches_share_their_pressure_and_keep_workers_busy(study: Study) -> Non
 
 
 def test_warm_up_has_each_kind_once_on_a_small_mesh(study: Study) -> None:
-    scenes = warm_up_scenes(case.scene for case in expand(study).cases)
+    scenes = warm_up_scenes(study)
     assert [scene.creepage is None for scene in scenes] == [False, True]
     assert {scene.mesh.cells for scene in scenes} == {(16, 16)}
 
@@ -348,6 +348,11 @@ grids:
   coated:
     coating: {thickness: 0.5 a, modulus: 2 Es}
     axes: {layer_count: [0, 1, 2], method: [newton, paper-cg]}
+  pressed: # layers first: whether bodies are alike matters without them only
+    scene: {creepage: none}
+    axes:
+      layers: [{label: soft, layers: [{E: 0.5 Es, nu: 0.3, thickness: 0.1}]}, {label: bare, layers: []}]
+      counterbody: [{E: 2 Es, nu: 0.3}, {E: 1 Es, nu: 0.3}]
   listed:
     cases:
       - {label: one, load: 10}
@@ -371,10 +376,13 @@ def test_workers_warm_up_with_every_kind_of_scene(tmp_path: Path, monkeypatch: p
         sweep.run(study, tmp_path / "c.nc", workers=1)
 
     def kinds(scenes: list[Scene]) -> list[tuple[object, ...]]:
-        return [(s.method, s.discretisation, s.is_coupled, s.moves_by_pressure, bool(s.layers)) for s in scenes]
+        return [
+            (s.method, s.discretisation, s.is_coupled, s.moves_by_pressure, bool(s.layers), s.creepage is None)
+            for s in scenes
+        ]
 
     assert set(kinds(given)) == set(kinds([case.scene for case in expand(study).cases]))
-    assert len(given) == 2 * 2 * 3 + 3 + 1  # the last grid's first two are in the others
+    assert len(given) == 2 * 2 * 3 + 3 + 4 + 1  # the last grid's first two are in the others
 
 
 @pytest.mark.heavy
