@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from rcstudy.mechanics.exact import Hertz, contact_bounds, contact_modulus, hertz_contact
 from rcstudy.mechanics.scene import (
-    Coupling,
     Creepage,
-    Discretisation,
     Layer,
     Material,
     Mesh,
-    Method,
     Scene,
     Tolerance,
 )
@@ -158,7 +155,7 @@ def build_without_mesh(parts: Parts) -> Scene:
     counterbody = None
     if (other := parts["counterbody"]) is not None:
         counterbody = Material(other["E"].resolve(es), other["nu"])
-    radius = cast(tuple[float, float], parts["radius"])
+    radius: tuple[float, float] = parts["radius"]
     a = uncoated_hertz(radius, parts["load"], substrate, counterbody).radius
     if (coating := parts["coating"]) is not None:
         if parts["layers"]:
@@ -178,9 +175,9 @@ def build_without_mesh(parts: Parts) -> Scene:
         counterbody=counterbody,
         friction=parts["friction"],
         creepage=None if creepage is None else Creepage(**creepage),
-        coupling=cast(Coupling, parts["coupling"]),
-        method=cast(Method, parts["method"]),
-        discretisation=cast(Discretisation, parts["discretisation"]),
+        coupling=parts["coupling"],
+        method=parts["method"],
+        discretisation=parts["discretisation"],
         spin_point=parts["spin_point"],
         tolerance=Tolerance(**parts["tolerance"]),
     )

@@ -12,8 +12,8 @@ from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Scene
 from rcstudy.progress import duration
 from rcstudy.result import VARIABLES
-from rcstudy.spec import unit_as_written
-from rcstudy.study import Outputs, Study
+from rcstudy.spec import OutputsSpec, unit_as_written
+from rcstudy.study import Study
 
 # Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025 with
 # kernels compiled, on 32 to 256 cells a side: bare, one soft, one very soft and two layers, with and without an elastic
@@ -84,7 +84,7 @@ def _traction_seconds(scene: Scene, cells: float) -> float:
     return seconds * (FULL_COUPLING_FACTOR if scene.is_coupled else 1.0)
 
 
-def _cell_bytes(cases: Sequence[Case], outputs: Outputs) -> int:
+def _cell_bytes(cases: Sequence[Case], outputs: OutputsSpec) -> int:
     """Raw size of all fields of one cell in a grid: with tractions if any of its `cases` has them."""
     if not outputs.fields:
         return 0

@@ -1,7 +1,9 @@
-"""Numbers of a study: plain, or relative such as `0.25 a` and `2 Es`; and what is allowed for each kind.
+"""Numbers of a study: plain, or relative such as `0.25 a` and `2 Es`; and what is allowed for each kind of value.
 
 Each kind is a callable used as a pydantic validator. Its `allowed` says in words what it takes; a value outside
 raises a PydanticCustomError of type "allowed" whose message is those words. bool and text never pass as numbers.
+Words and test come from the same bounds; pydantic's own constraints would need the words beside them, as its messages
+are not those for a study. Only words to choose from (Literal) and true or false (StrictBool) are left to it.
 """
 
 from __future__ import annotations
@@ -77,77 +79,87 @@ def _without_unit(allowed: str, value: Any) -> str:
     return allowed
 
 
+@dataclass(frozen=True)
 class Real:
     """A finite number that passes `test`."""
 
-    def __init__(self, allowed: str, test: Callable[[float], bool]) -> None:
-        self.allowed, self._test = allowed, test
+    allowed: str
+    test: Callable[[float], bool]
 
     def __call__(self, value: Any) -> float:
         number = as_number(value)
-        if number is None or not self._test(number):
+        if number is None or not self.test(number):
             raise refusal(_without_unit(self.allowed, value))
         return number
 
 
+def above(low: float, words: str = "", *, below: float = math.inf) -> Real:
+    """A number above `low`, and `below` another; `words` say more of it."""
+    bounds = f"above {low:g}" + (f" and below {below:g}" if below < math.inf else "")
+    return Real(f"a number {bounds}{words}", lambda number: low < number < below)
+
+
+def between(low: float, high: float, words: str = "") -> Real:
+    """A number from `low` to `high`, both included; `words` say more of it."""
+    return Real(f"a number from {low:g} to {high:g}{words}", lambda number: low <= number <= high)
+
+
+@dataclass(frozen=True)
 class Whole:
     """A whole number from `low` to `high`."""
 
-    def __init__(self, allowed: str, low: int, high: int) -> None:
-        self.allowed, self._low, self._high = allowed, low, high
+    low: int
+    high: int
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        return f"a whole number from {self.low} to {self.high}"
 
     def __call__(self, value: Any) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not self._low <= value <= self._high:
+        if isinstance(value, bool) or not isinstance(value, int) or not self.low <= value <= self.high:
             raise refusal(_without_unit(self.allowed, value))
         return value
 
 
+@dataclass(frozen=True)
 class Relative:
     """A :class:`Quantity` above 0: absolute, or in multiples of `scale` ("a" or "Es")."""
 
-    def __init__(self, allowed: str, scale: str) -> None:
-        self.allowed, self._scale = allowed, scale
+    allowed: str
+    scale: str
 
     def __call__(self, value: Any) -> Quantity:
         quantity = as_quantity(value)
-        if quantity is None or quantity.scale not in ("", self._scale) or not quantity.value > 0.0:
+        if quantity is None or quantity.scale not in ("", self.scale) or not quantity.value > 0.0:
             raise refusal(_without_unit(self.allowed, value))
         return quantity
 
 
-class Choice:
-    """One of a few words."""
-
-    def __init__(self, *words: str) -> None:
-        self.words = words
-        self.allowed = words[0] if len(words) == 1 else f"one of {', '.join(words)}"
-
-    def __call__(self, value: Any) -> str:
-        if isinstance(value, str) and value in self.words:
-            return value
-        raise refusal(self.allowed)
-
-
-class Flag:
-    """true or false."""
-
-    allowed = "true or false"
-
-    def __call__(self, value: Any) -> bool:
-        if not isinstance(value, bool):
-            raise refusal(self.allowed)
-        return value
-
-
+@dataclass(frozen=True)
 class Words:
     """Text that passes `test`, of at most `longest` characters."""
 
-    def __init__(self, allowed: str, test: Callable[[str], bool], longest: int) -> None:
-        self.allowed, self._test, self._longest = allowed, test, longest
+    allowed: str
+    test: Callable[[str], bool]
+    longest: int
 
     def __call__(self, value: Any) -> str:
         if as_number(value) is not None:
             raise refusal(f"{self.allowed}; a number in quotes")
-        if not isinstance(value, str) or len(value) > self._longest or not self._test(value):
+        if not isinstance(value, str) or len(value) > self.longest or not self.test(value):
+            raise refusal(self.allowed)
+        return value
+
+
+@dataclass(frozen=True)
+class Such:
+    """Whatever passes `test`, as it is."""
+
+    allowed: str
+    test: Callable[[Any], bool]
+
+    def __call__(self, value: Any) -> Any:
+        if not self.test(value):
             raise refusal(self.allowed)
         return value

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import PlainValidator
 
-from rcstudy.quantities import Choice, Quantity, Whole, as_quantity, refusal
+from rcstudy.quantities import Quantity, Whole, as_quantity, refusal
 from rcstudy.spec import Spec, validate
 from rcstudy.yamltree import REFUSED, Node, Problems, child_path
 
@@ -33,8 +33,8 @@ class RangeSpec(Spec):
 
     first: Annotated[Quantity, PlainValidator(_End())]
     last: Annotated[Quantity, PlainValidator(_End())]
-    count: Annotated[int, PlainValidator(Whole(f"a whole number from 2 to {MAX_VALUES}", 2, MAX_VALUES))]
-    spacing: Annotated[str, PlainValidator(Choice("linear", "log"))] = "linear"
+    count: Annotated[int, PlainValidator(Whole(2, MAX_VALUES))]
+    spacing: Literal["linear", "log"] = "linear"
 
     def values(self) -> list[Quantity]:
         """The values, rounded to six digits but for the ends, if six tell them apart."""

@@ -8,13 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import cache, lru_cache
-from typing import Annotated, Any, TypeVar, get_args
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, StrictBool, ValidationError
 
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, Scene, Tolerance
-from rcstudy.quantities import LENGTH, MODULUS, Choice, Flag, Quantity, Real, Relative, Whole, Words, refusal
+from rcstudy.quantities import LENGTH, MODULUS, Quantity, Relative, Such, Whole, Words, above, between, refusal
 from rcstudy.result import VARIABLES
 from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, parse, plain, suggest
 
@@ -78,32 +78,9 @@ class _WordOr:
         return value
 
 
-class _Several:
-    """A list of at most `most` entries."""
-
-    def __init__(self, allowed: str, most: int) -> None:
-        self.allowed, self._most = allowed, most
-
-    def __call__(self, value: Any) -> Any:
-        if not isinstance(value, list) or len(value) > self._most:
-            raise refusal(self.allowed)
-        return value
-
-
-class _Container:
-    """A mapping or a list that is validated later, entry by entry; not empty unless `empty`."""
-
-    def __init__(self, kind: type, allowed: str, empty: bool = False) -> None:
-        self.allowed, self._kind, self._empty = allowed, kind, empty
-
-    def __call__(self, value: Any) -> Any:
-        if not isinstance(value, self._kind) or not (self._empty or value):
-            raise refusal(self.allowed)
-        return value
-
-
-def _positive(value: float) -> bool:
-    return value > 0.0
+def _filled(kind: type, allowed: str) -> Such:
+    """A mapping or a list that is not empty; what is in it is validated later, entry by entry."""
+    return Such(allowed, lambda value: isinstance(value, kind) and bool(value))
 
 
 Modulus = Annotated[
@@ -112,21 +89,17 @@ Modulus = Annotated[
 Length = Annotated[
     Quantity, PlainValidator(Relative("a number above 0, in mm, or of the Hertz radius such as '0.25 a'", LENGTH))
 ]
-AbsoluteModulus = Annotated[
-    float, PlainValidator(Real("a number above 0, in MPa ('Es' is this very modulus)", _positive))
-]
-PoissonRatio = Annotated[float, PlainValidator(Real("a number from 0 to 0.5", lambda v: 0.0 <= v <= 0.5))]
-Radius = Annotated[float, PlainValidator(Real("a number above 0, in mm ('a' follows from it)", _positive))]
-Cells = Annotated[int, PlainValidator(Whole(f"a whole number from 4 to {MAX_CELLS}", 4, MAX_CELLS))]
-Slide = Annotated[
-    float, PlainValidator(Real("a number from -1 to 1 (a plain ratio, not per cent)", lambda v: abs(v) <= 1.0))
-]
-Spin = Annotated[float, PlainValidator(Real("a number from -1000 to 1000, in rad/mm", lambda v: abs(v) <= 1000.0))]
-Fraction = Annotated[float, PlainValidator(Real("a number above 0 and below 1", lambda v: 0.0 < v < 1.0))]
+AbsoluteModulus = Annotated[float, PlainValidator(above(0, ", in MPa ('Es' is this very modulus)"))]
+PoissonRatio = Annotated[float, PlainValidator(between(0, 0.5))]
+Radius = Annotated[float, PlainValidator(above(0, ", in mm ('a' follows from it)"))]
+Cells = Annotated[int, PlainValidator(Whole(4, MAX_CELLS))]
+Slide = Annotated[float, PlainValidator(between(-1, 1, " (a plain ratio, not per cent)"))]
+Spin = Annotated[float, PlainValidator(between(-1000, 1000, ", in rad/mm"))]
+Fraction = Annotated[float, PlainValidator(above(0, below=1))]
 Text = Annotated[
     str, PlainValidator(Words(f"text of at most {MAX_TEXT} characters, none a control character", _storable, MAX_TEXT))
 ]
-LayerCount = Annotated[int, PlainValidator(Whole(f"a whole number from 0 to {MAX_LAYERS}", 0, MAX_LAYERS))]
+LayerCount = Annotated[int, PlainValidator(Whole(0, MAX_LAYERS))]
 
 
 class Spec(BaseModel):
@@ -171,7 +144,7 @@ class MeshSpec(Spec):
         BeforeValidator(_Pair("auto or two lengths [x, y], in mm or such as '8 a'", word="auto")),
     ]
     cells: Annotated[tuple[Cells, Cells], BeforeValidator(_Pair(f"two whole numbers [x, y] from 4 to {MAX_CELLS}"))]
-    margin: Annotated[float, PlainValidator(Real("a number from 1.05 to 10", lambda v: 1.05 <= v <= 10.0))] = 1.25
+    margin: Annotated[float, PlainValidator(between(1.05, 10))] = 1.25
 
 
 class ToleranceSpec(Spec):
@@ -188,25 +161,26 @@ class SceneSpec(Spec):
     layers: Annotated[
         tuple[LayerSpec, ...],
         BeforeValidator(
-            _Several(f"a list of at most {MAX_LAYERS} layers {{E, nu, thickness}}, [] for none", MAX_LAYERS)
+            Such(
+                f"a list of at most {MAX_LAYERS} layers {{E, nu, thickness}}, [] for none",
+                lambda value: isinstance(value, list) and len(value) <= MAX_LAYERS,
+            )
         ),
     ] = ()
     counterbody: Annotated[MaterialSpec | None, BeforeValidator(_WordOr("rigid", "rigid or {E, nu}"))] = None
     radius: Annotated[
         tuple[Radius, Radius], BeforeValidator(_Pair("a number above 0, in mm, or two [Rx, Ry]", single=True))
     ]
-    load: Annotated[float, PlainValidator(Real("a number above 0, in N", _positive))]
-    friction: Annotated[float, PlainValidator(Real("a number above 0", _positive))] = Scene.friction
+    load: Annotated[float, PlainValidator(above(0, ", in N"))]
+    friction: Annotated[float, PlainValidator(above(0))] = Scene.friction
     creepage: Annotated[
         CreepageSpec | None, BeforeValidator(_WordOr("none", "none or {longitudinal, lateral, spin}"))
     ] = None
     mesh: MeshSpec
-    coupling: Annotated[str, PlainValidator(Choice(*get_args(Coupling)))] = Scene.coupling
-    method: Annotated[str, PlainValidator(Choice(*get_args(Method)))] = Scene.method
-    discretisation: Annotated[str, PlainValidator(Choice(*get_args(Discretisation)))] = Scene.discretisation
-    spin_point: Annotated[
-        float, PlainValidator(Real("a number from -0.5 to 0.5, in cells", lambda v: abs(v) <= 0.5))
-    ] = Scene.spin_point
+    coupling: Coupling = Scene.coupling
+    method: Method = Scene.method
+    discretisation: Discretisation = Scene.discretisation
+    spin_point: Annotated[float, PlainValidator(between(-0.5, 0.5, ", in cells"))] = Scene.spin_point
     tolerance: ToleranceSpec = ToleranceSpec()
 
 
@@ -220,30 +194,34 @@ class CoatingSpec(Spec):
     layer_count: LayerCount = 1
     thickness: Length
     modulus: Modulus
-    layer_nu: Annotated[float | None, PlainValidator(Real("a number from 0 to 0.5", lambda v: 0.0 <= v <= 0.5))] = None
+    layer_nu: Annotated[float | None, PlainValidator(between(0, 0.5))] = None
 
 
 class OutputsSpec(Spec):
-    """What the cube holds: fields or scalars only, of which cells, and in which precision fields are stored."""
+    """What the cube holds: `fields` or scalars only; `precision` of stored fields.
 
-    fields: Annotated[bool, PlainValidator(Flag())] = True
-    crop: Annotated[str, PlainValidator(Choice("none", "contact"))] = "none"
-    precision: Annotated[str, PlainValidator(Choice("float64", "float32"))] = "float64"
+    `crop`: fields of the whole window ("none"), or cut to the cells that any case of the grid touches ("contact").
+    """
+
+    fields: StrictBool = True
+    crop: Literal["none", "contact"] = "none"
+    precision: Literal["float64", "float32"] = "float64"
 
 
 class GridSpec(Spec):
     """A named grid: a product of `axes` or a list of `cases`."""
 
     description: Text = ""
-    scene: Annotated[dict[str, Any], PlainValidator(_Container(dict, "a mapping of scene keys", empty=True))] = {}
+    scene: Annotated[
+        dict[str, Any], PlainValidator(Such("a mapping of scene keys", lambda value: isinstance(value, dict)))
+    ] = {}
     coating: Annotated[
-        dict[str, Any] | None,
-        PlainValidator(_Container(dict, "a mapping of layer_count, thickness, modulus, layer_nu")),
+        dict[str, Any] | None, PlainValidator(_filled(dict, "a mapping of layer_count, thickness, modulus, layer_nu"))
     ] = None
     axes: Annotated[
-        dict[str, Any] | None, PlainValidator(_Container(dict, "a mapping of at least one axis to its values"))
+        dict[str, Any] | None, PlainValidator(_filled(dict, "a mapping of at least one axis to its values"))
     ] = None
-    cases: Annotated[list[Any] | None, PlainValidator(_Container(list, "a list of at least one case"))] = None
+    cases: Annotated[list[Any] | None, PlainValidator(_filled(list, "a list of at least one case"))] = None
 
 
 class StudySpec(Spec):
@@ -260,9 +238,9 @@ class StudySpec(Spec):
         ),
     ]
     description: Text = ""
-    scene: Annotated[dict[str, Any], PlainValidator(_Container(dict, "a mapping of scene keys"))]
+    scene: Annotated[dict[str, Any], PlainValidator(_filled(dict, "a mapping of scene keys"))]
     outputs: OutputsSpec = OutputsSpec()
-    grids: Annotated[dict[str, Any], PlainValidator(_Container(dict, "a mapping of at least one named grid"))]
+    grids: Annotated[dict[str, Any], PlainValidator(_filled(dict, "a mapping of at least one named grid"))]
 
 
 Model = TypeVar("Model", bound=Spec)
@@ -295,6 +273,10 @@ def keys_of(model: type[Spec]) -> tuple[str, ...]:
 def allowed_at(model: type[Spec], key: str) -> str:
     """What is allowed for `key` of `model`, in words."""
     info = model.model_fields[key]
+    if info.annotation is bool:
+        return "true or false"
+    if get_origin(info.annotation) is Literal:
+        return f"one of {', '.join(get_args(info.annotation))}"
     for mark in info.metadata:
         words = getattr(getattr(mark, "func", None), "allowed", "")
         if words:

@@ -16,22 +16,10 @@ from rcstudy.build import BuildError, build, parts_of, window_problem
 from rcstudy.errors import UserError
 from rcstudy.grids import GridPlan, GridReader
 from rcstudy.mechanics.scene import Scene
-from rcstudy.spec import SceneSpec, StudySpec, grid_name_problem, validate
+from rcstudy.spec import OutputsSpec, SceneSpec, StudySpec, grid_name_problem, validate
 from rcstudy.yamltree import Node, Problems, find, from_python, parse, read_text
 
 MAX_CASES = 2_000_000  # of one study
-
-
-@dataclass(frozen=True)
-class Outputs:
-    """What the cube holds: `fields` or scalars only; `precision` of stored fields, "float64" or "float32".
-
-    `crop`: fields of the whole window ("none"), or cut to the cells that any case of the grid touches ("contact").
-    """
-
-    fields: bool = True
-    precision: str = "float64"
-    crop: str = "none"
 
 
 @dataclass(frozen=True)
@@ -43,7 +31,7 @@ class Study:
     text: str
     path: Path
     sha256: str
-    outputs: Outputs
+    outputs: OutputsSpec
     grids: tuple[GridPlan, ...]
 
     @property
@@ -81,7 +69,7 @@ def study_from_text(text: str, path: str | Path) -> Study:
         text=text,
         path=Path(path),
         sha256=hashlib.sha256(text.encode()).hexdigest(),
-        outputs=Outputs(spec.outputs.fields, spec.outputs.precision, spec.outputs.crop),
+        outputs=spec.outputs,
         grids=tuple(grids),
     )
 

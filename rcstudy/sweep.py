@@ -29,7 +29,8 @@ from rcstudy.store import Store, opened
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion
     from rcstudy.index import Index
-    from rcstudy.study import Outputs, Study
+    from rcstudy.spec import OutputsSpec
+    from rcstudy.study import Study
 
 _SECONDS_TO_JUDGE = 1.0  # of solving, before the time of the whole is guessed
 _SECONDS_WORTH_WORKERS = 15.0  # left to solve by one process
@@ -175,7 +176,7 @@ def run(
     return summary
 
 
-def keep_of(outputs: Outputs) -> Keep:
+def keep_of(outputs: OutputsSpec) -> Keep:
     """What a study wants kept of its results."""
     return Keep(outputs.fields, outputs.precision, outputs.crop == "contact")
 

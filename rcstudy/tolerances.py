@@ -16,35 +16,29 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BeforeValidator, Field, PlainValidator
 
 from rcstudy.errors import UserError
-from rcstudy.quantities import Real, Whole, Words, refusal
+from rcstudy.quantities import Such, Whole, Words, between
 from rcstudy.result import VARIABLES
 from rcstudy.spec import Spec, validate
 from rcstudy.yamltree import Problems, find, parse, read_text, suggest
 
-_Rtol = Annotated[float, PlainValidator(Real("a number from 0 to 1", lambda v: 0.0 <= v <= 1.0))]
-_Flips = Annotated[int, PlainValidator(Whole("a whole number from 0 to 1000", 0, 1000))]
+_Rtol = Annotated[float, PlainValidator(between(0, 1))]
+_Flips = Annotated[int, PlainValidator(Whole(0, 1000))]
 _Pattern = Annotated[
     str, PlainValidator(Words("a pattern of grid/label, such as 'figure_5/*'", lambda v: bool(v.strip()), 500))
 ]
 
 
-class _Mapping:
-    """A mapping of variables to tolerances, which are validated one by one."""
-
-    allowed = "a mapping of names of variables to numbers from 0 to 1"
-
-    def __call__(self, value: Any) -> Any:
-        if not isinstance(value, dict):
-            raise refusal(self.allowed)
-        return value
-
-
-_Named = Annotated[dict[str, _Rtol], BeforeValidator(_Mapping())]
+_Named = Annotated[
+    dict[str, _Rtol],
+    BeforeValidator(
+        Such("a mapping of names of variables to numbers from 0 to 1", lambda value: isinstance(value, dict))
+    ),
+]
 _OWN_WORK = "status", "state", "iterations_", "residual_", "proof_", "products_", "operator_products", "coarse_products"
 TOLERABLE = tuple(
     name

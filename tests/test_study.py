@@ -273,6 +273,10 @@ def test_units_are_explained(refused):
             "axes: {thickness: [0.1, -1], modulus: [1 Es]}",
             "8:31: grids.g.axes.thickness[1]: -1: a number above 0, in mm",
         ),
+        (
+            "coating: {thickness: 1, modulus: 1, layer_nu: ~}, axes: {load: [1]}",
+            "8:53: grids.g.coating.layer_nu: ~: a number from 0 to 0.5",
+        ),
         ("axes: {load: []}", "8:20: grids.g.axes.load: []: a list of at least one value"),
         ("axes: {load: 3}", "8:20: grids.g.axes.load: 3: a list of at least one value"),
         ("axes: {load: {}}", "8:20: grids.g.axes.load: {}: a list of at least one value, or {first, last, count, sp"),
