@@ -21,44 +21,12 @@ from rcstudy.build import scene_hertz
 from rcstudy.grids import AxisPlan, GridPlan
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Layer, Material, Scene
-from rcstudy.quantities import LENGTH, MODULUS, Quantity
+from rcstudy.quantities import Quantity
+from rcstudy.settings import DESCRIPTIONS, LENGTH, MODULUS, ratio_name
 from rcstudy.study import Study
 
 CASE_SCHEMA = 2
 """Version of what a case's key covers; goes up when a scene's record, the order of its keys or its meaning changes."""
-
-# units and long_name of a setting, by the last name of its path
-_WORDS: dict[str, tuple[str, str]] = {
-    "layer_count": ("1", "number of layers"),
-    "thickness": ("mm", "thickness of each layer"),
-    "modulus": ("MPa", "Young's modulus of the layer next to the substrate"),
-    "layer_nu": ("1", "Poisson's ratio of the layers"),
-    "E": ("MPa", "Young's modulus"),
-    "nu": ("1", "Poisson's ratio"),
-    "radius": ("mm", "radius"),
-    "load": ("N", "normal load"),
-    "friction": ("1", "coefficient of friction"),
-    "longitudinal": ("1", "longitudinal creepage"),
-    "lateral": ("1", "lateral creepage"),
-    "spin": ("rad mm-1", "spin creepage"),
-    "size": ("mm", "size of the window"),
-    "cells": ("1", "number of cells"),
-    "margin": ("1", "width of the window over that of the contact"),
-    "spin_point": ("1", "point of the spin, in cells ahead of the centre"),
-    "normal": ("1", "tolerance of the pressure"),
-    "tangential": ("1", "tolerance of the tractions"),
-    "creepage": ("1", "creepage"),
-    "counterbody": ("1", "counterbody"),
-    "substrate": ("1", "substrate"),
-    "layers": ("1", "layers"),
-    "mesh": ("1", "mesh"),
-    "tolerance": ("1", "tolerances"),
-    "method": ("1", "method of the traction solver"),
-    "coupling": ("1", "coupling of tractions and pressure"),
-    "discretisation": ("1", "discretisation of the slip"),
-    "case": ("1", "case"),
-}
-_OVER = {LENGTH: "the Hertz radius a", MODULUS: "the substrate's modulus Es"}
 
 
 @dataclass(frozen=True)
@@ -241,14 +209,14 @@ def _axis_coords(axis: AxisPlan, scales: _Scales) -> dict[str, Coord]:
 
 
 def _text(name: str, labels: Sequence[str]) -> dict[str, Coord]:
-    return {name: Coord(list(labels), "1", _WORDS[name][1])}
+    return {name: Coord(list(labels), "1", DESCRIPTIONS[name].long_name)}
 
 
 def _value_coords(
     name: str, path: str, values: Sequence[Any], labels: Sequence[str] | None, scales: _Scales
 ) -> dict[str, Coord]:
     """Coordinates of numbers, quantities, or pairs of them; pairs as text (`labels`) with one coordinate each way."""
-    units, long_name = _WORDS[path.split(".")[-1]]
+    units, long_name = DESCRIPTIONS[path.split(".")[-1]]
     if path in ("substrate.E", "substrate.nu", "counterbody.E", "counterbody.nu"):
         long_name += f" of the {path.split('.')[0]}"
     if any(isinstance(value, tuple) for value in values):
@@ -273,7 +241,7 @@ def _number_coords(name: str, values: Sequence[Any], units: str, long_name: str,
     quantities = [value if isinstance(value, Quantity) else Quantity(value) for value in values]
     scale = LENGTH if units == "mm" else MODULUS
     size = scales.of(scale)
-    over = f"{long_name} over {_OVER[scale]}"
+    over = ratio_name(long_name, scale)
     if size is not None:
         ratios = [q.value if q.scale else q.value / size for q in quantities]
         return {

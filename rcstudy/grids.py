@@ -26,8 +26,9 @@ from rcstudy.build import (
     with_part,
 )
 from rcstudy.mechanics.scene import Scene
-from rcstudy.quantities import LENGTH, Quantity, number_text
+from rcstudy.quantities import Quantity, number_text
 from rcstudy.ranges import spread
+from rcstudy.settings import LENGTH
 from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, label_problem, submodel, validate
 from rcstudy.yamltree import Node, Problems, child_path, find, merge, suggest, with_entry, without
 

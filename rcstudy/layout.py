@@ -19,6 +19,7 @@ from rcstudy.mechanics.exact import Hertz
 from rcstudy.mechanics.scene import Layer, Mesh, Scene
 from rcstudy.record import Region, field_type
 from rcstudy.result import VARIABLES, Variable
+from rcstudy.settings import DESCRIPTIONS
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion, Grid
@@ -96,13 +97,14 @@ def _creepage(name: str) -> Callable[[Scene, Hertz], float]:
 
 
 SETTINGS: dict[str, _Setting] = {
-    "friction": _Setting("1", "coefficient of friction", lambda s, _: s.friction),
-    "load": _Setting("N", "normal load", lambda s, _: s.load),
+    "friction": _Setting(*DESCRIPTIONS["friction"], lambda s, _: s.friction),
+    "load": _Setting(*DESCRIPTIONS["load"], lambda s, _: s.load),
     "hertz_radius": _Setting("mm", "contact radius of the uncoated pair after Hertz", lambda _, h: h.radius),
     "hertz_pressure": _Setting("MPa", "peak pressure of the uncoated pair after Hertz", lambda _, h: h.p0),
-    "longitudinal": _Setting("1", "longitudinal creepage", _creepage("longitudinal"), tangential=True),
-    "lateral": _Setting("1", "lateral creepage", _creepage("lateral"), tangential=True),
-    "spin": _Setting("rad mm-1", "spin creepage", _creepage("spin"), tangential=True),
+    **{
+        name: _Setting(*DESCRIPTIONS[name], _creepage(name), tangential=True)
+        for name in ("longitudinal", "lateral", "spin")
+    },
 }
 
 LAYER_SETTINGS: dict[str, tuple[str, str, Callable[[Layer], float]]] = {

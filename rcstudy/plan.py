@@ -12,7 +12,8 @@ from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Scene
 from rcstudy.progress import duration
 from rcstudy.result import VARIABLES
-from rcstudy.spec import OutputsSpec, unit_as_written
+from rcstudy.settings import unit_as_written
+from rcstudy.spec import OutputsSpec
 from rcstudy.study import Study
 
 # Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025 with

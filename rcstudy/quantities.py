@@ -16,11 +16,15 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
+from rcstudy.settings import unit_of
+
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RELATIVE = re.compile(rf"\s*({_NUMBER})?\s*(a|Es)\s*")
-_UNIT = re.compile(rf"\s*{_NUMBER}\s*[^\W\d].*")
-
-LENGTH, MODULUS = "a", "Es"  # names of the two scales
+_WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*[^\W\d].*")
+_UNITS = (
+    f"numbers are written without units: lengths in {unit_of('thickness')}, forces in {unit_of('load')}, "
+    f"moduli in {unit_of('modulus')}, spin in {unit_of('spin')}"
+)
 
 
 @dataclass(frozen=True)
@@ -72,10 +76,10 @@ def as_quantity(value: Any) -> Quantity | None:
     return None if number is None else Quantity(number)
 
 
-def _without_unit(allowed: str, value: Any) -> str:
-    """`allowed`, with a word on units if the value was written with one."""
-    if isinstance(value, str) and _UNIT.fullmatch(value) and not _RELATIVE.fullmatch(value):
-        return f"{allowed}; no unit is written: lengths are mm, forces N, moduli MPa, spin rad/mm"
+def _with_hint(allowed: str, value: Any) -> str:
+    """`allowed`, and that units are not written if the value is a number with one."""
+    if isinstance(value, str) and _WITH_UNIT.fullmatch(value) and not _RELATIVE.fullmatch(value):
+        return f"{allowed}; {_UNITS}"
     return allowed
 
 
@@ -89,7 +93,7 @@ class Real:
     def __call__(self, value: Any) -> float:
         number = as_number(value)
         if number is None or not self.test(number):
-            raise refusal(_without_unit(self.allowed, value))
+            raise refusal(_with_hint(self.allowed, value))
         return number
 
 
@@ -118,7 +122,7 @@ class Whole:
 
     def __call__(self, value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not self.low <= value <= self.high:
-            raise refusal(_without_unit(self.allowed, value))
+            raise refusal(_with_hint(self.allowed, value))
         return value
 
 
@@ -132,7 +136,7 @@ class Relative:
     def __call__(self, value: Any) -> Quantity:
         quantity = as_quantity(value)
         if quantity is None or quantity.scale not in ("", self.scale) or not quantity.value > 0.0:
-            raise refusal(_without_unit(self.allowed, value))
+            raise refusal(_with_hint(self.allowed, value))
         return quantity
 
 

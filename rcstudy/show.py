@@ -12,7 +12,8 @@ from rcstudy.cube import case_dims, case_table, grids
 from rcstudy.layout import LABEL
 from rcstudy.progress import duration
 from rcstudy.result import VARIABLES, Status
-from rcstudy.spec import SceneSpec, starting_scene, unit_as_written
+from rcstudy.settings import unit_as_written
+from rcstudy.spec import SceneSpec, starting_scene
 
 _SHOWN_FAILURES = 10
 _SHOWN_MESHES = 4

@@ -14,8 +14,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, Str
 
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, Scene, Tolerance
-from rcstudy.quantities import LENGTH, MODULUS, Quantity, Relative, Such, Whole, Words, above, between, refusal
+from rcstudy.quantities import Quantity, Relative, Such, Whole, Words, above, between, refusal
 from rcstudy.result import VARIABLES
+from rcstudy.settings import LENGTH, MODULUS, unit_of
 from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, parse, plain, suggest
 
 MAX_LAYERS = 50
@@ -30,17 +31,8 @@ _OWN_NAMES = (
 )
 RESERVED_NAMES = frozenset(VARIABLES) | frozenset(_OWN_NAMES)
 
-_AS_WRITTEN = {"1": "", "rad mm-1": "rad/mm"}
-
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*", re.ASCII)
-
-
-def unit_as_written(units: str, long_name: str = "") -> str:
-    """A coordinate's `units` as people write them: `rad/mm`, `mm`; of a ratio "a" or "Es" if `long_name` says so."""
-    whole = long_name.rpartition(" over the ")[2].split()
-    scale = next((scale for scale in (LENGTH, MODULUS) if units == "1" and whole[-1:] == [scale]), "")
-    return scale or _AS_WRITTEN.get(units, units)
 
 
 def _storable(text: str) -> bool:
@@ -84,17 +76,21 @@ def _filled(kind: type, allowed: str) -> Such:
 
 
 Modulus = Annotated[
-    Quantity, PlainValidator(Relative("a number above 0, in MPa, or of the substrate's such as '2 Es'", MODULUS))
+    Quantity,
+    PlainValidator(Relative(f"a number above 0, in {unit_of('E')}, or of the substrate's such as '2 Es'", MODULUS)),
 ]
 Length = Annotated[
-    Quantity, PlainValidator(Relative("a number above 0, in mm, or of the Hertz radius such as '0.25 a'", LENGTH))
+    Quantity,
+    PlainValidator(
+        Relative(f"a number above 0, in {unit_of('thickness')}, or of the Hertz radius such as '0.25 a'", LENGTH)
+    ),
 ]
-AbsoluteModulus = Annotated[float, PlainValidator(above(0, ", in MPa ('Es' is this very modulus)"))]
+AbsoluteModulus = Annotated[float, PlainValidator(above(0, f", in {unit_of('E')} ('Es' is this very modulus)"))]
 PoissonRatio = Annotated[float, PlainValidator(between(0, 0.5))]
-Radius = Annotated[float, PlainValidator(above(0, ", in mm ('a' follows from it)"))]
+Radius = Annotated[float, PlainValidator(above(0, f", in {unit_of('radius')} ('a' follows from it)"))]
 Cells = Annotated[int, PlainValidator(Whole(4, MAX_CELLS))]
 Slide = Annotated[float, PlainValidator(between(-1, 1, " (a plain ratio, not per cent)"))]
-Spin = Annotated[float, PlainValidator(between(-1000, 1000, ", in rad/mm"))]
+Spin = Annotated[float, PlainValidator(between(-1000, 1000, f", in {unit_of('spin')}"))]
 Fraction = Annotated[float, PlainValidator(above(0, below=1))]
 Text = Annotated[
     str, PlainValidator(Words(f"text of at most {MAX_TEXT} characters, none a control character", _storable, MAX_TEXT))
@@ -141,7 +137,7 @@ class MeshSpec(Spec):
 
     size: Annotated[
         tuple[Length, Length] | None,
-        BeforeValidator(_Pair("auto or two lengths [x, y], in mm or such as '8 a'", word="auto")),
+        BeforeValidator(_Pair(f"auto or two lengths [x, y], in {unit_of('size')} or such as '8 a'", word="auto")),
     ]
     cells: Annotated[tuple[Cells, Cells], BeforeValidator(_Pair(f"two whole numbers [x, y] from 4 to {MAX_CELLS}"))]
     margin: Annotated[float, PlainValidator(between(1.05, 10))] = 1.25
@@ -169,9 +165,10 @@ class SceneSpec(Spec):
     ] = ()
     counterbody: Annotated[MaterialSpec | None, BeforeValidator(_WordOr("rigid", "rigid or {E, nu}"))] = None
     radius: Annotated[
-        tuple[Radius, Radius], BeforeValidator(_Pair("a number above 0, in mm, or two [Rx, Ry]", single=True))
+        tuple[Radius, Radius],
+        BeforeValidator(_Pair(f"a number above 0, in {unit_of('radius')}, or two [Rx, Ry]", single=True)),
     ]
-    load: Annotated[float, PlainValidator(above(0, ", in N"))]
+    load: Annotated[float, PlainValidator(above(0, f", in {unit_of('load')}"))]
     friction: Annotated[float, PlainValidator(above(0))] = Scene.friction
     creepage: Annotated[
         CreepageSpec | None, BeforeValidator(_WordOr("none", "none or {longitudinal, lateral, spin}"))

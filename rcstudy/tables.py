@@ -19,6 +19,7 @@ from rcstudy.report.statements import comparisons_table, statements_table
 from rcstudy.report.views import CaseView, GridView, creepage_text, grids, layers_text, thickness_text
 from rcstudy.report.writers import Column, Table, Value, write_table
 from rcstudy.result import ESTIMATED
+from rcstudy.settings import unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,7 +109,7 @@ def creepage_table(cases: Sequence[PaperCase]) -> Table:
         Column("panels", "Figure"),
         Column("longitudinal", "xi_x", r"$\xi_x$"),
         Column("lateral", "xi_y", r"$\xi_y$"),
-        Column("spin_rad_per_mm", "phi (rad/mm)", r"$\varphi$ (rad/mm)"),
+        Column("spin_rad_per_mm", f"phi ({unit_of('spin')})", rf"$\varphi$ ({unit_of('spin')})"),
     )
     panels: dict[tuple[float, float, float], dict[str, set[int]]] = {}
     for c in cases:

@@ -37,7 +37,7 @@ from rcstudy.report.labels import KEEP, literal, shortened, wrapped
 from rcstudy.report.overview import QUANTITIES, case_maps, geometric, overview_figure
 from rcstudy.report.style import style
 from rcstudy.report.views import GridView, grids, layers_text, thickness_text
-from rcstudy.spec import unit_as_written
+from rcstudy.settings import unit_as_written
 from rcstudy.sweep import run
 
 DOLLARS = (r"cost $5\frac$", "two $1 and $2 coats", "a|b_$x$")

@@ -262,7 +262,7 @@ def test_units_are_explained(refused):
     (line,) = refused(BASE + "  g: {axes: {load: [100 N]}}\n")
     assert line == (
         "s.yaml:8:21: grids.g.axes.load[0]: 100 N: a number above 0, in N; "
-        "no unit is written: lengths are mm, forces N, moduli MPa, spin rad/mm"
+        "numbers are written without units: lengths in mm, forces in N, moduli in MPa, spin in rad/mm"
     )
 
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rcstudy.quantities import LENGTH, MODULUS
 from rcstudy.report import measures
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
@@ -17,6 +16,7 @@ from rcstudy.report.paper_figures import MAPS, maps_figure, stretched
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.result import Status
+from rcstudy.settings import LENGTH, MODULUS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -24,6 +24,7 @@ from rcstudy.report.measures import slip_ratio, slip_ratio_error
 from rcstudy.report.paper import BARE, panel_letter
 from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH, traction_colours
 from rcstudy.report.views import CaseView, GridView, creepage_text, layers_text, thickness_text
+from rcstudy.settings import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -162,7 +163,7 @@ _TITLE_LINE = 0.145  # height of a line of a title, inches
 
 MAPS = (
     "Magnitude $|q|$ (colour) and direction (arrows) of the traction on the coated body. Rolling towards $+x$: the "
-    r"leading edge is at $+x$. In each panel: area of slip over area of contact; spin $\varphi$ in rad/mm."
+    rf"leading edge is at $+x$. In each panel: area of slip over area of contact; spin $\varphi$ in {unit_of('spin')}."
 )
 
 

@@ -21,9 +21,9 @@ from rcstudy.errors import UserError
 from rcstudy.layout import LABEL, MISSING
 from rcstudy.quantities import number_text
 from rcstudy.result import Status
-from rcstudy.spec import unit_as_written
+from rcstudy.settings import LENGTH, MODULUS, unit_as_written, unit_of
 
-_SCALES = (" a", " Es")
+_SCALES = (f" {LENGTH}", f" {MODULUS}")
 
 ROUND = 1e-9
 """Relative difference from a number of six digits below which a ratio is taken to have been written with those."""
@@ -310,8 +310,9 @@ def creepages_text(creepages: Sequence[float], *, math: bool, units: bool) -> st
     """Longitudinal, lateral creepage (-) and spin (rad/mm) in words, but for those that are zero or NaN."""
     names = (r"\xi_x", r"\xi_y", r"\varphi") if math else ("xi_x", "xi_y", "phi")
     parts = []
-    for name, value, unit in zip(names, creepages, ("", "", " rad/mm"), strict=True):
+    for name, value, key in zip(names, creepages, ("longitudinal", "lateral", "spin"), strict=True):
         if value and not np.isnan(value):
             text = f"{name} = {number_text(value)}"
-            parts.append((f"${text}$" if math else text) + (unit if units else ""))
+            unit = f" {unit_of(key)}".rstrip() if units else ""
+            parts.append((f"${text}$" if math else text) + unit)
     return ", ".join(parts)
