@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 
-from rcstudy import provenance
+from rcstudy import provenance, yamltree
 from rcstudy.errors import UserError
-from rcstudy.grids import AXIS_PATHS
+from rcstudy.grids import AXIS_PATHS, MAX_AXES
 from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, SCHEMA_ATTRIBUTE, SETTINGS
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.spec import RESERVED_NAMES, CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
-from rcstudy.study import load_study
+from rcstudy.study import MAX_CASES, load_study
 from rcstudy.tolerances import Tolerances, load_tolerances
 from rcstudy.units import FORMAT
 
@@ -128,6 +128,19 @@ def test_study_document_names_what_no_grid_may_be_called() -> None:
     text = STUDY.read_text(encoding="utf-8")
     for name in RESERVED_NAMES - set(VARIABLES):
         assert f"`{name}`" in text, name
+
+
+def test_study_document_names_the_limits() -> None:
+    refused = " ".join(STUDY.read_text(encoding="utf-8").partition("## What is refused")[2].split())
+    for limit, words in (
+        (yamltree.MAX_BYTES // 1_000_000, "MB of text"),
+        (yamltree.MAX_VALUES, "values"),
+        (yamltree.MAX_ALIASED, "more by aliases"),
+        (yamltree.MAX_DEPTH, "levels of nesting"),
+        (MAX_AXES, "axes in a grid"),
+        (MAX_CASES, "cases"),
+    ):
+        assert f"{limit:,} {words}".replace(",", " ") in refused
 
 
 def blocks(path: Path, language: str) -> list[str]:
