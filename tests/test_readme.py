@@ -1,4 +1,7 @@
-"""What the README shows is run as it stands there: its study, its commands, its Python."""
+"""What the README shows is run as it stands there: its study, its commands, its Python; its tables are the results'.
+
+``python tests/test_readme.py`` rewrites the tables.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -32,6 +36,61 @@ def run(folder: Path, *words: str) -> str:
     done = subprocess.run([sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def lines_under(path: Path, heading: str) -> list[str]:
+    """Rows of the table under a heading of a Markdown file."""
+    _, found, section = path.read_text(encoding="utf-8").partition(f"\n{heading}\n")
+    assert found, f"{path.name} has no {heading}"
+    return [line for line in section.partition("\n## ")[0].splitlines() if line.startswith("|")]
+
+
+def errors_by_mesh() -> list[str]:
+    """The table of the summary for one-way coupling."""
+    return lines_under(ROOT / "results" / "accuracy" / "summary.md", "## Errors by mesh, one-way coupling")
+
+
+# what scripts/error_bars.py calls them
+CONTACTS = {
+    "mild": "up to three layers, any bodies",
+    "full": "the same, full coupling",
+    "engineering": "coatings on balls, rail-like ellipses",
+    "sliding": "near full slip",
+    "wild": "extreme: ellipses to 1000:1, six layers, skins",
+}
+
+
+def error_bars() -> list[str]:
+    """From least to most, over the scalars, of two columns of each table of the error bars."""
+    published = ROOT / "results" / "error_bars.md"
+    titles = [f"`{name}`: within, % | estimate over error, median" for name in ("aligned", "kalker")]
+    rows = [f"| contacts | {' | '.join(titles)} |", "| --- |" + " --- |" * 4]
+    for name, words in CONTACTS.items():
+        cells = [words]
+        for discretisation in ("aligned", "kalker"):
+            start = f"## `--discretisation {discretisation} --contacts {name} "
+            (heading,) = [line for line in published.read_text(encoding="utf-8").splitlines() if line.startswith(start)]
+            scalars = [row.split(" | ") for row in lines_under(published, heading)[2:]]
+            for column, form in ((1, "g"), (2, ".2g")):
+                numbers = [float(scalar[column]) for scalar in scalars]
+                cells.append(f"{min(numbers):{form}} to {max(numbers):{form}}")
+        rows.append(f"| {' | '.join(cells)} |")
+    return rows
+
+
+TABLES: dict[str, Callable[[], list[str]]] = {"errors by mesh": errors_by_mesh, "error bars": error_bars}
+
+
+def pattern(name: str) -> str:
+    """Finds a table by its marks: the first, the rows, the second."""
+    return rf"(<!-- {name} -->\n)(.*?)(<!-- end -->)"
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_are_those_of_the_results(name: str) -> None:
+    found = re.search(pattern(name), README, re.DOTALL)
+    assert found, "there is no such table"
+    assert found[2].splitlines() == TABLES[name](), "run python tests/test_readme.py"
 
 
 def test_scripts_are_there_and_executable() -> None:
@@ -71,3 +130,16 @@ def test_study_commands_and_python_run(tmp_path: Path) -> None:
     force, unit = run(tmp_path, "-c", solved).split()
     assert float(force) < 0.0
     assert unit == "N"
+
+
+def main() -> None:
+    """Rewrite the tables."""
+    text = README
+    for name, table in TABLES.items():
+        rows = "".join(f"{row}\n" for row in table())
+        text = re.sub(pattern(name), lambda found, rows=rows: f"{found[1]}{rows}{found[3]}", text, flags=re.DOTALL)
+    (ROOT / "README.md").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

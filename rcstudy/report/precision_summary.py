@@ -251,7 +251,7 @@ def _sentence(chosen: Sequence[Setting]) -> str:
     parts = []
     for (cells, tolerance), group in sorted(reached.items(), key=lambda item: (item[0][0], -item[0][1])):
         s = group[0]
-        where = f"{s.radius[0]:.0f} to {s.radius[1]:.0f} a contact radius"
+        where = f"{s.radius[0]:.0f} to {s.radius[1]:.0f} per contact radius"
         cost = f"{s.products:.0f} products, {1e3 * s.seconds:.3g} ms"
         parts.append(f"**{_names(group)}**: {cells} x {cells} cells ({where}), tolerance {tolerance:.0e}, {cost}")
     if missed:
@@ -287,7 +287,7 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     lines = [
         f"Worst of {len({r.problem for r in own})} problems at tolerance {tolerance:.0e}, {' / '.join(names)}:",
         "",
-        f"| cells a contact radius | {' | '.join(radii)} |",
+        f"| cells per contact radius | {' | '.join(radii)} |",
         "| --- |" + " --- |" * len(columns),
     ]
     for quantity, words in QUANTITIES.items():
