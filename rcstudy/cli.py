@@ -11,7 +11,7 @@ import functools
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ParamSpec
 
@@ -191,6 +191,12 @@ def _say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
+def _tell_written(paths: Sequence[Path], folder: Path) -> None:
+    from rcstudy.progress import counted
+
+    print(f"{counted(len(paths), 'file')} in {folder}")
+
+
 def _shard(text: str) -> tuple[int, int]:
     i, slash, n = text.partition("/")
     if not (slash and re.fullmatch("[0-9]{1,9}", i) and re.fullmatch("[0-9]{1,9}", n) and 1 <= int(i) <= int(n)):
@@ -268,6 +274,7 @@ def failures(
     """List the unsolved cases of a cube, each as a study of that case alone, ready to run."""
     from rcstudy import failures as failing
     from rcstudy.cube import reading
+    from rcstudy.progress import counted
 
     with reading(cube):
         found = failing.failed_cases(cube)
@@ -276,8 +283,8 @@ def failures(
             print(path)
     else:
         print(failing.listing(found), end="")
-    count = "one case is" if len(found) == 1 else f"{len(found)} cases are"
-    _say(f"{count} not solved" if found else "all cases are solved")
+    are = "is" if len(found) == 1 else "are"
+    _say(f"{counted(len(found), 'case')} {are} not solved" if found else "all cases are solved")
 
 
 @app.command()
@@ -355,7 +362,7 @@ def figures(
     wanted = tuple(word.strip() for word in formats.split(",") if word.strip())
     with _opened(cube) as (tree,):
         written = make_figures(tree, output, wanted)
-    print(f"{len(written)} files in {output}")
+    _tell_written(written, output)
 
 
 @app.command()
@@ -371,7 +378,7 @@ def tables(
 
     with _opened(cube) as (tree,):
         written = make_tables(tree, output)
-    print(f"{len(written)} files in {output}")
+    _tell_written(written, output)
 
 
 @app.command()
@@ -396,4 +403,4 @@ def accuracy(
     else:
         with _opened(cube) as (tree,):
             written = measuring.run(study, output, tree)
-    print(f"{len(written)} files in {output}")
+    _tell_written(written, output)

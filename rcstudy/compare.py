@@ -20,6 +20,7 @@ import xarray as xr
 from rcstudy.cube import case_dims, grids
 from rcstudy.errors import UserError
 from rcstudy.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, MISSING, SETTINGS
+from rcstudy.progress import counted
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.structure import COORDINATE_RTOL, align, variables_in_both
 from rcstudy.tolerances import TOLERABLE, Tolerances
@@ -104,7 +105,8 @@ class Comparison:
             lines.append(f"{self.flips} cells at the bound stick in one cube and slip in the other (allowed)")
         lines += [f"no case matches {pattern}: its tolerances are not used" for pattern in self.unmatched]
         found = "same" if self.same else "DIFFERENT"
-        lines.append(f"{found}: {self.cases} cases compared, {len(self.bad)} values differ by too much")
+        beyond = f"{counted(len(self.bad), 'value')} beyond tolerance"
+        lines.append(f"{found}: {counted(self.cases, 'case')} compared, {beyond}")
         return "\n".join(lines)
 
 
@@ -132,7 +134,7 @@ def compare(
         if name not in known:
             raise UserError(f"a tolerance is given for {name}, which the reference does not have")
         if name not in TOLERABLE:
-            raise UserError(f"a tolerance is given for {name}, which has none: {', '.join(TOLERABLE)} have")
+            raise UserError(f"a tolerance is given for {name}; only these have one: {', '.join(TOLERABLE)}")
     for name in theirs:
         if name not in ours:
             outcome.structure.append(f"{name}: missing in the cube")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Scene
-from rcstudy.progress import duration
+from rcstudy.progress import counted, duration
 from rcstudy.result import VARIABLES
 from rcstudy.settings import unit_as_written
 from rcstudy.spec import OutputsSpec
@@ -132,7 +132,7 @@ def plan_report(study: Study) -> str:
     total = estimate(study, expansion)
     of_grid = expansion.by_grid()
     grids = len(study.grids)
-    lines = [f"study {study.name}: {_count(total.cases, 'case')} in {_count(grids, 'grid')}"]
+    lines = [f"study {study.name}: {counted(total.cases, 'case')} in {counted(grids, 'grid')}"]
     if study.description:
         lines.append(study.description.strip())
     for grid in expansion.grids:
@@ -180,8 +180,8 @@ def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
     solved = "pressure only" if all(scene.creepage is None for scene in scenes) else "pressure and tractions"
     normals = len(list(Expansion((), tuple(cases)).groups()))
     lines.append(
-        f"  {_count(len(cases), 'case')}, {_count(normals, 'normal problem')}, "
-        f"{_count(len({layer_set(s) for s in scenes}), 'layer set')}; {solved}, {mesh} cells"
+        f"  {counted(len(cases), 'case')}, {counted(normals, 'normal problem')}, "
+        f"{counted(len({layer_set(s) for s in scenes}), 'layer set')}; {solved}, {mesh} cells"
     )
     return lines
 
@@ -218,10 +218,6 @@ def _value(axis: Axis, i: int) -> str:
         else:
             inside.append(f"{value:.6g}{unit}")
     return f"{label} ({', '.join(inside)})" if inside else label
-
-
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
 def _bytes(number: float) -> str:

@@ -102,7 +102,7 @@ class Lines:
         """Say how many."""
         self._total = total
         self._started = self._told = time.monotonic()
-        self._print(f"solving {total} cases")
+        self._print(f"solving {counted(total, 'case')}")
 
     def advance(self, *, failed: bool) -> None:
         """Say how far, if the last line is `interval` seconds old or this was the last case."""
@@ -129,6 +129,11 @@ class Lines:
 def _rate(done: int, seconds: float) -> str:
     rate = done / max(seconds, 1e-9)
     return f"{rate:.1f} cases/s" if rate >= 1 else f"{1 / rate:.1f} s/case"
+
+
+def counted(number: int, thing: str) -> str:
+    """So many of a thing: ``1 case``, ``2 cases``."""
+    return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
 def duration(seconds: float) -> str:

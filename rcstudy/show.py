@@ -10,7 +10,7 @@ import xarray as xr
 
 from rcstudy.cube import case_dims, case_table, grids
 from rcstudy.layout import LABEL
-from rcstudy.progress import duration
+from rcstudy.progress import counted, duration
 from rcstudy.result import VARIABLES, Status
 from rcstudy.settings import unit_as_written
 from rcstudy.spec import SceneSpec, starting_scene
@@ -156,7 +156,7 @@ def _failure_lines(table: pd.DataFrame) -> Iterator[str]:
     if not len(failed):
         return
     yield ""
-    yield "1 case is not solved:" if len(failed) == 1 else f"{len(failed)} cases are not solved:"
+    yield f"{counted(len(failed), 'case')} {'is' if len(failed) == 1 else 'are'} not solved:"
     for _, row in failed.head(_SHOWN_FAILURES).iterrows():
         word = Status(int(row["status"])).words
         yield f"  {row['grid']}: {row[LABEL]}: {word}: {row['status_reason']}"

@@ -8,6 +8,7 @@ from pathlib import Path
 from rcstudy.cases import Case, expand
 from rcstudy.index import Index
 from rcstudy.lock import holders
+from rcstudy.progress import counted
 from rcstudy.result import Status
 from rcstudy.store import starts_over, take_cube, units_folder
 from rcstudy.study import Study
@@ -37,7 +38,7 @@ def report(study: Study, output: Path) -> str:
     if in_cube:
         lines += ["", f"{in_cube} of them are in the cube"]
     if count:
-        lines += ["", f"{size / 1e6:.1f} MB in {count} units in {folder}"]
+        lines += ["", f"{size / 1e6:.1f} MB in {counted(count, 'unit')} in {folder}"]
     lines += ["", *notes] if notes else []
     at_work = holders(folder)
     lines += ["", "at work: " + ", ".join(at_work) if at_work else "no sweep is at work"]

@@ -102,7 +102,7 @@ def test_sweep_show_and_compare(folder: Path) -> None:
     assert "solving" not in again.output
     same = run("compare", "quick.nc", "new/again.nc")
     assert same.exit_code == 0, same.output
-    assert "same: 2 cases compared" in same.output
+    assert "same: 2 cases compared, 0 values beyond tolerance" in same.output
 
 
 @pytest.mark.heavy

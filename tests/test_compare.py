@@ -320,7 +320,7 @@ def test_other_numbers_for_the_same_words(tmp_path: Path, reference: Path) -> No
 
 @pytest.mark.parametrize("name", ["proof_gap", "force_x_error", "solve_seconds", "status", "state", "friction"])
 def test_a_tolerance_for_what_is_not_compared_within_one(reference: Path, name: str) -> None:
-    with pytest.raises(UserError, match=f"a tolerance is given for {name}, which has none: pressure, "):
+    with pytest.raises(UserError, match=f"a tolerance is given for {name}; only these have one: pressure, "):
         outcome(reference, reference, Tolerances(variables={name: 0.1}))
 
 

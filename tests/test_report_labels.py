@@ -284,6 +284,7 @@ def test_values_have_units_in_labels_and_titles(tmp_path: Path) -> None:
         ((1.0, 2.0, 5.0), False),
         ((0.0, 1.0, 10.0, 100.0), False),
         ((-100.0, -10.0, -1.0), False),
+        ((1e-300, 1.0, 1e300), False),  # more than can be drawn
     ],
 )
 def test_numbers_that_go_on_by_factors_have_a_logarithmic_axis(values: tuple[float, ...], *, expected: bool) -> None:

@@ -685,7 +685,7 @@ def test_status(sweeps: Sweeps) -> None:
     sweeps.run(9, fails=(40.0,))
     text = report(sweeps.study, sweeps.output)
     assert "loads        12         6         3         3" in text
-    assert "in 1 units" in text
+    assert "in 1 unit in" in text
     sweeps.run()
     text = report(sweeps.study, sweeps.output)
     assert "total        14        14         0         0" in text

@@ -27,7 +27,7 @@ from rcstudy.compare import compare
 from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
-from rcstudy.progress import Bar, Lines, duration, for_stream
+from rcstudy.progress import Bar, Lines, counted, duration, for_stream
 from rcstudy.result import Result, Status
 from rcstudy.steady import interrupts_remembered
 from rcstudy.study import Study, load_study
@@ -471,3 +471,7 @@ def test_how_a_process_died() -> None:
     assert pool._how_it_died(-9) == "killed by SIGKILL"
     assert pool._how_it_died(-250) == "killed by signal 250"
     assert pool._how_it_died(3) == "exit code 3"
+
+
+def test_one_case_is_no_cases() -> None:
+    assert [counted(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rcstudy.progress import counted
 from rcstudy.quantities import number_text
 from rcstudy.report.labels import KEEP, literal, shortened
 from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, layers_text, thickness_text
@@ -79,7 +80,7 @@ def _with_thickness(case: CaseView, words: str) -> str:
 
 
 def _count(case: CaseView) -> str:
-    return "1 layer" if len(case.layers) == 1 else f"{len(case.layers)} layers"
+    return counted(len(case.layers), "layer")
 
 
 def _thickness(case: CaseView) -> str:

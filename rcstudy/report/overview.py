@@ -37,6 +37,8 @@ MAPS_AT_MOST = 12
 _TICKS = 0.2  # height of labels along x for which panels have room, inches
 _TITLE = 2.15  # width of a map's title, inches
 
+_LEAST_DRAWN = 1e-100  # on a logarithmic axis, and one over it the most: its margins have to be numbers, too
+
 DECADE = 10.0
 ROUNDED = 1e-3
 """By how much logarithms of factors that are the same may differ: values of an axis are rounded to six digits."""
@@ -205,6 +207,8 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
 def geometric(values: np.ndarray) -> bool:
     """Whether rising numbers go on by factors: by one and the same, or by about one and over more than a decade."""
     if values.size < 3 or values[0] <= 0.0:
+        return False
+    if not (values[0] > _LEAST_DRAWN and values[-1] < 1.0 / _LEAST_DRAWN):
         return False
     steps, factors = np.diff(values), np.diff(np.log(values))
     uneven = factors.max() / factors.min()
