@@ -17,7 +17,8 @@ from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, 
 from rcstudy.quantities import Quantity, Relative, Such, Whole, Words, above, between, refusal
 from rcstudy.result import VARIABLES
 from rcstudy.settings import LENGTH, MODULUS, unit_of
-from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, parse, plain, suggest
+from rcstudy.yamlfile import parse
+from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, plain, suggest
 
 MAX_LAYERS = 50
 MAX_CELLS = 4096

@@ -17,7 +17,8 @@ from rcstudy.errors import UserError
 from rcstudy.grids import GridPlan, GridReader
 from rcstudy.mechanics.scene import Scene
 from rcstudy.spec import OutputsSpec, SceneSpec, StudySpec, grid_name_problem, validate
-from rcstudy.yamltree import Node, Problems, find, from_python, parse, read_text
+from rcstudy.yamlfile import parse, read_text
+from rcstudy.yamltree import Node, Problems, find, from_python
 
 MAX_CASES = 2_000_000  # of one study
 
@@ -61,8 +62,7 @@ def study_from_text(text: str, path: str | Path) -> Study:
             listed = root.value.get("grids")
             grids = _read_grids(listed, shared, problems) if listed is not None and listed.is_mapping else []
     problems.check()
-    if spec is None:
-        raise AssertionError("unreachable: a study without model has problems")
+    assert spec is not None  # or there are problems
     return Study(
         name=spec.study,
         description=spec.description,
@@ -82,8 +82,7 @@ def scene_from_mapping(mapping: Mapping[str, Any]) -> Scene:
     node = from_python(mapping)
     spec = validate(SceneSpec, node, problems)
     problems.check()
-    if spec is None:
-        raise AssertionError("unreachable: a scene without model has problems")
+    assert spec is not None  # or there are problems
     try:
         parts = parts_of(spec, None)
         scene = build(parts)

@@ -24,7 +24,8 @@ from rcstudy.errors import UserError
 from rcstudy.quantities import Such, Whole, Words, between
 from rcstudy.result import VARIABLES
 from rcstudy.spec import Spec, validate
-from rcstudy.yamltree import Problems, find, parse, read_text, suggest
+from rcstudy.yamlfile import parse, read_text
+from rcstudy.yamltree import Problems, find, suggest
 
 _Rtol = Annotated[float, PlainValidator(between(0, 1))]
 _Flips = Annotated[int, PlainValidator(Whole(0, 1000))]
@@ -114,8 +115,7 @@ def load_tolerances(path: Path | str) -> Tolerances:
                     value.at_key(), f"{hint}a field or number that has one", value="no variable with a tolerance"
                 )
     problems.check()
-    if found is None:
-        raise AssertionError("unreachable: a file without model has problems")
+    assert found is not None  # or there are problems
     return found
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from rcstudy import provenance, yamltree
+from rcstudy import provenance, yamlfile, yamltree
 from rcstudy.errors import UserError
 from rcstudy.grids import AXIS_PATHS, MAX_AXES
 from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, SCHEMA_ATTRIBUTE, SETTINGS
@@ -133,9 +133,9 @@ def test_study_document_names_what_no_grid_may_be_called() -> None:
 def test_study_document_names_the_limits() -> None:
     refused = " ".join(STUDY.read_text(encoding="utf-8").partition("## What is refused")[2].split())
     for limit, words in (
-        (yamltree.MAX_BYTES // 1_000_000, "MB of text"),
-        (yamltree.MAX_VALUES, "values"),
-        (yamltree.MAX_ALIASED, "more by aliases"),
+        (yamlfile.MAX_BYTES // 1_000_000, "MB of text"),
+        (yamlfile.MAX_VALUES, "keys and values"),
+        (yamlfile.MAX_ALIASED, "more by aliases"),
         (yamltree.MAX_DEPTH, "levels of nesting"),
         (MAX_AXES, "axes in a grid"),
         (MAX_CASES, "cases"),

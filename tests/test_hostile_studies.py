@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 from studies import BASE, CONFIGS, load_text, refusal
 
-from rcstudy import cli, yamltree
+from rcstudy import cli, yamlfile
 from rcstudy.errors import UserError
 from rcstudy.study import scene_from_mapping
 
@@ -199,12 +199,12 @@ def test_a_trillion_cases_are_refused_before_any_is_made(tmp_path: Path) -> None
 
 
 def test_many_values_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(yamltree, "MAX_VALUES", 1000)
+    monkeypatch.setattr(yamlfile, "MAX_VALUES", 1000)
     values = ", ".join(str(1 + i / 1000) for i in range(2000))
     said = refusal(tmp_path, BASE + f"  g: {{axes: {{load: [{values}]}}}}\n")
     assert said[-1].startswith("s.yaml:8:")
     assert said[-1].endswith("too long: at most 1000 keys and values in a file")
-    monkeypatch.setattr(yamltree, "MAX_VALUES", 2100)
+    monkeypatch.setattr(yamlfile, "MAX_VALUES", 2100)
     assert load_text(tmp_path, BASE + f"  g: {{axes: {{load: [{values}]}}}}\n").size == 2000
 
 

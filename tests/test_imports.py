@@ -17,6 +17,7 @@ ORDER = [
     "rcstudy.result",
     "rcstudy.mechanics",
     "rcstudy.yamltree",
+    "rcstudy.yamlfile",
     "rcstudy.settings",
     "rcstudy.quantities",
     "rcstudy.spec",

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from studies import BASE, CONFIGS, refusal
 
-from rcstudy import yamltree
+from rcstudy import yamlfile, yamltree
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
 from rcstudy.spec import StudySpec, allowed_at
@@ -83,7 +83,7 @@ def test_files_that_cannot_be_read(tmp_path, monkeypatch):
     for path in (tmp_path / "missing.yaml", tmp_path, "a\0b"):
         with pytest.raises(UserError, match="cannot be read"):
             load_study(path)
-    monkeypatch.setattr(yamltree, "MAX_BYTES", 100)
+    monkeypatch.setattr(yamlfile, "MAX_BYTES", 100)
     (tmp_path / "s.yaml").write_text(BASE)
     with pytest.raises(UserError, match="larger than"):
         load_study(tmp_path / "s.yaml")
