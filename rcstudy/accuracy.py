@@ -49,17 +49,24 @@ if TYPE_CHECKING:
 _OF_SOLVING = ("coupling", "cells", "mesh", "tolerance", "normal", "tangential", "discretisation", "spin_point")
 _ZERO = 1e-9  # of the largest that a number could be: zero but for rounding, so that there is no relative error
 _KEPT = (  # of the cube of solutions, in the cube of errors
-    *("label", "status", "status_reason", "contact_radius", "force_x", "force_y", "moment_z", "pressure_max"),
-    *(
-        "traction_max",
-        "friction_power",
-        "slip_area",
-        "contact_area",
-        "iterations_normal",
-        "iterations_tangential",
-        "products_normal",
-    ),
-    *("operator_products", "coarse_products", "solve_seconds"),
+    "label",
+    "status",
+    "status_reason",
+    "contact_radius",
+    "force_x",
+    "force_y",
+    "moment_z",
+    "pressure_max",
+    "traction_max",
+    "friction_power",
+    "slip_area",
+    "contact_area",
+    "iterations_normal",
+    "iterations_tangential",
+    "products_normal",
+    "operator_products",
+    "coarse_products",
+    "solve_seconds",
 )
 _NEEDED = (CASE_KEY, *_KEPT, "pressure", "traction_x", "traction_y")  # of the cube of solutions
 _REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved again until one of them is reached

@@ -87,8 +87,12 @@ def _kind(scene: Scene) -> tuple[object, ...]:
     """
     other = scene.counterbody
     return (
-        *(scene.method, scene.coupling, scene.discretisation),
-        *(scene.creepage is None, bool(scene.layers), other is None),
+        scene.method,
+        scene.coupling,
+        scene.discretisation,
+        scene.creepage is None,
+        bool(scene.layers),
+        other is None,
         other is not None and quasi_identical(scene.substrate, other),
     )
 

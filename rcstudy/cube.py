@@ -14,17 +14,26 @@ import xarray as xr
 
 from rcstudy.cube_writer import checksum
 from rcstudy.errors import UserError, first_line
-from rcstudy.layout import CASE_KEY, CHECKSUM, GRID, LABEL, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, result_items
+from rcstudy.layout import (
+    CASE_KEY,
+    CENTRE_ATTRS,
+    CHECKSUM,
+    GRID,
+    LABEL,
+    MISSING,
+    SCHEMA,
+    SCHEMA_ATTRIBUTE,
+    result_items,
+)
 from rcstudy.record import SCALARS
 from rcstudy.result import VARIABLES, Result, Status
 from rcstudy.screen import foreign_content
+from rcstudy.settings import unit_as_written
 from rcstudy.spec import MAX_CELLS, grid_name_problem
 from rcstudy.yamltree import shorten
 
 if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
-
-__all__ = ["case_dims", "case_table", "engine", "grids", "open_cube", "reading", "to_dataset"]
 
 
 def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
@@ -168,6 +177,17 @@ def _grid_table(name: str, grid: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
+def value_text(value: object) -> str:
+    """A coordinate's value as people read it: a number with six digits, a word as it is."""
+    return f"{value:.6g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def unit_text(coordinate: xr.DataArray) -> str:
+    """A coordinate's unit as people write it, or what its ratios are over ("a", "Es"); "" if neither."""
+    attrs = coordinate.attrs
+    return unit_as_written(str(attrs.get("units", "1")), str(attrs.get("long_name", "")))
+
+
 def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
     """One result with the names, units and dimensions (x, y) of a cube; floats are NaN where there is no value."""
     values: dict[str, Any] = {**result.scalars, **result.fields}
@@ -180,12 +200,5 @@ def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
             value = np.full(scene.mesh.cells, missing) if item.field else missing
         dtype = object if item.dtype == "str" else item.dtype
         variables[item.name] = (item.dims, np.asarray(value, dtype=dtype), item.attrs)
-    coords = {
-        dim: (
-            (dim,),
-            scene.mesh.centres[k],
-            {"long_name": f"{word} position of the cell's centre", "units": "mm"},
-        )
-        for k, (dim, word) in enumerate((("x", "longitudinal"), ("y", "lateral")))
-    }
+    coords = {dim: ((dim,), scene.mesh.centres[k], CENTRE_ATTRS[dim]) for k, dim in enumerate("xy")}
     return xr.Dataset(variables, coords, {SCHEMA_ATTRIBUTE: SCHEMA})

@@ -114,6 +114,13 @@ LAYER_SETTINGS: dict[str, tuple[str, str, Callable[[Layer], float]]] = {
 }
 
 
+CENTRE_ATTRS = {
+    dim: {"long_name": f"{word} position of the cell's centre", "units": "mm"}
+    for dim, word in (("x", "longitudinal"), ("y", "lateral"))
+}
+"""Attributes of the coordinates x and y."""
+
+
 def variable_attrs(variable: Variable) -> dict[str, Any]:
     """Attributes of a variable of the catalogue: units, long_name, and the values and meanings of an enumeration."""
     attrs: dict[str, Any] = {"long_name": variable.long_name, "units": variable.units}
@@ -185,8 +192,7 @@ def _mesh_items(
     first = cases[0].scene.mesh
     varies = any(case.scene.mesh != first for case in cases)
     for k, dim in enumerate(("x", "y")):
-        words = ("longitudinal", "lateral")[k]
-        attrs = {"long_name": f"{words} position of the cell's centre", "units": "mm"}
+        attrs = CENTRE_ATTRS[dim]
         if not varies:
             yield Item(dim, (dim,), "f8", attrs, _centres(first, stored[first], k), coordinate=True)
             continue

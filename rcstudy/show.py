@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from rcstudy.cube import case_dims, case_table, grids
+from rcstudy.cube import case_dims, case_table, grids, unit_text, value_text
 from rcstudy.layout import LABEL
 from rcstudy.progress import counted, duration
 from rcstudy.result import VARIABLES, Status
-from rcstudy.settings import unit_as_written
 from rcstudy.spec import SceneSpec, starting_scene
 
 _SHOWN_FAILURES = 10
@@ -71,9 +70,9 @@ def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame, text: str) -> 
     if grid.attrs.get("grid_description"):
         yield f"  {grid.attrs['grid_description']}"
     for dim in dims:
-        shown = ", ".join(_text(value) for value in grid[dim].values[:12])
+        shown = ", ".join(value_text(value) for value in grid[dim].values[:12])
         more = ", ..." if grid.sizes[dim] > 12 else ""
-        yield f"  {dim:<16} {shown}{more}{_unit(grid[dim])}"
+        yield f"  {dim:<16} {shown}{more} {unit_text(grid[dim])}".rstrip()
     solved = table[table["status"] == Status.SOLVED]
     for variable in _RANGES:
         if variable in grid and len(values := solved[variable].dropna()):
@@ -120,12 +119,6 @@ def _listed(meshes: Collection[tuple[int, int]]) -> str:
     return " to ".join(f"{end(along[0])} x {end(along[1])}" for end in (min, max))
 
 
-def _unit(coordinate: xr.DataArray) -> str:
-    """What follows its values: the unit, or of a ratio what it is over ("a", "Es"); nothing where there is neither."""
-    unit = unit_as_written(str(coordinate.attrs.get("units", "1")), str(coordinate.attrs.get("long_name", "")))
-    return f" {unit}" if unit else ""
-
-
 def _scale(variable: str, solved: pd.DataFrame) -> float:
     """The largest of a variable's numbers, or what its natural size is: rounding beside that is nothing."""
     most = float(solved[variable].abs().max())
@@ -133,10 +126,6 @@ def _scale(variable: str, solved: pd.DataFrame) -> float:
         bound = solved["friction"] * solved["load"] * (solved["hertz_radius"] if variable == "moment_z" else 1.0)
         most = max(most, float(bound.max()))
     return most
-
-
-def _text(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def _proof_lines(table: pd.DataFrame) -> Iterator[str]:

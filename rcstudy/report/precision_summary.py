@@ -20,7 +20,7 @@ from rcstudy.report.precision import (
     shown_tolerance,
     worst_of,
 )
-from rcstudy.report.writers import Column, Table, Value
+from rcstudy.report.writers import Column, Table, Value, markdown_lines
 
 _FAR = 10_000
 """Cells along a side that no solve will have."""
@@ -284,22 +284,22 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     columns = [[r for r in own if r.cells == n] for n in _meshes(own)]
     names = schemes(own)
     radii = [f"{min(r.radius for r in c):.0f} to {max(r.radius for r in c):.0f}" for c in columns]
-    lines = [
-        f"Worst of {len({r.problem for r in own})} problems at tolerance {tolerance:.0e}, {' / '.join(names)}:",
-        "",
-        f"| cells per contact radius | {' | '.join(radii)} |",
-        "| --- |" + " --- |" * len(columns),
-    ]
+    table = []
     for quantity, words in QUANTITIES.items():
         cells = [[worst_of(r.error(quantity) for r in c if r.scheme == n) for n in names] for c in columns]
-        lines.append(f"| {words}, % | {_cells([[100.0 * e for e in c] for c in cells])} |")
+        table.append([f"{words}, %", *_cells([[100.0 * e for e in c] for c in cells])])
     times = [[1e3 * median(r.seconds for r in c if r.scheme == n) for n in names] for c in columns]
-    return [*lines, f"| processor time, ms | {_cells(times)} |"]
+    table.append(["processor time, ms", *_cells(times)])
+    return [
+        f"Worst of {len({r.problem for r in own})} problems at tolerance {tolerance:.0e}, {' / '.join(names)}:",
+        "",
+        *markdown_lines(["cells per contact radius", *radii], table),
+    ]
 
 
-def _cells(numbers: Sequence[Sequence[float]]) -> str:
+def _cells(numbers: Sequence[Sequence[float]]) -> list[str]:
     """Cells of a row, the numbers in each side by side with two figures."""
-    return " | ".join(" / ".join(f"{float(f'{n:.2g}'):g}" for n in cell) for cell in numbers)
+    return [" / ".join(f"{float(f'{n:.2g}'):g}" for n in cell) for cell in numbers]
 
 
 def _reference(rows: Sequence[Row]) -> list[str]:
@@ -323,16 +323,8 @@ def _reference(rows: Sequence[Row]) -> list[str]:
 
 def _tolerances(rows: Sequence[Row]) -> list[str]:
     newton = [r for r in rows if r.method == "newton"]
-    lines = [
-        "",
-        "## Tolerance",
-        "",
-        "Difference from the tightest solution of the same discretisation on the same mesh, over meshes and problems:",
-        "",
-        "| Tolerance | Discretisation | Solved | Pressure, worst | Tractions, worst | Tractions, median "
-        "| Products, median |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
-    ]
+    titles = ["Tolerance", "Discretisation", "Solved", "Pressure, worst", "Tractions, worst", "Tractions, median"]
+    cells: list[list[str]] = []
     found: dict[float, float] = {}
     for tolerance in sorted({r.tolerance for r in newton}, reverse=True):
         for name in schemes(newton):
@@ -347,7 +339,7 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
             texts = [f"{n:.1e}" if np.isfinite(n) else "-" for n in numbers]
             products = median(r.products for r in own)
             solved = f"{sum(r.solved for r in own)} of {len(own)}"
-            lines.append(f"| {tolerance:.0e} | {name} | {solved} | {' | '.join(texts)} | {products:.0f} |")
+            cells.append([f"{tolerance:.0e}", name, solved, *texts, f"{products:.0f}"])
             if np.isfinite(numbers[:2]).all():
                 found[tolerance] = max(found.get(tolerance, 0.0), *numbers[:2])
     reach = [
@@ -355,7 +347,16 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
         for target in TARGETS
         if any(e <= target for e in found.values())
     ]
-    return [*lines, "", f"Tolerance that keeps both fields of every case within it: {'; '.join(reach) or 'none'}."]
+    return [
+        "",
+        "## Tolerance",
+        "",
+        "Difference from the tightest solution of the same discretisation on the same mesh, over meshes and problems:",
+        "",
+        *markdown_lines([*titles, "Products, median"], cells),
+        "",
+        f"Tolerance that keeps both fields of every case within it: {'; '.join(reach) or 'none'}.",
+    ]
 
 
 def _several(row: Row, rows: Sequence[Row]) -> bool:
@@ -392,19 +393,18 @@ def _range(errors: Iterable[float]) -> str:
 def _couplings(couplings: Sequence[tuple[str, dict[str, float]]]) -> list[str]:
     if not couplings:
         return []
-    lines = [
+    cells = [
+        [name, *(f"{100 * errors[q]:.2g} %" if np.isfinite(errors[q]) else "-" for q in QUANTITIES)]
+        for name, errors in couplings
+    ]
+    return [
         "",
         "## What one-way coupling leaves out",
         "",
         "References with `coupling: one-way` against those with `full`:",
         "",
-        "| Problem | " + " | ".join(QUANTITIES.values()) + " |",
-        "| --- |" + " --- |" * len(QUANTITIES),
+        *markdown_lines(["Problem", *QUANTITIES.values()], cells),
     ]
-    for name, errors in couplings:
-        texts = [f"{100 * errors[q]:.2g} %" if np.isfinite(errors[q]) else "-" for q in QUANTITIES]
-        lines.append(f"| {name} | {' | '.join(texts)} |")
-    return lines
 
 
 def _unsolved(rows: Sequence[Row]) -> list[str]:

@@ -15,13 +15,13 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from rcstudy.cube import case_dims
+from rcstudy.cube import case_dims, unit_text, value_text
 from rcstudy.cube import grids as cube_grids
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL, MISSING
 from rcstudy.quantities import number_text
 from rcstudy.result import Status
-from rcstudy.settings import LENGTH, MODULUS, unit_as_written, unit_of
+from rcstudy.settings import LENGTH, MODULUS, unit_of
 
 _SCALES = (f" {LENGTH}", f" {MODULUS}")
 
@@ -79,8 +79,7 @@ class GridView:
     def units(self, axis: str) -> str:
         """Units of the numbers, or pairs of numbers, along `axis` as people write them; empty if they have none."""
         name = axis if self.numeric(axis) else f"{axis}_x"
-        attrs = self.dataset[name].attrs if name in self else {}
-        return unit_as_written(str(attrs.get("units", "1")), str(attrs.get("long_name", "")))
+        return unit_text(self.dataset[name]) if name in self else ""
 
     def numeric(self, axis: str) -> bool:
         """Whether the values of `axis` are single numbers, not words or labels."""
@@ -102,7 +101,7 @@ class GridView:
         found = re.fullmatch(", ".join(parts), str(self.small(LABEL).values[index]))
         if found:
             return found[1]
-        return _plain(self.small(axis).values[i]) if axis in self else str(i)
+        return value_text(self.small(axis).values[i]) if axis in self else str(i)
 
 
 @dataclass(frozen=True)
@@ -240,10 +239,6 @@ def grids(tree: xr.DataTree) -> dict[str, GridView]:
     if not found:
         raise UserError("the cube has no grid: nothing to report")
     return found
-
-
-def _plain(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def short_number(value: float) -> str:

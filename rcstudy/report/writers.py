@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -129,9 +129,13 @@ def _over_power(value: float, power: int) -> float:
 
 
 def _markdown(caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
-    lines = [caption, "", _bar([c.title for c in columns]), "|" + " --- |" * len(columns)]
-    lines += [_bar([_plain(*_cell(row, c)).replace("|", r"\|") for c in columns]) for row in rows]
-    return "\n".join(lines) + "\n"
+    cells = [[_plain(*_cell(row, c)).replace("|", r"\|") for c in columns] for row in rows]
+    return "\n".join([caption, "", *markdown_lines([c.title for c in columns], cells)]) + "\n"
+
+
+def markdown_lines(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Lines of a table in Markdown, of cells in which a | is escaped already."""
+    return [_bar(titles), "|" + " --- |" * len(titles), *map(_bar, rows)]
 
 
 def _plain(text: str, power: int) -> str:
