@@ -13,7 +13,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ParamSpec
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
 import typer
 
@@ -48,6 +48,10 @@ Unlock = Annotated[
     typer.Option("--unlock", help="Continue despite another machine's lock; only if its process is certainly dead."),
 ]
 CubePath = Annotated[Path, typer.Argument(metavar="CUBE", help="Cube written by sweep (.nc).")]
+
+
+def _folder_option(words: str) -> Any:
+    return typer.Option("-o", "--output", metavar="DIR", help=words)
 
 
 def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
@@ -266,9 +270,7 @@ def failures(
     cube: CubePath,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o", "--output", metavar="DIR", help="Folder for the studies, one file each; default: print them."
-        ),
+        _folder_option("Folder for the studies, one file each; default: print them."),
     ] = None,
 ) -> None:
     """List the unsolved cases of a cube, each as a study of that case alone, ready to run."""
@@ -349,9 +351,7 @@ def compare(
 @_guarded
 def figures(
     cube: CubePath,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the figures.")] = Path(
-        "figures"
-    ),
+    output: Annotated[Path, _folder_option("Folder for the figures.")] = Path("figures"),
     formats: Annotated[
         str, typer.Option("--formats", metavar="LIST", help="File formats, separated by commas.")
     ] = "png,pdf",
@@ -369,9 +369,7 @@ def figures(
 @_guarded
 def tables(
     cube: CubePath,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the tables.")] = Path(
-        "tables"
-    ),
+    output: Annotated[Path, _folder_option("Folder for the tables.")] = Path("tables"),
 ) -> None:
     """Write the tables of a cube as CSV, Markdown and LaTeX."""
     from rcstudy.tables import make_tables
@@ -385,9 +383,7 @@ def tables(
 @_guarded
 def accuracy(
     spec: SpecPath,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the report.")] = Path(
-        "results/accuracy"
-    ),
+    output: Annotated[Path, _folder_option("Folder for the report.")] = Path("results/accuracy"),
     cube: Annotated[
         Path | None, typer.Option("--cube", metavar="CUBE", help="Cube of this study; default: solve the study.")
     ] = None,

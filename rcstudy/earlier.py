@@ -89,7 +89,7 @@ class EarlierCube:
             self._file = h5py.File(path, "r")
         except OSError as error:
             raise ValueError("it is no file of HDF5, or damaged") from error
-        except Exception as error:  # as below
+        except Exception as error:  # whatever h5py makes of a damaged or hostile file
             raise ValueError(first_line(error)) from error
         try:
             attrs = self._file.attrs
@@ -125,7 +125,7 @@ class EarlierCube:
             return self.grids[grid].record(flat, scene)
         except DamagedRecord:
             raise
-        except Exception as error:  # as above
+        except Exception as error:  # whatever h5py and NumPy make of a damaged or hostile file
             raise DamagedRecord(first_line(error)) from error
 
 
@@ -157,9 +157,8 @@ class _EarlierGrid:
         index = np.unravel_index(flat, self.shape)
         status = self.statuses[flat]
         numbers = tuple(self._number(name, flat) for name in SCALARS)
-        region = (
-            self._region(index, scene.mesh) if self.fields else (0, *scene.mesh.cells[:1], 0, *scene.mesh.cells[1:])
-        )
+        nx, ny = scene.mesh.cells
+        region = self._region(index, scene.mesh) if self.fields else (0, nx, 0, ny)
         fields = {}
         for name in FIELDS if self.fields else ():
             if scene.creepage is None and VARIABLES[name].tangential:

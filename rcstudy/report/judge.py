@@ -186,12 +186,6 @@ def thicker(cases: Cases, figures: Iterable[int], kind: str) -> Pairs:
     return along_thickness(select(cases, figures, kind=kind))
 
 
-def both(*parts: Iterable[Comparison]) -> Iterator[Comparison]:
-    """All comparisons of several."""
-    for part in parts:
-        yield from part
-
-
 def top_of_trailing_end(cases: Iterable[PaperCase], *, upwards: bool) -> Iterator[Comparison]:
     """Slip's centroid in the trailing half, and at y > 0 (or at y < 0 for the rival reading)."""
     chosen = list(cases)
