@@ -28,6 +28,7 @@ def main() -> None:
     Leaves at once when all is done and closed: to forget ten thousand cases one by one takes a fifth of a second.
     """
     limit_threads()
+    os.environ["MPLBACKEND"] = "agg"  # figures go into files: the one that is set for a screen may not be there
     prepare_streams()
     heed_terminations()
     code: str | int | None = EXIT_INTERRUPTED

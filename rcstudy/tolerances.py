@@ -66,7 +66,12 @@ class Tolerances(Spec):
     variables: _Named = Field(default_factory=dict)
     state_flips: _Flips = 2
     state_bound: _Rtol = 1e-6
-    cases: list[Rule] = Field(default_factory=list)
+    cases: Annotated[
+        list[Rule],
+        BeforeValidator(
+            Such("a list of mappings with match and any of the other keys", lambda value: isinstance(value, list))
+        ),
+    ] = Field(default_factory=list)
 
     def of_case(self, grid: str, label: str) -> Tolerances:
         """Tolerances of one case, without rules."""

@@ -518,6 +518,8 @@ def test_tolerances_from_a_file(tmp_path: Path) -> None:
     [
         ("default: 2\n", "t.yaml:1:10: default: 2: a number from 0 to 1"),
         ("defualt: 1e-6\n", "did you mean default"),
+        ("cases: {match: x}\n", "t.yaml:1:8: cases: {match: x}: a list of mappings with match and"),
+        ("cases: [1]\n", "t.yaml:1:9: cases[0]: 1: a mapping with keys match, default,"),
         ("variables: {force_x: tight}\n", "t.yaml:1:22: variables.force_x: tight: a number from 0 to 1"),
         ("variables: {force_x: 1, load: 2}\n", "t.yaml:1:31: variables.load: 2: a number from 0 to 1"),
         ("variables: [force_x]\n", "t.yaml:1:12: variables: [force_x]: a mapping of names of variables to numbers"),

@@ -210,3 +210,11 @@ def test_a_disk_that_is_full(command: str, tmp_path: Path) -> None:
     assert done.stderr.startswith("out/")
     assert done.stderr.endswith(": cannot be written: File too large\n")
     assert not [path for path in (tmp_path / "out").iterdir() if path.stat().st_size in (0, 1024)]
+
+
+def test_figures_need_no_backend_for_screens(tmp_path: Path) -> None:
+    """One that is set and not there was taken for damage of the cube."""
+    cube = Path(__file__).parent / "reference" / "small.nc"
+    done = run(tmp_path, f"MPLBACKEND=nowhere $R figures {cube} -o figures --formats png")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert list((tmp_path / "figures").glob("*.png"))
