@@ -509,6 +509,22 @@ def test_overview_leaves_gaps_for_unsolved_cases(tmp_path: Path) -> None:
     assert "1 of 6 cases not solved (gaps)" in " ".join(t.get_text() for t in figure.texts)
 
 
+def test_figures_of_cases_none_of_which_is_solved_have_no_scales(tmp_path: Path) -> None:
+    made = small()
+    made.results[:] = [(case, made_up_result(case.scene, Status.NOT_CONVERGED)) for case, _ in made.results]
+    with synthetic_tree(tmp_path, made) as tree, style():
+        grid = grids(tree)["tiny"]
+        overview, maps = overview_figure(grid), case_maps(grid)
+    assert maps is not None
+    for figure, remarked in ((overview, "none of these cases is solved"), (maps, "not solved: not converged")):
+        words = [text.get_text() for text in figure.texts]
+        assert not any("errors as bars" in text or "Magnitude" in text for text in words)
+        assert len(figure.axes) == len(panels(figure))  # no colour bar
+        for ax in panels(figure):
+            assert remarked in remarks(ax)
+            assert ax.get_xticks().size == ax.get_yticks().size == 0
+
+
 # tables
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rcstudy.report import measures
+from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import LINE_SPACING, caption, conditions, heighten, legend, panels
@@ -55,7 +56,8 @@ def overview_figure(grid: GridView) -> Figure:
     """Resultants along one axis, a line per value of another; further axes at their first value.
 
     Along the numbers of most values, with lines for words if there are any. An axis of labels (or of several
-    numbers) is drawn evenly spaced with its labels. Cases that were not solved leave gaps, which the caption counts.
+    numbers) is drawn evenly spaced with its labels. Cases that were not solved leave gaps, which the caption counts;
+    where none of those shown is solved, panels say so and have no scales.
     """
     names = [name for name in QUANTITIES if name in grid and not _nil(grid, name)]
     columns = 2 if len(names) == 4 else min(3, len(names))
@@ -67,9 +69,10 @@ def overview_figure(grid: GridView) -> Figure:
     lines = _chosen(grid.dataset.sizes[across]) if across else [0]
     x = _positions(grid, along)
     order = np.argsort(x, kind="stable")
+    shown = [[_case(grid, {along: i, across: at}) for i in order] for at in lines]
+    any_solved = any(case.solved for cases in shown for case in cases)
     for k, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
-        for line, at in enumerate(lines):
-            cases = [_case(grid, {along: i, across: at}) for i in order]
+        for line, cases in enumerate(shown):
             values, bars = _values(cases, name)
             look = _look(grid, along, line)
             ax.plot(x[order], values, **look)
@@ -77,11 +80,15 @@ def overview_figure(grid: GridView) -> Figure:
         ax.set_ylabel(QUANTITIES[name])
         ax.set_title(f"({'abcdef'[k]})", loc="left")
         _label_axis(ax, grid, along)
+        if not any_solved:
+            ax.set(xticks=[], yticks=[])
+            remark(ax, ["none of these cases is solved"])
     heighten(figure, rows * max(0.0, _ticks_height(axes.flat[0]) - _TICKS))
     if across:
         words = [_lines_label(f"{across} = {value}") for value in grid.axis_values(across)]
         legend(figure, {words[at]: _look(grid, along, k) for k, at in enumerate(lines)}, **LINE_SPACING)
-    errors = "Estimated discretisation errors as bars." if any(f"{name}_error" in grid for name in names) else ""
+    has_bars = any_solved and any(f"{name}_error" in grid for name in names)
+    errors = "Estimated discretisation errors as bars." if has_bars else ""
     caption(figure, _caption(grid, errors, _remarks(grid, along, across, len(lines))))
     return figure
 
@@ -116,7 +123,8 @@ def case_maps(grid: GridView) -> Figure | None:
     figure = maps_figure(cases, _title)
     total = int(np.prod(grid.shape))
     shown = f"The first {MAPS_AT_MOST} of {total} cases." if total > MAPS_AT_MOST else ""
-    caption(figure, _caption(grid, MAPS, stretched(cases), shown))
+    what = MAPS if any(case.rolling for case in cases) else ""
+    caption(figure, _caption(grid, what, stretched(cases), shown))
     return figure
 
 

@@ -180,7 +180,8 @@ def paper_title(case: CaseView) -> str:
 def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
     """Maps of |q|, a panel per case, with slip cells filled, stick cells open, arrows along q, one colour bar.
 
-    Two columns for up to four cases, else three. UserError if the cube does not store the fields.
+    Two columns for up to four cases, else three; no scales where no case has a map. UserError if the cube does not
+    store the fields.
     """
     from matplotlib.colors import Normalize
 
@@ -219,6 +220,10 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
             gid="slip-ratio",
         )
+    if not solved:
+        for ax in axes.flat:
+            ax.set(xticks=[], yticks=[])
+        return figure
     outer_labels(axes, "$x$ (mm), rolling $\\rightarrow$", "$y$ (mm)")
     _map_legend(figure, axes, norm, colours, [draw.circle_steps(c, shown) for c in solved])
     return figure
