@@ -17,15 +17,19 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
 import typer
 
-from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD, UserError
+from rcstudy.errors import (
+    EXIT_BAD_INPUT,
+    EXIT_DIFFERENT,
+    EXIT_FAILED_CASES,
+    EXIT_INTERRUPTED,
+    EXIT_UNHEARD,
+    UserError,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from rcstudy.sweep import Summary
-
-EXIT_DIFFERENT = 1
-EXIT_FAILED_CASES = 3
 
 _SHOWN_FAILURES = 10
 

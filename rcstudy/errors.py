@@ -1,9 +1,15 @@
-"""Errors a user can fix: they carry a message fit to print, never a traceback."""
+"""Errors a user can fix, which carry a message fit to print, never a traceback; and the exit codes of commands."""
 
 from __future__ import annotations
 
+EXIT_DIFFERENT = 1
+"""Of `compare` where cubes differ."""
+
 EXIT_BAD_INPUT = 2
 """Of a command that was given what it cannot use."""
+
+EXIT_FAILED_CASES = 3
+"""Of a sweep or merge some of whose cases are not solved."""
 
 EXIT_INTERRUPTED = 130
 """Of a command that Ctrl-C ended."""

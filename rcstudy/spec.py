@@ -27,8 +27,24 @@ MAX_NAME = 100  # of a study
 
 # what the cube stores beside a grid's own results; a group or label of that name would hide it
 _OWN_NAMES = (
-    *("grid", "entry", "label", "case", "case_key", "x", "y", "layer", "friction", "load", "hertz_radius"),
-    *("hertz_pressure", "longitudinal", "lateral", "spin", "layer_modulus", "layer_nu", "layer_thickness"),
+    "grid",
+    "entry",
+    "label",
+    "case",
+    "case_key",
+    "x",
+    "y",
+    "layer",
+    "friction",
+    "load",
+    "hertz_radius",
+    "hertz_pressure",
+    "longitudinal",
+    "lateral",
+    "spin",
+    "layer_modulus",
+    "layer_nu",
+    "layer_thickness",
 )
 RESERVED_NAMES = frozenset(VARIABLES) | frozenset(_OWN_NAMES)
 
