@@ -206,6 +206,22 @@ def test_slip_across_leading_tractions() -> None:
 # --- bounds ---
 
 
+@pytest.mark.parametrize("count", [(0, 3, 4, 2, 0), (1, 2, 0, 3, 1), (0, 0, 2, 0, 0), (2, 2, 2, 2, 2)])
+def test_row_forces(count: tuple[int, ...]) -> None:
+    """Neighbours that both have cells even out a part of what they differ by; all that is carried stays."""
+    p = np.random.default_rng(sum(count)).random((4, 5)) * (np.array(count) > 0)
+    expected = p.sum(axis=0)
+    for j in range(4):
+        if count[j] and count[j + 1]:
+            given = 0.1 * (p[:, j].sum() - p[:, j + 1].sum())
+            expected[j] -= given
+            expected[j + 1] += given
+    found = np.full(5, np.nan)
+    row_cells.row_forces(p, np.array(count), 0.1, found)
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+    assert found.sum() == pytest.approx(p.sum(), rel=1e-14)
+
+
 @pytest.mark.parametrize("v", [(0.0, 2.0), (2.0, 0.0), (1.0, 1.0), (0.3, 5.0), (0.0, 0.0)])
 def test_piece(v: tuple[float, float]) -> None:
     expected = quad(lambda t: math.sqrt(v[0] + (v[1] - v[0]) * t / 0.7), 0.0, 0.7, epsabs=1e-12)[0]
@@ -268,7 +284,7 @@ def found_bounds(p: np.ndarray, edges: np.ndarray, start: np.ndarray, count: np.
     index = np.full(taken.shape, -1)
     index.T[taken.T] = numbers[::-1]
     found = np.full((2, numbers.size), np.nan)
-    rows.row_bounds(p, *found_profiles(p, low, high, edges), start, count, index, *found)
+    rows.row_bounds(p.sum(axis=0), *found_profiles(p, low, high, edges), start, count, index, *found)
     assert not np.isnan(found).any()
     out, middle = np.full((2, *taken.shape), np.nan)
     out[taken], middle[taken] = found[:, index[taken]]
@@ -327,7 +343,7 @@ def test_row_bounds_of_rows_that_stay(ahead: float) -> None:
     inside = np.flatnonzero(p[:, 0])
     found, index = np.full((2, 14), np.nan), np.arange(14)[:, None]
     profiles = found_profiles(p, inside[:1], inside[-1:], edges)
-    rows.row_bounds(p, *profiles, start, count, index, *found)
+    rows.row_bounds(p.sum(axis=0), *profiles, start, count, index, *found)
     assert np.isfinite(found).all()
     pressure, middle = found
     assert pressure.sum() == pytest.approx(p.sum(), rel=1e-14)
@@ -354,7 +370,8 @@ def test_carry_on() -> None:
     bounds = rng.random(count.sum())
     bounds[index_before[5, 3]] = -0.6  # and what it changes by leaves it below nothing
     out = np.full(count.sum(), np.nan)
-    rows.carry_on(p, before, start, count, index, taken, bounds, index_before, out)
+    force = p.sum(axis=0) * rng.uniform(0.9, 1.1, size=5)
+    rows.carry_on(p, before, force, start, count, index, taken, bounds, index_before, out)
     assert np.isnan(out[index[: count[1], 1]]).all()
     for j in taken:
         n = count[j]
@@ -364,10 +381,10 @@ def test_carry_on() -> None:
             nearest = np.clip(i, places[-1], places[0])
             expected += np.maximum(1.0 - np.abs(places - nearest), 0.0) * (p[i, j] - before[i, j])
         expected = np.maximum(expected, 0.0)
-        expected *= p[:, j].sum() / expected.sum()
+        expected *= force[j] / expected.sum()
         np.testing.assert_allclose(out[index[:n, j]], expected, atol=1e-13)
     assert out[index[5, 3]] == 0.0
-    assert out[index[0, 4]] == pytest.approx(p[:, 4].sum())
+    assert out[index[0, 4]] == pytest.approx(force[4])
 
 
 # --- between cells ---

@@ -11,7 +11,13 @@ ahead, 1/2 on average: too long a stick zone, of first order in dx, plus a noise
 
 So each row of cells is moved along x, by up to half a cell, so that its leading cell's centre lies theta dx behind the
 edge of the contact in that row (`edges.py`). The pressure of a cell is the mean over it, of a profile between the
-mesh's own cells in which p^2 goes straight; each row keeps its force.
+mesh's own cells in which p^2 goes straight.
+
+Rows carry what they carry on the mesh's own cells, but for this. A pressure that is constant in each cell causes less
+of short waves along y, by 1 - (k dy)^2/24, and so it comes out too concentrated. Measured, by half of that: the sum
+over a row is off by -1/48 of its second difference, and the outermost rows carry too little by what all others carry
+too much. So neighbours even that out (`_EVENED`). In Hertz contacts of 8 to 21 cells per radius 0.018 to 0.020 makes
+the second moment of the pressure right, whether round or 1 to 3.3, on cells as long as wide and half or twice as long.
 """
 
 from __future__ import annotations
@@ -38,6 +44,7 @@ _PRESSED = np.concatenate(
         [1.0042, 1.0036, 1.0033, 1.0033, 1.0036, 1.0041, 1.0048, 1.0058, 1.0069, 1.0080],
     )
 )
+_EVENED = 1.0 / 48.0  # of the differences of force between rows
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 
 
@@ -69,7 +76,9 @@ class MovedRows:
         self.index = np.zeros((self.count.max(), self.count.size), dtype=np.int64)
         row_cells.number_cells(leading, self.count, self.held, self.cells, self.index)
         self.pressure, self.middle = np.zeros(number), np.zeros(number)
-        rows.row_bounds(p, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
+        self._force = np.zeros(self.count.size)
+        row_cells.row_forces(p, self.count, _EVENED, self._force)
+        rows.row_bounds(self._force, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
         if like is not None and taken is not None:
             self._carry_on(like, taken)
         # plates can lift off within a row: what they carry there is nothing, but a bound must not be
@@ -98,7 +107,7 @@ class MovedRows:
         index[:, taken] = other.index[:, taken - aside]
         before = np.ascontiguousarray(other._window[self._box.slices])
         of_cells = self.start, self.count, self.index, taken
-        rows.carry_on(self._outline.p, before, *of_cells, other.pressure, index, self.pressure)
+        rows.carry_on(self._outline.p, before, self._force, *of_cells, other.pressure, index, self.pressure)
 
     @cached_property
     def profiles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -33,6 +33,23 @@ def number_cells(
 
 
 @jit
+def row_forces(p: np.ndarray, count: np.ndarray, part: float, out: np.ndarray) -> None:
+    """What rows of constant y carry of p [nx, ny] (MPa), into out [ny], `part` of their differences being evened out.
+
+    That is done between rows that both have cells, count[j]; each takes so much of its force from the other that all
+    together carry what they did.
+    """
+    ny = p.shape[1]
+    for j in range(ny):
+        out[j] = p[:, j].sum()
+    across = 0.0  # what the row before has given
+    for j in range(ny):
+        here, out[j] = out[j], out[j] + across
+        across = part * (here - out[j + 1]) if j + 1 < ny and count[j] > 0 and count[j + 1] > 0 else 0.0
+        out[j] -= across
+
+
+@jit
 def row_neighbours(index: np.ndarray, out: np.ndarray) -> None:
     """Numbers of the cells ahead of and behind each cell, its own where there is none, into out [2, m].
 

@@ -188,7 +188,7 @@ def piece_moment(v0: float, v1: float, length: float) -> float:
 
 @jit
 def row_bounds(
-    p: np.ndarray,
+    force: np.ndarray,
     all_knots: np.ndarray,
     all_squares: np.ndarray,
     known: np.ndarray,
@@ -201,12 +201,12 @@ def row_bounds(
     """Mean pressure of cells with centres start[j] - k, k < count[j], into out [m] (MPa).
 
     And the middle of its force, a position along x, into middle [m]. index: as in `row_cells.number_cells`. From
-    `row_profiles` (all_knots, all_squares, known), scaled so that every row carries the force that it carries in p. The
-    first and last cell take what lies beyond them; cells ahead or behind where the contact ends carry nothing.
+    `row_profiles` (all_knots, all_squares, known), scaled so that a row's cells together carry its force [ny] (MPa).
+    The first and last one take what lies beyond them; cells ahead or behind where the contact ends carry nothing.
     """
     most = all_knots.shape[1]
     mass, moment = np.zeros(most), np.zeros(most)
-    for j in range(p.shape[1]):
+    for j in range(force.size):
         if count[j] == 0:
             continue
         n, knots, squares = known[j], all_knots[j], all_squares[j]
@@ -215,7 +215,7 @@ def row_bounds(
             own = piece(squares[k - 1], squares[k], length)
             mass[k] = mass[k - 1] + own
             moment[k] = moment[k - 1] + knots[k - 1] * own + piece_moment(squares[k - 1], squares[k], length)
-        scale = p[:, j].sum() / mass[n - 1]
+        scale = force[j] / mass[n - 1]
         beyond, moment_beyond = mass[n - 1], moment[n - 1]
         m = n - 2
         for k in range(count[j]):
@@ -240,6 +240,7 @@ def row_bounds(
 def carry_on(
     p: np.ndarray,
     p_before: np.ndarray,
+    force: np.ndarray,
     start: np.ndarray,
     count: np.ndarray,
     index: np.ndarray,
@@ -252,7 +253,7 @@ def carry_on(
 
     As much as the pressure of the mesh's own cells changed from p_before to p [nx, ny], shared out among the two
     closest cells of the row, comes to what it was in each, bounds_before [m'] (index_before [>= max count, ny]: their
-    numbers). None is less than nothing, and every row carries the force that it carries in p.
+    numbers). None is less than nothing, and the cells of a row carry its force [ny] (MPa) together.
     """
     for j in taken:
         last = count[j] - 1
@@ -272,7 +273,7 @@ def carry_on(
             m = index[k, j]
             out[m] = max(out[m], 0.0)
             total += out[m]
-        scale = p[:, j].sum() / total
+        scale = force[j] / total
         for k in range(last + 1):
             out[index[k, j]] *= scale
 
