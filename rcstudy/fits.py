@@ -102,8 +102,8 @@ FITS: dict[str, Fit] = {
 # cells that begin where the contact begins (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
 ALIGNED: dict[str, Fit] = {
     "force_x": Fit(0.42, 0.0125, 0.35, (0.5, 2.6), excess=0.7),
-    "force_y": Fit(0.3, 0.011, 0.35, (0.5, 2.6), excess=0.7),
-    "moment_z": Fit(0.15, 0.016, 0.2, (0.5, 2.8), excess=0.25),
+    "force_y": Fit(0.3, 0.0095, 0.35, (0.5, 2.6), excess=0.7),
+    "moment_z": Fit(0.15, 0.014, 0.2, (0.5, 2.8), excess=0.25),
     "pressure_max": Fit(0.1, 0.026, 0.1, (0.55, 2.8), excess=4.0, coupled=0.013),
     "contact_area": Fit(0.1, 0.032, 0.45, (0.55, 2.4), excess=2.0),
     "slip_area": Fit(0.18, 0.085, 0.6, (1.4, 2.5), slip=0.5, excess=0.7),
