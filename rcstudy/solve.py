@@ -297,13 +297,12 @@ def _rolling_numbers(
 ) -> dict[str, float]:
     """Scalars that follow from the tractions on the mesh of `contact`."""
     dx, dy = contact.scene.mesh.spacing
-    x, y = contact.levers
     qx, qy = rolling.q.T
     slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
     return {
         "force_x": float(qx.sum()) * dx * dy,
         "force_y": float(qy.sum()) * dx * dy,
-        "moment_z": float(np.sum(x * qy - y * qx)) * dx * dy,
+        "moment_z": contact.friction_moment(rolling, scene.friction),
         "slip_area": min(max(slip_area + unseen.missing, 0.0), contact.area),
         "traction_max": peak,
         "friction_power": contact.friction_power(rolling, scene),

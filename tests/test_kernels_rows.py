@@ -203,6 +203,58 @@ def test_slip_across_leading_tractions() -> None:
     np.testing.assert_array_equal(after[:, others], field[:, others])
 
 
+# --- moments ---
+
+
+def test_turning_moment() -> None:
+    """Row by row, cell by cell, as the formula has it; stick cells are as if they were not there."""
+    rng = np.random.default_rng(12)
+    count, dx = np.array([1, 5, 0, 2, 6, 4]), 0.3
+    _, of_cells, index = numbered(np.array([4, 6, 0, 5, 8, 7]), count, 9)
+    m = len(of_cells)
+    slip = np.ones(m, dtype=np.bool_)
+    slip[index[[0, 3], 4]] = slip[index[2, 5]] = False
+    n, force = rng.normal(size=m), rng.uniform(0.5, 2.0, size=m)
+    centre = of_cells[:, 0] * dx - 1.1
+    lever = centre + rng.uniform(-0.1, 0.1, size=m)
+    ahead, behind = rng.uniform(0.8, 1.5, size=(2, 6))
+    expected = 0.0
+    for j in range(6):
+        for k in range(count[j]):
+            here = index[k, j]
+            sides = [index[i, j] for i in (k - 1, k + 1) if 0 <= i < count[j] and slip[index[i, j]]]
+            if not slip[here] or not sides:
+                continue
+            slope = np.polyfit(centre[[here, *sides]], n[[here, *sides]], len(sides))[-2]
+            bend = 2.0 * np.polyfit(centre[[here, *sides]], n[[here, *sides]], 2)[0] if len(sides) == 2 else 0.0
+            slope += bend * centre[here] if len(sides) == 2 else 0.0
+            length = ahead[j] if k == 0 else behind[j] if k == count[j] - 1 else None
+            spread = dx * dx * (1.0 / 12.0 if length is None else 12.0 / 175.0 * length**2)
+            off = lever[here] - centre[here]
+            expected += force[here] * (
+                slope * (centre[here] * off + spread + off**2) + 0.5 * bend * lever[here] * spread
+            )
+    found = row_cells.turning_moment(n, slip, force, centre, lever, index, ahead, behind, dx)
+    assert found == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("n", [6, 7, 12, 13])
+@pytest.mark.parametrize("last", [0.6, 1.0, 1.4])
+def test_turning_moment_of_a_root(n: int, last: float) -> None:
+    """A row with p = sqrt(1 - x^2) and a direction like x: int x^2 p is pi/8; without it 0.1 to 0.4 h^2.5 off."""
+    first = 1.25
+    dx = 2.0 / (n - 2 + first + last)
+    borders = np.array([1.0, *(1.0 - dx * (first + np.arange(n - 1))), -1.0])
+    mass, moment = 0.5 * (borders * np.sqrt(1.0 - borders**2) + np.arcsin(borders)), -((1.0 - borders**2) ** 1.5) / 3.0
+    centre, force = borders[1] + dx * (0.5 - np.arange(n)), -np.diff(mass) / dx
+    lever, index, slip = np.diff(moment) / np.diff(mass), np.arange(n)[:, None], np.ones(n, dtype=np.bool_)
+    ends = np.array([first]), np.array([last])
+    turning = row_cells.turning_moment(centre, slip, force, centre, lever, index, *ends, dx)
+    without = (centre * lever * force).sum()
+    assert abs(without * dx - np.pi / 8.0) > 0.09 * dx**2.5
+    assert abs((without + turning) * dx - np.pi / 8.0) < 0.0015 * dx**2.5
+
+
 # --- bounds ---
 
 
@@ -646,14 +698,15 @@ class MovedCells:
 def test_centre() -> None:
     """By the polynomial through the points there are, half a cell ahead of the cells, at a cell's own centre.
 
-    Of a cell that sticks only the one that has it ahead knows; and half of a cell's slip is left where it turns round.
+    At a trailing end through the second point ahead, too, if all slip. Of a cell that sticks only the one that has it
+    ahead knows; and half of a cell's slip is left where it turns round.
     Stick cells' slip stays. A slip that is linear along x comes out right at the centres, half a cell behind.
     """
     seen = set()
     for seed in range(5):
         c = MovedCells(seed)
         c.s *= c.rng.uniform(0.1, 1.0, size=(c.m, 1))
-        weight, out = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
+        weight, out = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
         tractions.centre(c.s, c.slip, c.neighbours, weight, out)
         np.testing.assert_array_equal(weight[:, ~c.slip], 0.0)
         np.testing.assert_array_equal(out[~c.slip], c.s[~c.slip])
@@ -661,25 +714,28 @@ def test_centre() -> None:
             there = [step for step, none in zip((1, -1), (c.leading[k], c.last[k]), strict=True) if not none]
             if 1 in there and not c.slip[c.neighbours[0, k]]:
                 there = [1]
-            values = [c.s[k], *(c.s[c.neighbours[0 if step > 0 else 1, k]] for step in there)]
+            others = {1: c.neighbours[0, k], -1: c.neighbours[1, k], 2: c.neighbours[0, c.neighbours[0, k]]}
+            if there == [1] and c.last[k] and others[2] != others[1] and c.slip[[others[1], others[2]]].all():
+                there = [1, 2]
+            values = [c.s[k], *(c.s[others[step]] for step in there)]
             points = np.array([0.5, *(0.5 + step for step in there)])
             added = np.polyfit(points, values, points.size - 1)[-1] - c.s[k]
             along, square = added @ c.s[k], c.s[k] @ c.s[k]
             capped = bool(along < -0.5 * square)
             if capped:
                 added *= -0.5 * square / along
-            found = sum(weight[side, k] * (c.s[c.neighbours[side, k]] - c.s[k]) for side in (0, 1))
+            found = sum(weight[at, k] * (c.s[others[step]] - c.s[k]) for at, step in enumerate((1, -1, 2)))
             np.testing.assert_allclose(found, added, atol=1e-13)
             np.testing.assert_allclose(out[k], c.s[k] + added, atol=1e-13)
             seen.add((*there, capped))
-    assert seen == {(*there, capped) for there in ((1, -1), (1,), (-1,)) for capped in (False, True)}
+    assert seen == {(*there, capped) for there in ((1, -1), (1,), (-1,), (1, 2)) for capped in (False, True)}
     x = c.cells[:, :1] + 0.5
     s = np.hstack([1.0 + 0.02 * x, 0.5 - 0.03 * x])
     tractions.centre(s, c.slip, c.neighbours, weight, out)
     at_centres = np.where(c.slip[:, None], s - 0.5 * np.array([0.02, -0.03]), s)
     alone = (c.leading & c.last)[:, None]
     np.testing.assert_allclose(out, np.where(alone, s, at_centres), rtol=1e-14)
-    alone, out = np.full((2, 1), np.nan), np.full((1, 2), np.nan)
+    alone, out = np.full((3, 1), np.nan), np.full((1, 2), np.nan)
     tractions.centre(np.ones((1, 2)), np.ones(1, dtype=np.bool_), np.zeros((2, 1), dtype=np.int64), alone, out)
     assert (alone == 0.0).all()
     assert (out == 1.0).all()
@@ -691,7 +747,7 @@ def test_gather_centred_slip() -> None:
     i, j = c.cells.T
     field = c.rng.normal(size=(2, 8, 12))
     s = np.ascontiguousarray((field[:, j, i] - field[:, j, i + 1]).T)
-    weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
+    weight, centred = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
     tractions.centre(s, c.slip, c.neighbours, weight, centred)
     angle = c.rng.uniform(0.0, 7.0, size=c.m)
     normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(size=c.m)
@@ -709,12 +765,13 @@ def test_gather_centred_slip() -> None:
 def test_centred_slip_residual() -> None:
     """Dense: (1 + c (C - 1))^-1 of the residuals less c m.C s, by the matrix C of what is across the bounds.
 
-    Where slip is not centred it is `slip_residual`, and what does not slip stays empty.
+    The second slip ahead of a trailing end is as far from the first as that is from its own. Where slip is not centred
+    it is `slip_residual`, and what does not slip stays empty.
     """
     for seed in range(4):
         c = MovedCells(seed)
-        weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
-        tractions.centre(c.s, c.slip, c.neighbours, weight, centred)
+        weight = np.full((3, c.m), np.nan)
+        tractions.centre(c.s, c.slip, c.neighbours, weight, np.full((c.m, 2), np.nan))
         angle = c.rng.uniform(0.0, 7.0, size=c.m)
         normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(0.1, 1.0, size=c.m)
         across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
@@ -722,13 +779,15 @@ def test_centred_slip_residual() -> None:
         places = 12 * c.cells[:, 0] + c.cells[:, 1]
         field, out = np.full((200, 2), np.nan), np.full((200, 2), 7.0)
         field[places] = c.s
-        matrix = np.eye(c.m)
+        matrix, centred = np.eye(c.m), c.s.copy()
+        in_line = np.array([weight[0] + 2.0 * weight[2], weight[1]])
         for k in np.flatnonzero(c.slip):
             for side in (0, 1):
                 other = c.neighbours[side, k]
-                matrix[k, k] -= share[k] * weight[side, k]
+                centred[k] += in_line[side, k] * (c.s[other] - c.s[k])
+                matrix[k, k] -= share[k] * in_line[side, k]
                 if c.slip[other]:
-                    matrix[k, other] += share[k] * weight[side, k] * (across[k] @ across[other])
+                    matrix[k, other] += share[k] * in_line[side, k] * (across[k] @ across[other])
         rest = np.where(c.slip, v[1::2] - share * (across * centred).sum(axis=1), 0.0)
         expected = (np.linalg.solve(matrix, rest) / root)[:, None] * across
         of_rows = field, v, places, c.slip, normal, root
@@ -738,7 +797,7 @@ def test_centred_slip_residual() -> None:
         assert (np.abs(expected[c.slip]).sum(axis=1) > 0.0).all()
         alone = np.full((200, 2), 7.0)
         tractions.slip_residual(*of_rows, alone)
-        tractions.centred_slip_residual(*of_rows, c.neighbours, np.zeros((2, c.m)), np.full((2, c.m), np.nan), out)
+        tractions.centred_slip_residual(*of_rows, c.neighbours, np.zeros((3, c.m)), np.full((2, c.m), np.nan), out)
         np.testing.assert_allclose(out, alone, rtol=1e-12, atol=1e-13)
 
 
@@ -748,7 +807,7 @@ def test_turn_is_classify_when_the_slip_is_the_same() -> None:
     q, bound, rho = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.2, 2.0, size=c.m), 0.6
     s = np.stack([0.3 + 0.1 * c.cells[:, 1], np.full(c.m, -0.8)], axis=1)
     by_classify, by_turn = ((np.full((c.m, 2), 7.0), np.full(c.m, 7.0)) for _ in range(2))
-    weight, centred = np.full((2, c.m), np.nan), np.full((c.m, 2), np.nan)
+    weight, centred = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
     _, square, _ = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
     tractions.centre(s, c.slip, c.neighbours, weight, centred)
     before = c.slip.copy()

@@ -227,17 +227,36 @@ class AlignedContact(NormalContact):
         result: np.ndarray = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[self.neighbours[1]])
         return result
 
+    def friction_moment(self, rolling: RollingSolution, friction: float) -> float:
+        """Moment about z (N mm) of the tractions, those of slip cells turning on the way through a cell.
+
+        To x q_y, with q_y of the centre and x of the middle of the cell's force, comes what its change along x makes,
+        to second order (`row_cells.turning_moment`).
+        """
+        rows = self.rows
+        force = friction * rows.pressure
+        back, front = self.outline.ends
+        ends = front - rows.start + 0.5, rows.start - rows.count + 1.5 - back
+        of_cells = rolling.q[:, 1] / force, rolling.slip, force, self.centres[0], self.levers[0]
+        dx, dy = self.scene.mesh.spacing
+        turning = row_cells.turning_moment(*of_cells, rows.index, *ends, dx)
+        return super().friction_moment(rolling, friction) + float(turning) * dx * dy
+
     def friction_power(self, rolling: RollingSolution, scene: Scene) -> float:
-        """Power that friction takes, per unit rolling speed (N): -sum q.(w + s_p) dx dy, both at the cells' centres.
+        """Power that friction takes, per unit rolling speed (N): that of the creepages, and -sum q.s_p dx dy.
 
         In -sum q.s the elastic slip by tractions does no work on the whole (its operator is antisymmetric) but for
         errors of order dx, so it is left out.
         """
-        if scene.creepage is None:
+        creepage = scene.creepage
+        if creepage is None:
             return 0.0
-        w = super().rigid_slip(scene.creepage, 0.0) + self._slip_by_pressure_at_centres
         dx, dy = self.scene.mesh.spacing
-        return -float(np.sum(rolling.q * w)) * dx * dy
+        force_x, force_y = rolling.q.sum(axis=0) * dx * dy
+        by_pressure = float(np.sum(rolling.q * self._slip_by_pressure_at_centres)) * dx * dy
+        moment = self.friction_moment(rolling, scene.friction)
+        by_creepage = creepage.longitudinal * force_x + creepage.lateral * force_y + creepage.spin * moment
+        return -float(by_creepage) - by_pressure
 
     def on_window(
         self, q: np.ndarray, s: np.ndarray, slip: np.ndarray, friction: float

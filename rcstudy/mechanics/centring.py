@@ -1,8 +1,10 @@
 """Slip at the centres of slip cells, from the points half a cell ahead to which it belongs (`aligned.py`).
 
-Coulomb's law wants traction and slip at one place. Between three points along a row slip goes by a parabola; at a
-row's ends, and beside a stick cell ahead, by a straight line. Where slip turns round within a cell or two (the pole of
-spin) less is added, so that half of a cell's own slip along its own direction is left at least.
+Coulomb's law wants traction and slip at one place. Between three points along a row slip goes by a parabola, at its
+trailing end by the one through the next two; at its leading end, and beside a stick cell ahead, by a straight line. (By
+a straight line at the trailing end, too, moments by spin were farther off by 0.1 (dx/a)^2.) Where slip turns round
+within a cell or two (the pole of spin) less is added, so that half of a cell's own slip along its own direction is left
+at least.
 
 What is added depends on the slip and on which cells slip, while states follow from slip where it belongs. That is
 consistent nearly always, but a few cells beside a pole may want to stick as soon as they slip, and to slip as soon as
@@ -24,12 +26,12 @@ _PATIENCE = 4  # looks in which the residual is not halved
 class Centring:
     """What is added to the slip of the cells with `neighbours` [2, m], ahead and behind, their own where there is none.
 
-    `weight` [2, m]: of the cells ahead and behind, from the last look at the slip; `kept` [m, 2]: what is added, if it
-    no longer depends on the slip.
+    `weight` [3, m]: of the cells ahead, behind and second ahead, from the last look at the slip; `kept` [m, 2]: what is
+    added, if it no longer depends on the slip.
     """
 
     def __init__(self, neighbours: np.ndarray) -> None:
-        self.weight = np.zeros(neighbours.shape)
+        self.weight = np.zeros((3, neighbours.shape[1]))
         self.neighbours = neighbours
         self.begin()
 

@@ -261,6 +261,12 @@ class NormalContact:
         dx, dy = self.scene.mesh.spacing
         return -float(np.sum(rolling.q * rolling.s)) * dx * dy
 
+    def friction_moment(self, rolling: RollingSolution, friction: float) -> float:
+        """Moment about z (N mm) of the tractions: sum (x q_y - y q_x) dx dy."""
+        x, y = self.levers
+        dx, dy = self.scene.mesh.spacing
+        return float(np.sum(x * rolling.q[:, 1] - y * rolling.q[:, 0])) * dx * dy
+
     def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
         """Rigid slip [m, 2] at the cells in contact."""
         return rigid_slip(*self.centres, creepage, spin_point * self.scene.mesh.spacing[0])

@@ -117,3 +117,50 @@ def add_cross_slip(q: np.ndarray, part: np.ndarray, places: np.ndarray, field: n
     for k in range(places.size):
         field[0, places[k]] -= part[k] * q[1, k]
         field[1, places[k]] -= part[k] * q[0, k]
+
+
+@jit
+def turning_moment(
+    across: np.ndarray,
+    slip: np.ndarray,
+    force: np.ndarray,
+    centre: np.ndarray,
+    lever: np.ndarray,
+    index: np.ndarray,
+    ahead: np.ndarray,
+    behind: np.ndarray,
+    dx: float,
+) -> float:
+    """What the change of direction within slip cells adds to the sum of x q_y (MPa mm).
+
+    q_y = n p with n = across [m] at the cell's centre [m] (mm) and p the size of the traction, its mean being force [m]
+    (MPa) and its middle lever [m] (mm): int n x p = n lever force + n' int (x - centre) x p + n''/2 int (x - centre)^2
+    x p, over the cell's length. n' and n'' are by differences between slip cells of one row. The spread of p within a
+    cell is dx^2/12, or where a row ends, p being like a root there, 12/175 of the square of the length from where the
+    cell begins to the edge, ahead and behind [ny] (cells). index as in `number_cells`.
+    """
+    total = 0.0
+    for j in range(index.shape[1]):
+        for k in range(index.shape[0]):
+            m = index[k, j]
+            if m < 0:
+                break
+            if not slip[m]:
+                continue
+            after = index[k + 1, j] if k + 1 < index.shape[0] else -1
+            one = index[k - 1, j] if k > 0 and slip[index[k - 1, j]] else m
+            other = after if after >= 0 and slip[after] else m
+            if one == other:
+                continue
+            length = 1.0
+            if k == 0 or after < 0:
+                length = math.sqrt(144.0 / 175.0) * (ahead[j] if k == 0 else behind[j])
+            spread = length * length / 12.0 * dx * dx
+            off = lever[m] - centre[m]
+            both = one != m and other != m
+            slope = (across[one] - across[other]) / ((2.0 if both else 1.0) * dx)
+            total += slope * force[m] * (centre[m] * off + spread + off * off)
+            if both:
+                bend = (across[one] - 2.0 * across[m] + across[other]) / (dx * dx)
+                total += 0.5 * bend * force[m] * lever[m] * spread
+    return total

@@ -136,27 +136,30 @@ def classify(
 def centre(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.ndarray, out: np.ndarray) -> None:
     """Slip [m, 2] with that of slip cells interpolated to their centres from the points half a cell ahead, into out.
 
-    weight [2, m]: with what weights. Centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s): the
-    parabola through the three points, a straight line where one is missing or the cell ahead sticks, and no more than
-    leaves half of s along itself. neighbours [2, m]: numbers of the cells ahead and behind, a cell's own where there
-    is none.
+    weight [3, m]: with what weights. Centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s)
+    + weight[2] (s_second - s): the parabola through the three points, at a row's trailing end through the second one
+    ahead, a straight line where one is missing or a cell ahead sticks, and no more than leaves half of s along itself.
+    neighbours [2, m]: numbers of the cells ahead and behind, a cell's own where there is none.
     """
     for m in range(s.shape[0]):
         x, y = s[m, 0], s[m, 1]
-        weight[0, m] = weight[1, m] = 0.0
+        weight[0, m] = weight[1, m] = weight[2, m] = 0.0
         if slip[m]:
             ahead, behind = neighbours[0, m], neighbours[1, m]
-            of_ahead, of_behind = -0.125, 0.375
+            second = neighbours[0, ahead]
+            of_ahead, of_behind, of_second = -0.125, 0.375, 0.0
             if ahead == m:
                 of_ahead, of_behind = 0.0, 0.5 if behind != m else 0.0
+            elif behind == m and second != ahead and slip[ahead] and slip[second]:
+                of_ahead, of_behind, of_second = -1.25, 0.0, 0.375
             elif behind == m or not slip[ahead]:
                 of_ahead, of_behind = -0.5, 0.0
-            more_x = of_ahead * (s[ahead, 0] - x) + of_behind * (s[behind, 0] - x)
-            more_y = of_ahead * (s[ahead, 1] - y) + of_behind * (s[behind, 1] - y)
+            more_x = of_ahead * (s[ahead, 0] - x) + of_behind * (s[behind, 0] - x) + of_second * (s[second, 0] - x)
+            more_y = of_ahead * (s[ahead, 1] - y) + of_behind * (s[behind, 1] - y) + of_second * (s[second, 1] - y)
             square = x**2 + y**2
             along = more_x * x + more_y * y
             part = 1.0 if along >= -0.5 * square else -0.5 * square / along
-            weight[0, m], weight[1, m] = part * of_ahead, part * of_behind
+            weight[0, m], weight[1, m], weight[2, m] = part * of_ahead, part * of_behind, part * of_second
             x, y = x + part * more_x, y + part * more_y
         out[m, 0], out[m, 1] = x, y
 
@@ -175,7 +178,7 @@ def gather_centred_slip(
     s: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """As `gather_slip`, with slips at the centres of slip cells in their rows, by the weights [2, m] of `centre`.
+    """As `gather_slip`, with slips at the centres of slip cells in their rows, by the weights [3, m] of `centre`.
 
     s [2 m]: slips as they are.
     """
@@ -194,6 +197,10 @@ def gather_centred_slip(
                 n = k - ahead
                 x += weight[1, m] * (field[0, n] - field[0, k] - s[2 * m])
                 y += weight[1, m] * (field[1, n] - field[1, k] - s[2 * m + 1])
+            if weight[2, m] != 0.0:
+                n = k + 2 * ahead
+                x += weight[2, m] * (field[0, n] - field[0, n + ahead] - s[2 * m])
+                y += weight[2, m] * (field[1, n] - field[1, n + ahead] - s[2 * m + 1])
             out[2 * m] = v[2 * m]
             out[2 * m + 1] = slip_row(x, y, normal[m, 0], normal[m, 1], share[m], diagonal, v[2 * m + 1])
         else:
@@ -428,15 +435,16 @@ def centred_slip_residual(
 
     Rows of slip cells are c m.C s + (1 - c) b tau, C being the centring, s = B q. What is left of the residuals is
     divided by 1 + c (C - 1), tridiagonal along each row of cells: with B near b on the spot that makes of them rows
-    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours, weight [2, m]: as in `centre`; the cells
-    are ordered from the trailing ends of rows to the leading ones; work [2, m]: rest and pivots, of slip cells.
+    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours, weight [3, m]: as in `centre`, where the
+    slip of the second cell ahead is taken to be in line with that ahead; the cells are ordered from the trailing ends
+    of rows to the leading ones; work [2, m]: rest and pivots, of slip cells.
     """
     rest, pivot = work[0], work[1]
     for m in range(places.size):
         if not slip[m]:
             continue
         k, ahead, behind = places[m], neighbours[0, m], neighbours[1, m]
-        c, of_ahead, of_behind = root[m] * root[m], weight[0, m], weight[1, m]
+        c, of_ahead, of_behind = root[m] * root[m], weight[0, m] + 2.0 * weight[2, m], weight[1, m]
         x, y = field[k, 0], field[k, 1]
         i, n = places[ahead], places[behind]
         x += of_ahead * (field[i, 0] - field[k, 0]) + of_behind * (field[n, 0] - field[k, 0])
@@ -447,14 +455,15 @@ def centred_slip_residual(
             turned = normal[m, 0] * normal[behind, 0] + normal[m, 1] * normal[behind, 1]
             factor = c * of_behind * turned / pivot[behind]
             rest[m] -= factor * rest[behind]
-            pivot[m] -= factor * turned * root[behind] * root[behind] * weight[0, behind]
+            of_this = weight[0, behind] + 2.0 * weight[2, behind]
+            pivot[m] -= factor * turned * root[behind] * root[behind] * of_this
     for m in range(places.size - 1, -1, -1):
         k = places[m]
         if slip[m]:
             ahead = neighbours[0, m]
             if ahead != m and slip[ahead]:
                 turned = normal[m, 0] * normal[ahead, 0] + normal[m, 1] * normal[ahead, 1]
-                rest[m] -= root[m] * root[m] * weight[0, m] * turned * rest[ahead]
+                rest[m] -= root[m] * root[m] * (weight[0, m] + 2.0 * weight[2, m]) * turned * rest[ahead]
             rest[m] /= pivot[m]
             out[k, 0] = -normal[m, 1] * rest[m] / root[m]
             out[k, 1] = normal[m, 0] * rest[m] / root[m]
