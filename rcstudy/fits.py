@@ -110,5 +110,5 @@ ALIGNED: dict[str, Fit] = {
     "contact_radius": Fit(0.1, 0.016, 0.22, (0.27, 2.4), excess=2.0),
     "approach": Fit(0.1, 0.02, 0.02, (0.15, 2.4), excess=0.3),
     "traction_max": Fit(0.4, 0.024, 1.0, (0.8, 2.7), stick=1.0, slip=-0.5, rest=0.012, excess=3.0, coupled=0.03),
-    "friction_power": Fit(0.22, 0.034, 1.5, (0.5, 2.5), stick=1.0, rest=0.017, excess=0.6),
+    "friction_power": Fit(0.22, 0.031, 1.5, (0.5, 2.5), stick=1.0, rest=0.0155, excess=0.6),
 }
