@@ -18,7 +18,7 @@ from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.scene import Scene
+from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.series import Series
 from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
@@ -296,16 +296,17 @@ def _rolling_numbers(
     contact: NormalContact, scene: Scene, rolling: RollingSolution, unseen: Unseen
 ) -> dict[str, float]:
     """Scalars that follow from the tractions on the mesh of `contact`."""
-    dx, dy = contact.scene.mesh.spacing
-    qx, qy = rolling.q.T
     slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
+    resultant = contact.resultant(rolling, scene.friction)
+    force_x, force_y, moment = resultant
+    creepage = scene.creepage or Creepage()
     return {
-        "force_x": float(qx.sum()) * dx * dy,
-        "force_y": float(qy.sum()) * dx * dy,
-        "moment_z": contact.friction_moment(rolling, scene.friction),
+        "force_x": force_x,
+        "force_y": force_y,
+        "moment_z": moment,
         "slip_area": min(max(slip_area + unseen.missing, 0.0), contact.area),
         "traction_max": peak,
-        "friction_power": contact.friction_power(rolling, scene),
+        "friction_power": contact.friction_power(rolling, creepage, resultant),
         "residual_tangential": rolling.residual,
         "iterations_tangential": rolling.iterations,
         "operator_products": rolling.products,

@@ -384,13 +384,14 @@ def test_friction_power_takes_slip_by_pressure_at_the_cells_centres():
     rolling = solve_rolling(contact, scene)
     dx, dy = scene.mesh.spacing
     number = {(i, j): m for m, (i, j) in enumerate(contact.cells.tolist())}
-    power = -SLOPING.spin * contact.friction_moment(rolling, scene.friction)
+    resultant = contact.resultant(rolling, scene.friction)
+    power = -SLOPING.spin * resultant[2]
     for (i, j), m in number.items():
         behind = number.get((i - 1, j), m)
         slip = 0.5 * (contact.slip_by_pressure[m] + contact.slip_by_pressure[behind])
         slip += (SLOPING.longitudinal, SLOPING.lateral)
         power -= float(rolling.q[m] @ slip) * dx * dy
-    assert contact.friction_power(rolling, scene) == pytest.approx(power, rel=1e-12)
+    assert contact.friction_power(rolling, SLOPING, resultant) == pytest.approx(power, rel=1e-12)
 
 
 def test_moment_of_a_contact_that_slides_and_spins():

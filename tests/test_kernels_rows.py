@@ -206,53 +206,56 @@ def test_slip_across_leading_tractions() -> None:
 # --- moments ---
 
 
-def test_turning_moment() -> None:
-    """Row by row, cell by cell, as the formula has it; stick cells are as if they were not there."""
+def test_resultant() -> None:
+    """Row by row, cell by cell, as the formula has it; to stick cells' neighbours it is as if these were not there."""
     rng = np.random.default_rng(12)
-    count, dx = np.array([1, 5, 0, 2, 6, 4]), 0.3
-    _, of_cells, index = numbered(np.array([4, 6, 0, 5, 8, 7]), count, 9)
+    count, start, dx = np.array([1, 5, 0, 2, 6, 4]), np.array([4.3, 6.2, 0.0, 4.8, 8.1, 7.4]), 0.3
+    _, of_cells, index = numbered(np.rint(start).astype(np.int64), count, 9)
     m = len(of_cells)
     slip = np.ones(m, dtype=np.bool_)
     slip[index[[0, 3], 4]] = slip[index[2, 5]] = False
-    n, force = rng.normal(size=m), rng.uniform(0.5, 2.0, size=m)
-    centre = of_cells[:, 0] * dx - 1.1
-    lever = centre + rng.uniform(-0.1, 0.1, size=m)
-    ahead, behind = rng.uniform(0.8, 1.5, size=(2, 6))
-    expected = 0.0
+    q, bound, y = rng.normal(size=(m, 2)), rng.uniform(0.5, 2.0, size=m), rng.normal(size=m)
+    centres = of_cells[:, 0] * dx - 1.1
+    levers = centres + rng.uniform(-0.1, 0.1, size=m)
+    edges = np.array([start - count + 1 - rng.uniform(0.1, 1.0, size=6), start + rng.uniform(0.4, 0.8, size=6)])
+    n = q[:, 1] / bound
+    expected = np.array([q[:, 0].sum(), q[:, 1].sum(), (levers * q[:, 1] - y * q[:, 0]).sum()])
     for j in range(6):
         for k in range(count[j]):
             here = index[k, j]
             sides = [index[i, j] for i in (k - 1, k + 1) if 0 <= i < count[j] and slip[index[i, j]]]
             if not slip[here] or not sides:
                 continue
-            slope = np.polyfit(centre[[here, *sides]], n[[here, *sides]], len(sides))[-2]
-            bend = 2.0 * np.polyfit(centre[[here, *sides]], n[[here, *sides]], 2)[0] if len(sides) == 2 else 0.0
-            slope += bend * centre[here] if len(sides) == 2 else 0.0
-            length = ahead[j] if k == 0 else behind[j] if k == count[j] - 1 else None
-            spread = dx * dx * (1.0 / 12.0 if length is None else 12.0 / 175.0 * length**2)
-            off = lever[here] - centre[here]
-            expected += force[here] * (
-                slope * (centre[here] * off + spread + off**2) + 0.5 * bend * lever[here] * spread
-            )
-    found = row_cells.turning_moment(n, slip, force, centre, lever, index, ahead, behind, dx)
-    assert found == pytest.approx(expected, rel=1e-10)
+            line = np.polynomial.Polynomial.fit(centres[[here, *sides]], n[[here, *sides]], len(sides))
+            slope, bend = line.deriv(1)(centres[here]), line.deriv(2)(centres[here])
+            spread = dx * dx / 12.0
+            if k == 0:
+                spread = 12.0 / 175.0 * (dx * (edges[1, j] - (start[j] - 0.5))) ** 2
+            elif k == count[j] - 1:
+                spread = 12.0 / 175.0 * (dx * (start[j] - k + 0.5 - edges[0, j])) ** 2
+            off = levers[here] - centres[here]
+            turning = slope * (centres[here] * off + spread + off**2) + 0.5 * bend * levers[here] * spread
+            expected[2] += bound[here] * turning
+    found = row_cells.resultant(q, slip, bound, centres, levers, y, index, start, edges, dx)
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
 
 
 @pytest.mark.parametrize("n", [6, 7, 12, 13])
 @pytest.mark.parametrize("last", [0.6, 1.0, 1.4])
-def test_turning_moment_of_a_root(n: int, last: float) -> None:
-    """A row with p = sqrt(1 - x^2) and a direction like x: int x^2 p is pi/8; without it 0.1 to 0.4 h^2.5 off."""
+def test_resultant_of_a_root(n: int, last: float) -> None:
+    """A row with p = sqrt(1 - x^2) and a direction like x: int x^2 p is pi/8; 0.1 to 0.4 h^2.5 less if still."""
     first = 1.25
     dx = 2.0 / (n - 2 + first + last)
     borders = np.array([1.0, *(1.0 - dx * (first + np.arange(n - 1))), -1.0])
     mass, moment = 0.5 * (borders * np.sqrt(1.0 - borders**2) + np.arcsin(borders)), -((1.0 - borders**2) ** 1.5) / 3.0
-    centre, force = borders[1] + dx * (0.5 - np.arange(n)), -np.diff(mass) / dx
-    lever, index, slip = np.diff(moment) / np.diff(mass), np.arange(n)[:, None], np.ones(n, dtype=np.bool_)
-    ends = np.array([first]), np.array([last])
-    turning = row_cells.turning_moment(centre, slip, force, centre, lever, index, *ends, dx)
-    without = (centre * lever * force).sum()
-    assert abs(without * dx - np.pi / 8.0) > 0.09 * dx**2.5
-    assert abs((without + turning) * dx - np.pi / 8.0) < 0.0015 * dx**2.5
+    centres, bound = borders[1] + dx * (0.5 - np.arange(n)), -np.diff(mass) / dx
+    levers, index, slip = np.diff(moment) / np.diff(mass), np.arange(n)[:, None], np.ones(n, dtype=np.bool_)
+    q = np.stack([np.zeros(n), centres * bound], axis=1)
+    start = np.array([centres[0] / dx])
+    of_row = centres, levers, np.zeros(n), index, start, np.array([[-1.0 / dx], [1.0 / dx]]), dx
+    still = row_cells.resultant(q, np.zeros(n, dtype=np.bool_), bound, *of_row)[2] * dx
+    assert np.pi / 8.0 - still > 0.09 * dx**2.5
+    assert abs(row_cells.resultant(q, slip, bound, *of_row)[2] * dx - np.pi / 8.0) < 0.0015 * dx**2.5
 
 
 # --- bounds ---

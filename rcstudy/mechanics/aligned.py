@@ -42,7 +42,7 @@ from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.kernels import row_cells
 from rcstudy.mechanics.moved_rows import EDGE, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.scene import Creepage, Scene
+from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SlipOperator
 from rcstudy.mechanics.slip_zone import SlipZones
 from rcstudy.mechanics.unseen import Unseen, unseen_slip
@@ -227,36 +227,29 @@ class AlignedContact(NormalContact):
         result: np.ndarray = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[self.neighbours[1]])
         return result
 
-    def friction_moment(self, rolling: RollingSolution, friction: float) -> float:
-        """Moment about z (N mm) of the tractions, those of slip cells turning on the way through a cell.
+    def resultant(self, rolling: RollingSolution, friction: float) -> tuple[float, float, float]:
+        """Forces along x and y (N) and moment about z (N mm) of the tractions, which turn within slip cells.
 
-        To x q_y, with q_y of the centre and x of the middle of the cell's force, comes what its change along x makes,
-        to second order (`row_cells.turning_moment`).
+        To first order that changes forces, too, but those are farther off with it: other errors make up for it there.
         """
-        rows = self.rows
-        force = friction * rows.pressure
-        back, front = self.outline.ends
-        ends = front - rows.start + 0.5, rows.start - rows.count + 1.5 - back
-        of_cells = rolling.q[:, 1] / force, rolling.slip, force, self.centres[0], self.levers[0]
-        dx, dy = self.scene.mesh.spacing
-        turning = row_cells.turning_moment(*of_cells, rows.index, *ends, dx)
-        return super().friction_moment(rolling, friction) + float(turning) * dx * dy
+        rows, (dx, dy) = self.rows, self.scene.mesh.spacing
+        centres, y = self.centres
+        of_cells = rolling.q, rolling.slip, friction * rows.pressure, centres, self.levers[0], y
+        force_x, force_y, moment = row_cells.resultant(*of_cells, rows.index, rows.start, self.outline.ends, dx)
+        return force_x * dx * dy, force_y * dx * dy, moment * dx * dy
 
-    def friction_power(self, rolling: RollingSolution, scene: Scene) -> float:
-        """Power that friction takes, per unit rolling speed (N): that of the creepages, and -sum q.s_p dx dy.
+    def friction_power(
+        self, rolling: RollingSolution, creepage: Creepage, resultant: tuple[float, float, float]
+    ) -> float:
+        """Power that friction takes, per unit rolling speed (N): that of the creepages, less sum q.s_p dx dy.
 
         In -sum q.s the elastic slip by tractions does no work on the whole (its operator is antisymmetric) but for
-        errors of order dx, so it is left out.
+        errors of order dx, so it is left out. `resultant`: of the tractions.
         """
-        creepage = scene.creepage
-        if creepage is None:
-            return 0.0
         dx, dy = self.scene.mesh.spacing
-        force_x, force_y = rolling.q.sum(axis=0) * dx * dy
-        by_pressure = float(np.sum(rolling.q * self._slip_by_pressure_at_centres)) * dx * dy
-        moment = self.friction_moment(rolling, scene.friction)
+        force_x, force_y, moment = resultant
         by_creepage = creepage.longitudinal * force_x + creepage.lateral * force_y + creepage.spin * moment
-        return -float(by_creepage) - by_pressure
+        return -by_creepage - float(np.vdot(rolling.q, self._slip_by_pressure_at_centres)) * dx * dy
 
     def on_window(
         self, q: np.ndarray, s: np.ndarray, slip: np.ndarray, friction: float

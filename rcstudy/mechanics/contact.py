@@ -256,16 +256,19 @@ class NormalContact:
         dx, dy = self.scene.mesh.spacing
         return float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max())
 
-    def friction_power(self, rolling: RollingSolution, scene: Scene) -> float:
+    def resultant(self, rolling: RollingSolution, friction: float) -> tuple[float, float, float]:
+        """Forces along x and y (N) and moment about z (N mm) of the tractions: sums of q and x q_y - y q_x."""
+        x, y = self.levers
+        area = self.scene.mesh.spacing[0] * self.scene.mesh.spacing[1]
+        qx, qy = rolling.q.T
+        return float(qx.sum()) * area, float(qy.sum()) * area, float(np.sum(x * qy - y * qx)) * area
+
+    def friction_power(
+        self, rolling: RollingSolution, creepage: Creepage, resultant: tuple[float, float, float]
+    ) -> float:
         """Power that friction takes, per unit rolling speed (N): -sum q.s dx dy."""
         dx, dy = self.scene.mesh.spacing
         return -float(np.sum(rolling.q * rolling.s)) * dx * dy
-
-    def friction_moment(self, rolling: RollingSolution, friction: float) -> float:
-        """Moment about z (N mm) of the tractions: sum (x q_y - y q_x) dx dy."""
-        x, y = self.levers
-        dx, dy = self.scene.mesh.spacing
-        return float(np.sum(x * rolling.q[:, 1] - y * rolling.q[:, 0])) * dx * dy
 
     def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
         """Rigid slip [m, 2] at the cells in contact."""

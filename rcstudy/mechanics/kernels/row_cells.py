@@ -120,31 +120,36 @@ def add_cross_slip(q: np.ndarray, part: np.ndarray, places: np.ndarray, field: n
 
 
 @jit
-def turning_moment(
-    across: np.ndarray,
+def resultant(
+    q: np.ndarray,
     slip: np.ndarray,
-    force: np.ndarray,
-    centre: np.ndarray,
-    lever: np.ndarray,
+    bound: np.ndarray,
+    centres: np.ndarray,
+    levers: np.ndarray,
+    y: np.ndarray,
     index: np.ndarray,
-    ahead: np.ndarray,
-    behind: np.ndarray,
+    start: np.ndarray,
+    edges: np.ndarray,
     dx: float,
-) -> float:
-    """What the change of direction within slip cells adds to the sum of x q_y (MPa mm).
+) -> tuple[float, float, float]:
+    """Sums (MPa, MPa mm) of q_x, q_y and x q_y - y q_x over all cells, tractions of slip cells turning on their way.
 
-    q_y = n p with n = across [m] at the cell's centre [m] (mm) and p the size of the traction, its mean being force [m]
-    (MPa) and its middle lever [m] (mm): int n x p = n lever force + n' int (x - centre) x p + n''/2 int (x - centre)^2
-    x p, over the cell's length. n' and n'' are by differences between slip cells of one row. The spread of p within a
-    cell is dx^2/12, or where a row ends, p being like a root there, 12/175 of the square of the length from where the
-    cell begins to the edge, ahead and behind [ny] (cells). index as in `number_cells`.
+    That is, q_y = n p with n of the cell's centre in q [m, 2] (MPa) and p the bound: its mean is bound [m] (MPa), its
+    middle at levers [m] (mm), while n changes from centres [m] (mm) on: int n x p = n lever bound
+    + n' int (x - centre) x p + n''/2 int (x - centre)^2 x p over the cell's length. n' and n'' are by differences
+    between slip cells of one row. The spread of p within a cell is dx^2/12, or where a row ends, p being like a root
+    there, 12/175 of the square of the length from where the cell begins to the edge, edges [2, ny] (cells). y [m] (mm):
+    of the cells; index, start [ny]: as in `number_cells` and `rows.row_bounds`.
     """
-    total = 0.0
+    force_x = force_y = moment = 0.0
     for j in range(index.shape[1]):
         for k in range(index.shape[0]):
             m = index[k, j]
             if m < 0:
                 break
+            force_x += q[m, 0]
+            force_y += q[m, 1]
+            moment += levers[m] * q[m, 1] - y[m] * q[m, 0]
             if not slip[m]:
                 continue
             after = index[k + 1, j] if k + 1 < index.shape[0] else -1
@@ -153,14 +158,17 @@ def turning_moment(
             if one == other:
                 continue
             length = 1.0
-            if k == 0 or after < 0:
-                length = math.sqrt(144.0 / 175.0) * (ahead[j] if k == 0 else behind[j])
+            if k == 0:
+                length = math.sqrt(144.0 / 175.0) * (edges[1, j] - start[j] + 0.5)
+            elif after < 0:
+                length = math.sqrt(144.0 / 175.0) * (start[j] - k + 0.5 - edges[0, j])
             spread = length * length / 12.0 * dx * dx
-            off = lever[m] - centre[m]
+            off = levers[m] - centres[m]
+            n_one, n, n_other = q[one, 1] / bound[one], q[m, 1] / bound[m], q[other, 1] / bound[other]
             both = one != m and other != m
-            slope = (across[one] - across[other]) / ((2.0 if both else 1.0) * dx)
-            total += slope * force[m] * (centre[m] * off + spread + off * off)
+            slope = (n_one - n_other) / ((2.0 if both else 1.0) * dx)
+            moment += slope * bound[m] * (centres[m] * off + spread + off * off)
             if both:
-                bend = (across[one] - 2.0 * across[m] + across[other]) / (dx * dx)
-                total += 0.5 * bend * force[m] * lever[m] * spread
-    return total
+                bend = (n_one - 2.0 * n + n_other) / (dx * dx)
+                moment += 0.5 * bend * bound[m] * levers[m] * spread
+    return force_x, force_y, moment
