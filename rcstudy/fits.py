@@ -104,11 +104,11 @@ ALIGNED: dict[str, Fit] = {
     "force_x": Fit(0.42, 0.0125, 0.35, (0.5, 2.6), excess=0.7),
     "force_y": Fit(0.3, 0.0095, 0.35, (0.5, 2.6), excess=0.7),
     "moment_z": Fit(0.15, 0.014, 0.2, (0.5, 2.8), excess=0.25),
-    "pressure_max": Fit(0.1, 0.026, 0.1, (0.55, 2.8), excess=4.0, coupled=0.013),
+    "pressure_max": Fit(0.04, 0.01, 0.1, (0.55, 2.8), excess=0.4, coupled=0.004),
     "contact_area": Fit(0.1, 0.032, 0.45, (0.55, 2.4), excess=2.0),
     "slip_area": Fit(0.18, 0.085, 0.6, (1.4, 2.5), slip=0.5, excess=0.7),
     "contact_radius": Fit(0.1, 0.016, 0.22, (0.27, 2.4), excess=2.0),
     "approach": Fit(0.1, 0.02, 0.02, (0.15, 2.4), excess=0.3),
-    "traction_max": Fit(0.4, 0.024, 1.0, (0.8, 2.7), stick=1.0, slip=-0.5, rest=0.012, excess=3.0, coupled=0.03),
+    "traction_max": Fit(0.3, 0.014, 1.0, (0.8, 2.7), stick=1.0, slip=-0.5, rest=0.006, excess=1.0, coupled=0.02),
     "friction_power": Fit(0.22, 0.031, 1.5, (0.5, 2.5), stick=1.0, rest=0.0155, excess=0.6),
 }

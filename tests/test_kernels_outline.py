@@ -165,3 +165,30 @@ def test_sector(turn):
         for r in (2.0, 3.0):
             ends = 2.0 * np.cos(angle), 2.0 * np.sin(angle), r * np.cos(angle + turn), r * np.sin(angle + turn)
             assert outline.sector(*ends) == pytest.approx(0.25 * turn * (4.0 + r * r), rel=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 5), (6, 1), (5, 4), (8, 9)])
+def test_summit(shape: tuple[int, int]) -> None:
+    """Anywhere, beside the box's sides as well, where no pressure is; two as large; and all the same."""
+    taken = set()
+    for seed in range(12):
+        p = np.random.default_rng(seed).uniform(0.1, 1.0, size=shape)
+        around = np.pad(p, 1)
+        i, j = np.unravel_index(np.argmax(around), around.shape)
+        height, place, excess = around[i, j] ** 2, [i - 1.0, j - 1.0], 0.0
+        for axis, line in enumerate((around[i - 1 : i + 2, j], around[i, j - 1 : j + 2])):
+            a, b, c = np.polyfit([-1.0, 0.0, 1.0], line**2, 2)
+            height += c - b * b / (4.0 * a) - around[i, j] ** 2
+            place[axis] -= b / (2.0 * a)
+            excess -= np.diff(line, 2)[0] if (line > 0.0).all() else np.inf
+        taken.add(bool(np.isfinite(excess)))
+        expected = np.sqrt(height) - (0.1 * excess if np.isfinite(excess) else 0.0)
+        np.testing.assert_allclose(outline.summit(p, 0.1), [expected, *place], rtol=1e-12, atol=1e-12)
+    assert taken == ({False, True} if min(shape) > 3 else {False})
+    if min(shape) > 3:
+        p = np.full(shape, 0.2)
+        p[2:4, 1] = 1.0
+        np.testing.assert_allclose(outline.summit(p, 0.1)[1:], [2.5, 1.0])
+        p[2:4, 1] = 1.0, 1.0 + 1e-15
+        np.testing.assert_allclose(outline.summit(p, 0.1)[1:], [2.5, 1.0])
+    assert outline.summit(np.full((5, 5), 2.0), 0.1)[0] >= 2.0

@@ -506,28 +506,6 @@ def test_to_centres_far_from_any_cell(held: list[int], shift: float, i: int, clo
     assert out == [[values[0, closest, 1]]]
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 5), (6, 1), (5, 4), (8, 9)])
-def test_summit(shape: tuple[int, int]) -> None:
-    """Anywhere, beside the box's sides as well, where no pressure is; two as large; and all the same."""
-    for seed in range(12):
-        p = np.random.default_rng(seed).uniform(0.1, 1.0, size=shape)
-        squares = np.pad(p**2, 1)
-        i, j = np.unravel_index(np.argmax(squares), squares.shape)
-        height, place = squares[i, j], [i - 1.0, j - 1.0]
-        for axis, line in enumerate((squares[i - 1 : i + 2, j], squares[i, j - 1 : j + 2])):
-            a, b, c = np.polyfit([-1.0, 0.0, 1.0], line, 2)
-            height += c - b * b / (4.0 * a) - squares[i, j]
-            place[axis] -= b / (2.0 * a)
-        np.testing.assert_allclose(rows.summit(p), [np.sqrt(height), *place], rtol=1e-12, atol=1e-12)
-    if min(shape) > 3:
-        p = np.full(shape, 0.2)
-        p[2:4, 1] = 1.0
-        np.testing.assert_allclose(rows.summit(p)[1:], [2.5, 1.0])
-        p[2:4, 1] = 1.0, 1.0 + 1e-15
-        np.testing.assert_allclose(rows.summit(p)[1:], [2.5, 1.0])
-    assert rows.summit(np.full((5, 5), 2.0))[0] >= 2.0
-
-
 def test_squares_at_borders() -> None:
     """By the profile of the border's own row, also at an edge and next to it."""
     p = np.sqrt(np.maximum(ellipse((16, 9), (7.3, 3.6), (6.4, 3.9)), 0.0))

@@ -13,11 +13,8 @@ So each row of cells is moved along x, by up to half a cell, so that its leading
 edge of the contact in that row (`edges.py`). The pressure of a cell is the mean over it, of a profile between the
 mesh's own cells in which p^2 goes straight.
 
-Rows carry what they carry on the mesh's own cells, but for this. A pressure that is constant in each cell causes less
-of short waves along y, by 1 - (k dy)^2/24, and so it comes out too concentrated. Measured, by half of that: the sum
-over a row is off by -1/48 of its second difference, and the outermost rows carry too little by what all others carry
-too much. So neighbours even that out (`_EVENED`). In Hertz contacts of 8 to 21 cells per radius 0.018 to 0.020 makes
-the second moment of the pressure right, whether round or 1 to 3.3, on cells as long as wide and half or twice as long.
+Rows carry what they carry on the mesh's own cells, but for what makes these too concentrated: neighbours even out so
+much of what they differ by (`edges.CONCENTRATED`).
 """
 
 from __future__ import annotations
@@ -27,7 +24,7 @@ from functools import cached_property
 import numpy as np
 
 from rcstudy.mechanics.convolution import Box
-from rcstudy.mechanics.edges import TRUE, Outline
+from rcstudy.mechanics.edges import CONCENTRATED, TRUE, Outline
 from rcstudy.mechanics.kernels import row_cells, rows
 
 EDGE = 0.7480
@@ -44,7 +41,6 @@ _PRESSED = np.concatenate(
         [1.0042, 1.0036, 1.0033, 1.0033, 1.0036, 1.0041, 1.0048, 1.0058, 1.0069, 1.0080],
     )
 )
-_EVENED = 1.0 / 48.0  # of the differences of force between rows
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 
 
@@ -77,7 +73,7 @@ class MovedRows:
         row_cells.number_cells(leading, self.count, self.held, self.cells, self.index)
         self.pressure, self.middle = np.zeros(number), np.zeros(number)
         self._force = np.zeros(self.count.size)
-        row_cells.row_forces(p, self.count, _EVENED, self._force)
+        row_cells.row_forces(p, self.count, CONCENTRATED, self._force)
         rows.row_bounds(self._force, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
         if like is not None and taken is not None:
             self._carry_on(like, taken)

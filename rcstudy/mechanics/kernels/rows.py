@@ -355,28 +355,6 @@ def by_law(
 
 
 @jit
-def summit(p: np.ndarray) -> tuple[float, float, float]:
-    """Largest pressure of p [nx, ny] (MPa), and where it is along x and y: the vertex of parabolas through p^2."""
-    nx, ny = p.shape
-    i = j = 0
-    for k in range(nx):
-        for m in range(ny):
-            if p[k, m] > p[i, j]:
-                i, j = k, m
-    top = p[i, j] ** 2
-    height, place = top, np.array([float(i), float(j)])
-    for axis in range(2):
-        k, m = (1, 0) if axis == 0 else (0, 1)
-        after = p[i + k, j + m] ** 2 if i + k < nx and j + m < ny else 0.0
-        before = p[i - k, j - m] ** 2 if i >= k and j >= m else 0.0
-        bend = 2.0 * top - before - after
-        if bend > 0.0:
-            height += (after - before) ** 2 / (8.0 * bend)
-            place[axis] += (after - before) / (2.0 * bend)
-    return math.sqrt(height), place[0], place[1]
-
-
-@jit
 def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray, borders: np.ndarray) -> np.ndarray:
     """p^2 [n] (MPa^2) at borders [n, 2], positions x and rows j, by `row_profiles` (knots, squares, known)."""
     out = np.zeros(borders.shape[0])
