@@ -208,6 +208,21 @@ def test_pressure_on_rows_is_not_more_concentrated_than_it_is(
     assert abs(np.mean(moved)) < 0.05
 
 
+@pytest.mark.parametrize("radius", [(50.0, 50.0), (100.0, 30.0)])
+def test_largest_pressure(radius: tuple[float, float]) -> None:
+    """Hertz: a sixth of what the largest one of the cells is too large by, 0.025 ((dx/a)^2 + (dy/b)^2)."""
+    hertz = hertz_of(radius)
+    own, between = [], []
+    for n in np.linspace(17.0, 23.0, 13):
+        scene = steel(window(hertz.a, (n, n)), radius=radius, creepage=SLOPING)
+        contact = AlignedContact(solve_normal(scene))
+        squares = 2.0 * (2.0 / n) ** 2
+        own.append((edges.kernel.summit(contact.outline.p, 0.0)[0] / hertz.p0 - 1.0) / squares)
+        between.append((contact.pressure_max / hertz.p0 - 1.0) / squares)
+    assert 0.022 < np.mean(own) < 0.03
+    assert abs(np.mean(between)) < 0.007
+
+
 def test_operator_and_displacements_agree_where_the_contact_fills_the_window():
     """The box of such a contact needs coefficients beyond those that the pressure asked for."""
     scene = steel(window((hertz_of().a[0],) * 2, (12.8, 12.8)), creepage=SLOPING)
