@@ -280,7 +280,7 @@ def failures(
     """List the unsolved cases of a cube, each as a study of that case alone, ready to run."""
     from rcstudy import failures as failing
     from rcstudy.cube import reading
-    from rcstudy.progress import counted
+    from rcstudy.progress import not_solved
 
     with reading(cube):
         found = failing.failed_cases(cube)
@@ -289,8 +289,7 @@ def failures(
             print(path)
     else:
         print(failing.listing(found), end="")
-    are = "is" if len(found) == 1 else "are"
-    _say(f"{counted(len(found), 'case')} {are} not solved" if found else "all cases are solved")
+    _say(not_solved(len(found)) if found else "all cases are solved")
 
 
 @app.command()

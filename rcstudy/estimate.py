@@ -240,9 +240,9 @@ class _Case:
         creepage, finest = self.scene.creepage, self.finest
         if self.aligned or self.scene.moves_by_pressure or creepage is None or not bars.keys() >= _BY_FRICTION:
             return
-        parts = {"force_x": creepage.longitudinal, "force_y": creepage.lateral, "moment_z": creepage.spin}
-        lost = abs(finest["friction_power"] + sum(finest[name] * part for name, part in parts.items()))
-        doubt = sum(bars[name] * abs(part) for name, part in parts.items())
+        lost = abs(finest["friction_power"] + creepage.power(finest["force_x"], finest["force_y"], finest["moment_z"]))
+        sizes = Creepage(abs(creepage.longitudinal), abs(creepage.lateral), abs(creepage.spin))
+        doubt = sizes.power(bars["force_x"], bars["force_y"], bars["moment_z"])
         bars["friction_power"] = max(bars["friction_power"], lost + doubt)
 
     def raise_largest_traction(self, bars: dict[str, float]) -> None:

@@ -136,6 +136,11 @@ def counted(number: int, thing: str) -> str:
     return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
+def not_solved(number: int) -> str:
+    """That so many cases are not: ``1 case is not solved``, ``2 cases are not solved``."""
+    return f"{counted(number, 'case')} {'is' if number == 1 else 'are'} not solved"
+
+
 def duration(seconds: float) -> str:
     """Seconds as a person writes them: ``0.42 s``, ``37 s``, ``4 min 05 s``, ``3 h 12 min``."""
     if seconds < 10:

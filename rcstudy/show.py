@@ -10,7 +10,7 @@ import xarray as xr
 
 from rcstudy.cube import case_dims, case_table, grids, unit_text, value_text
 from rcstudy.layout import LABEL
-from rcstudy.progress import counted, duration
+from rcstudy.progress import duration, not_solved
 from rcstudy.result import VARIABLES, Status
 from rcstudy.spec import SceneSpec, starting_scene
 
@@ -145,7 +145,7 @@ def _failure_lines(table: pd.DataFrame) -> Iterator[str]:
     if not len(failed):
         return
     yield ""
-    yield f"{counted(len(failed), 'case')} {'is' if len(failed) == 1 else 'are'} not solved:"
+    yield f"{not_solved(len(failed))}:"
     for _, row in failed.head(_SHOWN_FAILURES).iterrows():
         word = Status(int(row["status"])).words
         yield f"  {row['grid']}: {row[LABEL]}: {word}: {row['status_reason']}"

@@ -743,6 +743,14 @@ def test_gather_centred_slip() -> None:
     np.testing.assert_allclose(out.reshape(-1, 2), np.where(c.slip[:, None], of_slip, s), rtol=1e-12, atol=1e-13)
 
 
+def test_of_line_ahead() -> None:
+    """Slips in line: what the weights of the cell ahead and of the second one add is what this one adds alone."""
+    weight, s = np.array([[-1.25, 0.4], [0.0, 0.2], [0.375, 0.0]]), 0.7 + 0.3 * np.arange(3)
+    for m in range(2):
+        together = weight[0, m] * (s[1] - s[0]) + weight[2, m] * (s[2] - s[0])
+        assert tractions.of_line_ahead(weight, m) * (s[1] - s[0]) == pytest.approx(together, rel=1e-14)
+
+
 def test_centred_slip_residual() -> None:
     """Dense: (1 + c (C - 1))^-1 of the residuals less c m.C s, by the matrix C of what is across the bounds.
 

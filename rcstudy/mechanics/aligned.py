@@ -2,12 +2,11 @@ r"""Cells that begin where the contact begins (`discretisation: aligned`).
 
 - Each row of cells is moved along x, by up to half a cell, to where the discrete half-line asks for it, and the
   bound is the mean of mu p over the moved cell (`moved_rows.py`, with the derivation). Rows are moved by phases between
-  the two stages of the transforms; moments take each row's force where it is.
+  the two stages of the transforms; moments take each cell's force where it is, and as it turns (`resultant`).
 - Slip by pressure loses in the leading cells what the half-line makes too much of it (`_LEADING`), and slip across
   tractions gains there what it makes too little (`_CROSS`).
 - Slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
-  in slip cells the direction of slip is taken at the cell's centre, by a parabola through the points half a cell ahead,
-  half behind and one and a half ahead (`centring.py`).
+  in slip cells the direction of slip is taken at the cell's centre, by a parabola through such points (`centring.py`).
 - The contact's area is that within its edge, found between cells in each row and column (`edges.py`) and moved by what
   layers thinner than cells do to it (`skins.py`); the part of it that slips lies between the borders of the stick zone
   and the edge behind them (`slip_zone.py`).
@@ -247,9 +246,8 @@ class AlignedContact(NormalContact):
         errors of order dx, so it is left out. `resultant`: of the tractions.
         """
         dx, dy = self.scene.mesh.spacing
-        force_x, force_y, moment = resultant
-        by_creepage = creepage.longitudinal * force_x + creepage.lateral * force_y + creepage.spin * moment
-        return -by_creepage - float(np.vdot(rolling.q, self._slip_by_pressure_at_centres)) * dx * dy
+        by_pressure = float(np.vdot(rolling.q, self._slip_by_pressure_at_centres)) * dx * dy
+        return -creepage.power(*resultant) - by_pressure
 
     def on_window(
         self, q: np.ndarray, s: np.ndarray, slip: np.ndarray, friction: float

@@ -39,6 +39,7 @@ radius, round or 1 to 3.3, on cells as long as wide and half or twice as long: s
 second differences, the outermost carrying too little by what all others carry too much (0.018 to 0.020 of it makes the
 second moment right), and the largest pressure by -1/48 of its own along x and along y (of its error a sixth is left).
 """
+
 _TERMS = 9  # of a smooth outline
 _ROUGH = 0.1  # cells that the edges are off a smooth outline: more, and it has none
 _MOST_BEYOND = 0.25  # of the area that cells find, that layers make it larger or smaller: of contacts of a few cells

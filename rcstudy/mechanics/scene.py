@@ -64,6 +64,10 @@ class Creepage:
         """Largest rigid slip (-) within `radius` (mm) of the origin, |xi| + |phi| r (the paper's Eq. 5)."""
         return self._translation + abs(self.spin) * radius
 
+    def power(self, force_x: float, force_y: float, moment: float) -> float:
+        """Power per unit rolling speed (N) of forces (N) and a moment (N mm) on the rigid slip: xi.F + phi M."""
+        return self.longitudinal * force_x + self.lateral * force_y + self.spin * moment
+
     def turns_within(self, radius: float) -> bool:
         """Whether the rigid slip vanishes somewhere within `radius` (mm), at the pole of spin."""
         return self._translation < abs(self.spin) * radius

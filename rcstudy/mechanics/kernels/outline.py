@@ -1,4 +1,4 @@
-"""Outline of the contact, known where it crosses the rows and the columns of a mesh (`edges.py`), and its area."""
+"""Outline of the contact, known where it crosses rows and columns of a mesh (`edges.py`), its area, and its top."""
 
 from __future__ import annotations
 
@@ -114,8 +114,8 @@ def sector(u0: float, v0: float, u1: float, v1: float) -> float:
 def summit(p: np.ndarray, part: float) -> tuple[float, float, float]:
     """Largest pressure of p [nx, ny] (MPa), and where it is along x and y: the vertex of parabolas through p^2.
 
-    Less `part` of how much more the largest one of the cells is than the mean of those beside it along x, and along y,
-    twice each: pressures constant in cells come out too large by so much. Beside the edge of the contact none is taken.
+    Less `part` of 2 p - p_before - p_after along x and along y, by which the largest one of the cells comes out too
+    large; beside the edge of the contact nothing is taken.
     """
     nx, ny = p.shape
     i = j = 0

@@ -1,4 +1,4 @@
-"""Cells of rows that begin where the contact begins (`moved_rows.py`): numbers, neighbours, leading ones."""
+"""Cells of rows that begin where the contact begins (`moved_rows.py`): numbers, neighbours, leading ones, sums."""
 
 from __future__ import annotations
 

@@ -419,6 +419,12 @@ def slip_residual(
 
 
 @jit
+def of_line_ahead(weight: np.ndarray, m: int) -> float:
+    """Weight of the cell ahead by the weights [3, m] of `centre`, if the second one's slip is in line with its own."""
+    return weight[0, m] + 2.0 * weight[2, m]
+
+
+@jit
 def centred_slip_residual(
     field: np.ndarray,
     v: np.ndarray,
@@ -444,7 +450,7 @@ def centred_slip_residual(
         if not slip[m]:
             continue
         k, ahead, behind = places[m], neighbours[0, m], neighbours[1, m]
-        c, of_ahead, of_behind = root[m] * root[m], weight[0, m] + 2.0 * weight[2, m], weight[1, m]
+        c, of_ahead, of_behind = root[m] * root[m], of_line_ahead(weight, m), weight[1, m]
         x, y = field[k, 0], field[k, 1]
         i, n = places[ahead], places[behind]
         x += of_ahead * (field[i, 0] - field[k, 0]) + of_behind * (field[n, 0] - field[k, 0])
@@ -455,15 +461,14 @@ def centred_slip_residual(
             turned = normal[m, 0] * normal[behind, 0] + normal[m, 1] * normal[behind, 1]
             factor = c * of_behind * turned / pivot[behind]
             rest[m] -= factor * rest[behind]
-            of_this = weight[0, behind] + 2.0 * weight[2, behind]
-            pivot[m] -= factor * turned * root[behind] * root[behind] * of_this
+            pivot[m] -= factor * turned * root[behind] * root[behind] * of_line_ahead(weight, behind)
     for m in range(places.size - 1, -1, -1):
         k = places[m]
         if slip[m]:
             ahead = neighbours[0, m]
             if ahead != m and slip[ahead]:
                 turned = normal[m, 0] * normal[ahead, 0] + normal[m, 1] * normal[ahead, 1]
-                rest[m] -= root[m] * root[m] * (weight[0, m] + 2.0 * weight[2, m]) * turned * rest[ahead]
+                rest[m] -= root[m] * root[m] * of_line_ahead(weight, m) * turned * rest[ahead]
             rest[m] /= pivot[m]
             out[k, 0] = -normal[m, 1] * rest[m] / root[m]
             out[k, 1] = normal[m, 0] * rest[m] / root[m]
