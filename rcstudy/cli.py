@@ -328,7 +328,7 @@ def compare(
     ] = None,
     state_flips: Annotated[
         int | None,
-        typer.Option(min=0, metavar="N", help="Cells per case that may differ in stick/slip (default 2)."),
+        typer.Option(metavar="N", help="Cells per case that may differ in stick/slip (default 2)."),
     ] = None,
     allow_unsolved: Annotated[
         bool, typer.Option("--allow-unsolved", help="Accept cases that failed with the same status in both cubes.")

@@ -64,13 +64,18 @@ def _was_cube(path: Path) -> bool:
         return data.find(CASE_KEY.encode()) >= 0
 
 
-def refuse_other_study(output: Path, study: str) -> None:
-    """Raise UserError if `output` is the cube of a study of another name than `study`, of whatever version."""
+def other_study(output: Path, study: str) -> str | None:
+    """The name of the study that `output` is the cube of, of whatever version, if it is another one than `study`."""
     name = study
     with contextlib.suppress(Exception), h5py.File(output, "r") as cube:  # a damaged one is replaced, see above
         found = cube.attrs.get("study", study)
         name = found.decode() if isinstance(found, bytes) else str(found)  # bytes: saved again by another program
-    if name != study:
+    return None if name == study else name
+
+
+def refuse_other_study(output: Path, study: str) -> None:
+    """Raise UserError if `output` is the cube of a study of another name than `study`, of whatever version."""
+    if (name := other_study(output, study)) is not None:
         raise UserError(
             f"{output}: is the cube of another study, {name}; not overwritten: choose another --output, or remove it"
         )

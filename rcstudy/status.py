@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 from rcstudy.cases import Case, expand
+from rcstudy.earlier import other_study
 from rcstudy.index import Index
 from rcstudy.lock import holders
 from rcstudy.progress import counted
@@ -37,6 +38,8 @@ def report(study: Study, output: Path) -> str:
     lines = [f"study {study.name}, cube {output}" + ("" if output.exists() else " (not there yet)"), "", *_table(rows)]
     if in_cube:
         lines += ["", f"{in_cube} of them are in the cube"]
+    elif not starts_over(folder) and (name := other_study(output, study.name)) is not None:
+        lines += ["", f"the cube is of another study, {name}: a sweep will not overwrite it"]
     if count:
         lines += ["", f"{size / 1e6:.1f} MB in {counted(count, 'unit')} in {folder}"]
     lines += ["", *notes] if notes else []

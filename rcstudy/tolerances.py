@@ -28,7 +28,8 @@ from rcstudy.yamlfile import parse, read_text
 from rcstudy.yamltree import Problems, find, suggest
 
 _Rtol = Annotated[float, PlainValidator(between(0, 1))]
-_Flips = Annotated[int, PlainValidator(Whole(0, 1000))]
+MOST_FLIPS = 1000
+_Flips = Annotated[int, PlainValidator(Whole(0, MOST_FLIPS))]
 _Pattern = Annotated[
     str, PlainValidator(Words("a pattern of grid/label, such as 'figure_5/*'", lambda v: bool(v.strip()), 500))
 ]
@@ -87,7 +88,12 @@ class Tolerances(Spec):
         return self.variables.get(variable, self.default)
 
     def with_options(self, variables: Mapping[str, float], state_flips: int | None = None) -> Tolerances:
-        """These tolerances, with those of some variables (and the cells let pass) replaced, in the rules too."""
+        """These tolerances, with those of some variables (and the cells let pass) replaced, in the rules too.
+
+        Raises UserError for more cells than `MOST_FLIPS`.
+        """
+        if state_flips is not None and not 0 <= state_flips <= MOST_FLIPS:
+            raise UserError(f"--state-flips: {state_flips}: a whole number from 0 to {MOST_FLIPS}")
         flips = {} if state_flips is None else {"state_flips": state_flips}
         as_elsewhere = dict.fromkeys(flips)
         cases = [

@@ -178,6 +178,10 @@ def test_compare_options(tmp_path: Path) -> None:
     tight = ("--tolerances", tmp_path / "t.yaml", "--rtol", "force_x=1e-9", "--state-flips", "0")
     assert run("compare", other, reference, *tight).exit_code == cli.EXIT_DIFFERENT
     assert run("compare", other, reference, "--rtol", "shoe=1").exit_code == cli.EXIT_BAD_INPUT
+    for flips in (-1, 1001):
+        found = run("compare", other, reference, "--state-flips", flips)
+        assert found.exit_code == cli.EXIT_BAD_INPUT
+        assert f"--state-flips: {flips}: a whole number from 0 to 1000" in found.output
 
 
 def test_plan(folder: Path) -> None:

@@ -19,6 +19,7 @@ from rcstudy import pool, publish, sweep
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result
+from rcstudy.status import report
 
 
 def interrupted_after(most: int) -> pool.Solve:
@@ -128,6 +129,8 @@ def test_the_cube_of_another_study_is_replaced_only_on_demand(tmp_path: Path) ->
     with pytest.raises(UserError, match="is the cube of another study, "):
         sweep.run(other, output, workers=1, solve=workers.made_up)
     assert output.read_bytes() == before
+    assert "the cube is of another study, " in report(other, output)
+    assert "another study" not in report(load_text(tmp_path, renamed), output)
     # nor where units of the other study are there from elsewhere
     with pytest.raises(sweep.Interrupted):
         sweep.run(other, tmp_path / "d.nc", workers=1, solve=interrupted_after(3))

@@ -690,6 +690,7 @@ def test_status(sweeps: Sweeps) -> None:
     text = report(sweeps.study, sweeps.output)
     assert "total        14        14         0         0" in text
     assert "14 of them are in the cube" in text
+    assert "another study" not in text
     sweeps.run(2, fresh=True)
     assert "total        14         2         0        12" in report(sweeps.study, sweeps.output)
 
