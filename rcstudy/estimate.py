@@ -85,7 +85,7 @@ _UNSEEN = 0.3
 # over the radius: so much of the area over N^(3/2), until the least slip is so many times the largest over N. Slip by
 # pressure, which rises steeply towards the edge, hides more. Tractions there do not go as far, or not that way: so much
 # of all friction can do. Set on 650 contacts near full slip, on 16 to 64 cells; others: `scripts/error_bars.py`.
-_STRIP = 0.3
+_STRIP = 0.22
 _BEYOND, _BEYOND_ALIKE = 2.5, 1.0
 _IN_STRIP = 0.05
 
@@ -254,7 +254,7 @@ class _Case:
             found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
             bars["traction_max"] = max(bars["traction_max"], math.sqrt(_LEADING * found * bound) - found)
         if slip and self.at_peak:
-            bars["traction_max"] = max(bars["traction_max"], friction * bars["pressure_max"])
+            bars["traction_max"] = friction * bars["pressure_max"]
 
     def add_unseen_slip(self, bars: dict[str, float]) -> None:
         """What slip zones at the leading edge hide that are narrower than a cell."""
