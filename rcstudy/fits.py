@@ -104,7 +104,7 @@ ALIGNED: dict[str, Fit] = {
     "force_x": Fit(0.42, 0.0125, 0.35, (0.5, 2.6), excess=0.7),
     "force_y": Fit(0.3, 0.0114, 0.35, (0.5, 2.6), excess=0.18),
     "moment_z": Fit(0.2, 0.0095, 0.2, (0.5, 2.8), stick=0.5, rest=0.0085, excess=0.06),
-    "pressure_max": Fit(0.07, 0.009, 0.1, (0.55, 2.8), excess=0.2, coupled=0.004),
+    "pressure_max": Fit(0.07, 0.009, 0.1, (0.55, 2.8), excess=0.2, coupled=0.002),
     "contact_area": Fit(0.1, 0.032, 0.45, (0.55, 2.4), excess=0.5),
     "slip_area": Fit(0.18, 0.085, 0.6, (1.4, 2.5), slip=0.5, excess=0.7),
     "contact_radius": Fit(0.1, 0.016, 0.22, (0.27, 2.4), excess=0.5),
