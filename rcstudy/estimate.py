@@ -71,7 +71,7 @@ _BY_LAYERS = {
 }
 _SOFTLY = 0.45  # times what edges on soft layers were moved back
 # Over cells a radius: what cells round off of such slopes in pressure and in tractions.
-_CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.65, 0.4)}
+_CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.75, 0.4)}
 _STUCK = {"force_x": 0.18, "force_y": 0.18, "moment_z": 0.55}  # of themselves over cells a radius, where none slip
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
