@@ -11,7 +11,7 @@ import numpy as np
 
 from rcstudy.mechanics.patience import Patience
 
-_LOOSEST = 0.5  # linear residual of a Newton step, over its first one
+_LOOSEST = 0.4  # linear residual of a Newton step, over its first one
 _ENOUGH = 0.8  # of the tolerance: how far the last linear system is solved
 _SHORTEST = 0.05  # step length
 
