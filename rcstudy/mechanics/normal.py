@@ -23,6 +23,7 @@ from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.patience import Patience
 from rcstudy.mechanics.rim import RimSolver
 from rcstudy.mechanics.scene import Layer, Material, Scene
+from rcstudy.mechanics.stopping import pressure_residual
 
 _MAX_ITERATIONS = 400
 _MARGIN = 1.35  # of the first box over the estimated semi-axes
@@ -132,7 +133,7 @@ def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np
     if influence.once(("bends", box.shape), lambda: _bends(influence, box.shape)):
         solver = RimSolver(operator, gap, p, total)
         if tolerance >= HOPELESS * solver.attainable:
-            first = solver.solve(tolerance)
+            first = solver.solve(pressure_residual(tolerance, solver.attainable))
             if first.converged or tolerance < first.attainable:
                 return first
             p = first.p
@@ -182,8 +183,8 @@ def _conjugate_gradients(
         residual = z_norm / arrays.norm2(p)
         # on few cells the approach may still have moved enough to let another cell in
         overlap = tolerance * abs(approach)
-        if residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any():
-            converged = True
+        converged = bool(residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any())
+        if converged and residual <= pressure_residual(tolerance, attainable):
             break
         if patience.ends(residual) and tolerance < attainable:
             break

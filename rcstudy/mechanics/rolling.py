@@ -45,6 +45,7 @@ from rcstudy.mechanics.kernels import arrays, tractions
 from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SHIFT, SlipOperator
+from rcstudy.mechanics.stopping import traction_residual
 
 _MAX_NEWTON = 60
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
@@ -288,7 +289,8 @@ def solve_tractions(
     tractions, and the slip, are then right to about that fraction of their own size.
     """
     system = NewtonSystem(operator, cells, bound, w, neighbours)
-    state = _Tractions(system, guess, tolerance)
+    stop = traction_residual(tolerance)
+    state = _Tractions(system, guess, stop)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
     looks, unsettled = _look_again(state)
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
@@ -296,10 +298,10 @@ def solve_tractions(
         q=on_bound(state.q, system.slip, system.normal, bound),
         s=system.lawful,
         slip=system.slip,
-        residual=state.residual * tolerance,
+        residual=state.residual * stop,
         iterations=iterations + looks,
         products=system.products,
-        converged=state.solved,
+        converged=state.residual * stop <= tolerance,
         s_ahead=state.s,
         centring=system.kept,
         unsettled=unsettled,

@@ -1,0 +1,55 @@
+"""Solutions keep their tolerance: not their residuals alone, but what they are off by."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from contacts import STEEL
+
+from rcstudy.mechanics.scene import Coupling, Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.stopping import pressure_residual, traction_residual
+from rcstudy.result import Status
+from rcstudy.solve import solve_scene
+
+SOFT = (Layer(52500.0, 0.3, 0.06),)
+STIFF = (Layer(840000.0, 0.3, 0.06), Layer(420000.0, 0.3, 0.06))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("cells", [64, 96, 128])
+@pytest.mark.parametrize(
+    ("layers", "counterbody", "coupling"),
+    [((), STEEL, "one-way"), (SOFT, None, "one-way"), (STIFF, None, "one-way"), (SOFT, None, "full")],
+)
+def test_tractions_and_pressure_are_within_the_tolerance(
+    layers: tuple[Layer, ...], counterbody: Material | None, coupling: Coupling, cells: int
+) -> None:
+    """In L2, against the same equations solved to 1e-10. Residuals alone left 1.2 to 3 times the tolerance."""
+    scene = Scene(
+        STEEL,
+        (50.0, 50.0),
+        100.0,
+        Mesh((1.2, 1.2), (cells, cells)),
+        layers,
+        counterbody,
+        creepage=Creepage(0.002, 0.001, 0.01),
+        coupling=coupling,
+        tolerance=Tolerance(1e-5, 1e-5),
+    )
+    found, true = (solve_scene(replace(scene, tolerance=Tolerance(t, t))) for t in (1e-5, 1e-10))
+    assert found.status == true.status == Status.SOLVED
+    for names in (("pressure",), ("traction_x", "traction_y")):
+        ours, far = (np.stack([result.fields[name] for name in names]) for result in (found, true))
+        assert np.linalg.norm(ours - far) <= 1e-5 * np.linalg.norm(far), names
+
+
+def test_where_solvers_stop() -> None:
+    """Below the tolerance, but not below what rounding allows, and at the tolerance where that is less."""
+    assert pressure_residual(1e-5, 1e-13) == pytest.approx(3e-6)
+    assert pressure_residual(1e-5, 5e-6) == 5e-6
+    assert pressure_residual(1e-5, 1e-4) == 1e-5
+    assert traction_residual(1e-5) == pytest.approx(6.5e-6)
+    assert traction_residual(1.2e-11) == 1e-11
+    assert traction_residual(1e-12) == 1e-12
