@@ -20,7 +20,7 @@ from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 _COARSEST = 12.0  # cells across the contact: a mesh with fewer has no coarser one
 _WANTED = 2  # coarser meshes that the error estimates want; others are there to start from only
 _WORTH = 24.0  # cells across the contact from which on another of these pays
-_TOLERANCE = Tolerance(3e-3, 2e-3)  # of coarser meshes: well under their discretisation error
+_TOLERANCE = Tolerance(3e-3, 2e-3)  # of coarser meshes (residuals of 1e-3): well under their discretisation error
 
 
 def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
