@@ -28,8 +28,8 @@ from rcstudy.yamlfile import parse, read_text
 from rcstudy.yamltree import Problems, find, suggest
 
 _Rtol = Annotated[float, PlainValidator(between(0, 1))]
-MOST_FLIPS = 1000
-_Flips = Annotated[int, PlainValidator(Whole(0, MOST_FLIPS))]
+_FLIPS = Whole(0, 1000)
+_Flips = Annotated[int, PlainValidator(_FLIPS)]
 _Pattern = Annotated[
     str, PlainValidator(Words("a pattern of grid/label, such as 'figure_5/*'", lambda v: bool(v.strip()), 500))
 ]
@@ -90,10 +90,10 @@ class Tolerances(Spec):
     def with_options(self, variables: Mapping[str, float], state_flips: int | None = None) -> Tolerances:
         """These tolerances, with those of some variables (and the cells let pass) replaced, in the rules too.
 
-        Raises UserError for more cells than `MOST_FLIPS`.
+        Raises UserError for more cells than a file may let pass.
         """
-        if state_flips is not None and not 0 <= state_flips <= MOST_FLIPS:
-            raise UserError(f"--state-flips: {state_flips}: a whole number from 0 to {MOST_FLIPS}")
+        if state_flips is not None and not _FLIPS.low <= state_flips <= _FLIPS.high:
+            raise UserError(f"--state-flips: {state_flips}: {_FLIPS.allowed}")
         flips = {} if state_flips is None else {"state_flips": state_flips}
         as_elsewhere = dict.fromkeys(flips)
         cases = [

@@ -82,7 +82,7 @@ def test_products_hardly_grow_with_the_mesh(layers: tuple[Layer, ...], half: flo
 
 @pytest.mark.parametrize("fault", ["no factor", "no rim in one piece", "sets go round"])
 def test_where_the_rim_does_not_help_conjugate_gradients_do(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = pressed(PLATE, 1.4, 20, 1e-9)
+    scene = pressed(PLATE, 1.4, 24, 1e-9)
     gap, influence = initial_gap(scene), influence_of(scene)
     expected = solve_pressure(scene, influence, gap)
     if fault == "no factor":
@@ -93,7 +93,7 @@ def test_where_the_rim_does_not_help_conjugate_gradients_do(fault: str, monkeypa
         monkeypatch.setattr(rim, "_MAX_SETS", 2)
     found = solve_pressure(scene, influence, gap)
     assert found.converged
-    assert found.iterations > expected.iterations  # what the rim took, if anything, and those of conjugate gradients
+    assert found.iterations > expected.iterations and found.products > expected.products
     np.testing.assert_allclose(found.p, expected.p, atol=1e-7 * expected.p.max())
     assert found.approach == pytest.approx(expected.approach, rel=1e-8)
 

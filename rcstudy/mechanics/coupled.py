@@ -180,11 +180,19 @@ class CoupledSystem:
         return self.residual <= 1.0 and self.settled
 
     @property
+    def normal_converged(self) -> bool:
+        """Whether the pressure meets its tolerance, and no cell overlaps without any."""
+        return self.settled and self.residual_normal <= self.scene.tolerance.normal
+
+    @property
+    def tangential_converged(self) -> bool:
+        """Whether the tractions meet their tolerance."""
+        return self.residual_tangential <= self.scene.tolerance.tangential
+
+    @property
     def converged(self) -> bool:
-        """Whether both residuals meet their tolerances, and no cell overlaps without pressure."""
-        tolerance = self.scene.tolerance
-        met = self.residual_normal <= tolerance.normal and self.residual_tangential <= tolerance.tangential
-        return met and self.settled
+        """Whether both do."""
+        return self.normal_converged and self.tangential_converged
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
         """Product of the system's matrix with a vector of unknowns `v` [3 m], into `out`."""
@@ -276,14 +284,13 @@ def solve_coupled(
         if clear_of_sides(touched, box, scene.mesh.cells):
             break
         box = touched.wider(8, scene.mesh.cells)
-    tolerance = scene.tolerance
     solution = NormalSolution(
         stress[2],
         system.approach,
         system.residual_normal,
         contact.solution.iterations + iterations,
         contact.solution.products,
-        system.settled and system.residual_normal <= tolerance.normal,
+        system.normal_converged,
         system.attainable,
         # where what did not converge reaches says nothing, but of contacts that began there
         at_edge(touched, scene.mesh.cells) and (system.converged or began_at_edge),
@@ -365,5 +372,4 @@ def _tractions(system: CoupledSystem) -> RollingSolution:
     q, s, slip, normal = system.q[kept], system.s[kept], system.friction.slip[kept], system.friction.normal[kept]
     bound = system.scene.friction * system.p[kept]
     q = on_bound(q, slip, normal, bound)
-    residual = system.residual_tangential
-    return RollingSolution(q, s, slip, residual, 0, 0, residual <= system.scene.tolerance.tangential, s)
+    return RollingSolution(q, s, slip, system.residual_tangential, 0, 0, system.tangential_converged, s)

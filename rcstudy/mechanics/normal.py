@@ -169,6 +169,7 @@ def _conjugate_gradients(
     inside = p > 0.0
     approach = float(g[inside].mean())
     attainable = operator.attainable(gap, g, p)
+    stop = pressure_residual(tolerance, attainable)
     zr = 0.0
     residual, patience = np.inf, Patience(_PATIENCE)
     converged = False
@@ -184,7 +185,7 @@ def _conjugate_gradients(
         # on few cells the approach may still have moved enough to let another cell in
         overlap = tolerance * abs(approach)
         converged = bool(residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any())
-        if converged and residual <= pressure_residual(tolerance, attainable):
+        if converged and residual <= stop:
             break
         if patience.ends(residual) and tolerance < attainable:
             break

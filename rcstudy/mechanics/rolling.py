@@ -293,15 +293,16 @@ def solve_tractions(
     state = _Tractions(system, guess, stop)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
     looks, unsettled = _look_again(state)
+    residual = state.residual * stop
     # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
     return RollingSolution(
         q=on_bound(state.q, system.slip, system.normal, bound),
         s=system.lawful,
         slip=system.slip,
-        residual=state.residual * stop,
+        residual=residual,
         iterations=iterations + looks,
         products=system.products,
-        converged=state.residual * stop <= tolerance,
+        converged=residual <= tolerance,
         s_ahead=state.s,
         centring=system.kept,
         unsettled=unsettled,
