@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 from rcstudy.publish import make_folder
 from rcstudy.report import measures
+from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.paper import MAPS, PaperCase, is_paper_grid, paper_cases, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
 from rcstudy.report.statements import comparisons_table, statements_table
-from rcstudy.report.views import CaseView, GridView, creepage_text, grids, layers_text, thickness_text
+from rcstudy.report.views import CaseView, GridView, creepage_text, grids
 from rcstudy.report.writers import Column, Table, Value, write_table
 from rcstudy.result import ESTIMATED
 from rcstudy.settings import unit_of
@@ -163,7 +164,7 @@ def results_row(case: CaseView) -> Mapping[str, Value]:
         "status": case.failure or "solved",
         **_with_errors(case),
         "pressure_ratio": measures.pressure_ratio(case),
-        "pressure_ratio_error": case.number("pressure_max_error") / case.setting("hertz_pressure"),
+        "pressure_ratio_error": case.number("pressure_max_error") / case.stored("hertz_pressure"),
         "slip_ratio": measures.slip_ratio(case),
         "slip_ratio_error": measures.slip_ratio_error(case),
         "proof_worst": proof,

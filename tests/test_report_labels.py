@@ -34,9 +34,10 @@ from rcstudy.cases import Axis, Case, Coord, Grid
 from rcstudy.cube import open_cube
 from rcstudy.mechanics.scene import Creepage, Layer
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
+from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.overview import QUANTITIES, case_maps, geometric, overview_figure
 from rcstudy.report.style import style
-from rcstudy.report.views import GridView, grids, layers_text, thickness_text
+from rcstudy.report.views import GridView, grids
 from rcstudy.settings import unit_as_written
 from rcstudy.sweep import run
 
@@ -243,14 +244,54 @@ def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Pat
         rf"{radii}, {bodies}, {other}, one-way coupling, {end} $\mu$ = 1."
     )
     assert titles == ["load=50 N", "load=100 N"]
-    assert r"Creepage: $\varphi = 0.02$ rad/mm. Layers: $E_1 = 0.5\,E_2" in captions["slides"]
+    assert r"Creepage: $\varphi = 0.02$ rad/mm. Layers: $E_1 = 420000\,\mathrm{MPa}$, $E_2" in captions["slides"]
     assert f"0.05 mm, 0.1 mm thick. {radii}" in captions["slides"] and "full coupling" in captions["slides"]
     assert (
         r"Creepage: straight: $\xi_x = 0.002$; curve: $\xi_x = 0.002$, $\varphi = 0.01$ rad/mm. "
         rf"2 layers, each $0.5\,a$ thick. {radii}, {bodies}, rigid counterbody"
     ) in captions["labels"]
-    # nothing but layers and labels is shared: no stray full stop
-    assert captions["nothing"].endswith(r"other: $\xi_x = 0.001$, $\varphi = 0.2$ rad/mm. No layer.")
+    # nothing but layers and what labels stand for is shared: no stray full stop
+    assert captions["nothing"].endswith(
+        r"other: $\xi_x = 0.001$, $\varphi = 0.2$ rad/mm. No layer. "
+        r"$P$ of one: 10 N; other: 20 N. $\mu$ of one: 0.5; other: 1."
+    )
+
+
+RUBBER = """
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 20
+  mesh: {size: auto, cells: [16, 16]}
+  creepage: {longitudinal: 0.01}
+grids:
+  rubber:
+    coating: {thickness: 1, modulus: 20, layer_nu: 0.49}
+    axes: {friction: [0.3, 0.5]}
+  two:
+    scene: {layers: [{E: 20, nu: 0.45, thickness: 0.5}, {E: 1 Es, nu: 0.3, thickness: 0.1}]}
+    axes: {friction: [0.3, 0.5]}
+  ratios:
+    coating: {thickness: 1, modulus: 20}
+    axes: {layer_nu: [0.4, 0.49], friction: [0.3, 0.5]}
+"""
+
+
+def test_poissons_ratios_of_layers_are_told(tmp_path: Path) -> None:
+    run(load_text(tmp_path, RUBBER), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        views = grids(tree)
+        captions = {name: caption_of(overview_figure(grid)) for name, grid in views.items()}
+        words = {name: layers_text(grid.first) for name, grid in views.items()}
+    assert words == {
+        "rubber": "E1 = 20 MPa, nu = 0.49",
+        "two": "E1 = 20 MPa, E2 = 210000 MPa, nu1 = 0.45, nu2 = 0.3",
+        "ratios": "E1 = 20 MPa, nu = 0.4",
+    }
+    assert r"Layers: $E_1 = 20\,\mathrm{MPa}$, $\nu = 0.49$, 1 mm thick." in captions["rubber"]
+    assert r"$E_2 = 210000\,\mathrm{MPa}$, $\nu_1 = 0.45$, $\nu_2 = 0.3$, 0.5 mm, 0.1 mm thick." in captions["two"]
+    assert r"Layers: $E_1 = 20\,\mathrm{MPa}$, 1 mm thick." in captions["ratios"]
 
 
 def test_values_have_units_in_labels_and_titles(tmp_path: Path) -> None:

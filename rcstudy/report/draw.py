@@ -61,7 +61,7 @@ def remark(ax: Axes, lines: Sequence[str], *, top: bool = False) -> None:
 
 def pressure_line(ax: Axes, case: CaseView, label: str, look: dict[str, Any]) -> None:
     """p over Hertz's p0 against x over Hertz's a on the x-axis (mean of the rows next to it, see `on_x_axis`)."""
-    a, p0 = case.setting("hertz_radius"), case.setting("hertz_pressure")
+    a, p0 = case.stored("hertz_radius"), case.stored("hertz_pressure")
     p = on_x_axis(case.field("pressure"), case.y)
     inside = _with_edges(p > 0)
     ax.plot(case.x[inside] / a, p[inside] / p0, label=label, **look)
@@ -69,7 +69,7 @@ def pressure_line(ax: Axes, case: CaseView, label: str, look: dict[str, Any]) ->
 
 def traction_line(ax: Axes, case: CaseView, label: str, look: dict[str, Any]) -> None:
     """-q_x (traction on the counterbody) in MPa against x/a on the x-axis (mean of the rows next to it)."""
-    a = case.setting("hertz_radius")
+    a = case.stored("hertz_radius")
     qx = on_x_axis(case.field("traction_x"), case.y)
     inside = _with_edges(on_x_axis(case.field("pressure"), case.y) > 0)
     ax.plot(case.x[inside] / a, -qx[inside], label=label, **look)
@@ -81,9 +81,9 @@ BOUND: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
 
 def bound_line(ax: Axes, case: CaseView, label: str) -> None:
     """Coulomb's bound mu p in MPa against x/a on the x-axis, on the side where the traction is."""
-    a = case.setting("hertz_radius")
+    a = case.stored("hertz_radius")
     side = -np.sign(case.number("force_x")) or 1.0
-    bound = side * case.setting("friction") * on_x_axis(case.field("pressure"), case.y)
+    bound = side * case.stored("friction") * on_x_axis(case.field("pressure"), case.y)
     inside = _with_edges(bound != 0)
     ax.plot(case.x[inside] / a, bound[inside], label=label, zorder=1, **BOUND)
 

@@ -7,13 +7,15 @@ its study; where that is not understood nothing is said of it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 
 from rcstudy.progress import counted
 from rcstudy.quantities import number_text
 from rcstudy.report.labels import KEEP, literal, shortened
-from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, layers_text, thickness_text
+from rcstudy.report.layers import layers_text, moduli_text, ratios_text, thickness_text
+from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text
 from rcstudy.spec import starting_scene
 
 _LABELLED = ("creepage", "layers", "case")
@@ -25,7 +27,7 @@ _LETTERS = 40  # of a label
 
 def held(grid: GridView) -> str:
     """Sentences on what all cases of `grid` share besides `layout.conditions`, and on what its labels stand for."""
-    sentences = [_creepages(grid), _layers(grid), ", ".join(_written(grid))]
+    sentences = [_creepages(grid), _layers(grid), *_numbers(grid), ", ".join(_written(grid))]
     return " ".join(f"{text[0].upper()}{text[1:]}." for text in sentences if text)
 
 
@@ -61,14 +63,37 @@ def _creepages(grid: GridView) -> str:
 
 
 def _layers(grid: GridView) -> str:
-    text = _told(grid, lambda case: _with_thickness(case, layers_text(case, math=True)))
-    if text:
-        return text if text == "no layer" else f"layers: {text}"
-    if text := _told(grid, lambda case: layers_text(case, math=True)):
-        return f"layers: {text}"
-    if _differs_along(grid, _count):
-        return "" if _differs_along(grid, _thickness) else f"thickness of each layer: {_thickness(grid.first)}"
-    return _count(grid.first) if _differs_along(grid, _thickness) else _with_thickness(grid.first, _count(grid.first))
+    # Poisson's ratios, or thickness, may be what is varied
+    for words, thick in product((layers_text, moduli_text), (True, False)):
+
+        def layers(case: CaseView, words: Callable[..., str] = words, thick: bool = thick) -> str:
+            text = words(case, math=True)
+            return _with_thickness(case, text) if thick else text
+
+        if text := _told(grid, layers):
+            return text if text == "no layer" else f"layers: {text}"
+    texts = []
+    if not _differs_along(grid, _count):
+        texts = [_count(grid.first)]
+    if not _differs_along(grid, _thickness):
+        each = f"thickness of each layer: {_thickness(grid.first)}"
+        texts = [_with_thickness(grid.first, texts[0])] if texts else [each]
+    if not _differs_along(grid, _ratios) and _ratios(grid.first):
+        texts += [f"layers' {_ratios(grid.first)}"]
+    return ", ".join(texts)
+
+
+def _numbers(grid: GridView) -> list[str]:
+    """Load and friction where it is a label that tells which."""
+    told = []
+    for name, symbol, unit in (("load", "$P$", f"{KEEP}N"), ("friction", r"$\mu$", "")):
+
+        def text(case: CaseView, name: str = name, unit: str = unit) -> str:
+            return number_text(case.stored(name)) + unit
+
+        if name in grid and _differs_along(grid, text) and (words := _told(grid, text)):
+            told.append(f"{symbol} of {words}")
+    return told
 
 
 def _with_thickness(case: CaseView, words: str) -> str:
@@ -85,6 +110,10 @@ def _count(case: CaseView) -> str:
 
 def _thickness(case: CaseView) -> str:
     return thickness_text(case, math=True)
+
+
+def _ratios(case: CaseView) -> str:
+    return ratios_text(case, math=True)
 
 
 def _written(grid: GridView) -> list[str]:

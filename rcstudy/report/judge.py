@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from rcstudy.report import measures
+from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.paper import MAPS, PaperCase, along_thickness, compliant_and_stiff, select
 from rcstudy.report.statements import Comparison
-from rcstudy.report.views import CaseView, creepage_text, layers_text, thickness_text
+from rcstudy.report.views import CaseView, creepage_text
 
 Measure = Callable[[CaseView], float]
 Cases = Sequence[PaperCase]

@@ -113,7 +113,7 @@ def conditions(grid: GridView, *, friction: bool = True) -> str:
     ):
         if name in grid and (friction or name != "friction") and np.ptp(grid.small(name).values) == 0:
             written = number_text if name in GIVEN else short_number
-            texts.append(form.format(written(case.setting(name))).replace(" ", KEEP))
+            texts.append(form.format(written(case.stored(name))).replace(" ", KEEP))
     if "x" in grid and "y" in grid:
         dx, dy = case.spacing
         texts.append("cells of " + f"{short_number(dx)} mm × {short_number(dy)} mm".replace(" ", KEEP))

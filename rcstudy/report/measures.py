@@ -52,12 +52,12 @@ def slip_ratio_error(case: CaseView) -> float:
 
 def pressure_ratio(case: CaseView) -> float:
     """Peak pressure over Hertz's peak pressure of the uncoated pair."""
-    return case.number("pressure_max") / case.setting("hertz_pressure")
+    return case.number("pressure_max") / case.stored("hertz_pressure")
 
 
 def mean_pressure(case: CaseView) -> float:
     """Load over area of contact, MPa."""
-    return case.setting("load") / case.number("contact_area")
+    return case.stored("load") / case.number("contact_area")
 
 
 def tangential_force(case: CaseView) -> float:

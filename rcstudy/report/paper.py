@@ -99,7 +99,7 @@ def _paper_case(view: CaseView) -> PaperCase:
     kind = "none"
     if layers:
         kind = "compliant" if layers[0][0] < view.substrate_modulus else "stiff"
-    thickness = layers[0][1] / view.setting("hertz_radius") if layers else 0.0
+    thickness = layers[0][1] / view.stored("hertz_radius") if layers else 0.0
     creepage = tuple(0.0 if value != value else value for value in view.creepage)
     return PaperCase(
         view,

@@ -10,6 +10,7 @@ import numpy as np
 from rcstudy.errors import UserError
 from rcstudy.report import draw
 from rcstudy.report.labels import literal
+from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.layout import (
     LINE_SPACING,
     caption,
@@ -23,7 +24,7 @@ from rcstudy.report.layout import (
 from rcstudy.report.measures import slip_ratio, slip_ratio_error
 from rcstudy.report.paper import BARE, panel_letter
 from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH, traction_colours
-from rcstudy.report.views import CaseView, GridView, creepage_text, layers_text, thickness_text
+from rcstudy.report.views import CaseView, GridView, creepage_text
 from rcstudy.settings import unit_of
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def lines_figure(number: int, grid: GridView) -> Figure:
 
 def _small_creepages(grid: GridView) -> str:
     """What the paper prints for the creepages, 0.02 to 0.1, if they are a hundredth of that."""
-    largest = max(abs(case.setting("longitudinal")) for case in grid.cases())
+    largest = max(abs(case.stored("longitudinal")) for case in grid.cases())
     return "Creepages are the paper's, 0.02 to 0.1, in per cent. " if np.isclose(largest, 0.001) else ""
 
 

@@ -21,12 +21,8 @@ from rcstudy.errors import UserError
 from rcstudy.layout import LABEL, MISSING
 from rcstudy.quantities import number_text
 from rcstudy.result import Status
-from rcstudy.settings import LENGTH, MODULUS, unit_of
-
-_SCALES = (f" {LENGTH}", f" {MODULUS}")
-
-ROUND = 1e-9
-"""Relative difference from a number of six digits below which a ratio is taken to have been written with those."""
+from rcstudy.settings import unit_of
+from rcstudy.spec import starting_scene
 
 
 class GridView:
@@ -56,6 +52,14 @@ class GridView:
     def cases(self) -> Iterator[CaseView]:
         """All cases, last axis fastest."""
         return (CaseView(self, index) for index in np.ndindex(*self.shape))
+
+    @cached_property
+    def substrate_nu(self) -> float | None:
+        """Poisson's ratio of the substrate, from the study's text; NaN where cases differ, None if it does not tell."""
+        scene, varied = starting_scene(self.study_text, self.name)
+        if scene is None:
+            return None
+        return float("nan") if any(path.split(".")[0] == "substrate" for path in varied) else scene.substrate.nu
 
     @property
     def first(self) -> CaseView:
@@ -150,10 +154,10 @@ class CaseView:
 
     def number(self, name: str) -> float:
         """Scalar `name`; NaN where the case was not solved or the cube has no such variable."""
-        return self.setting(name) if self.solved else float("nan")
+        return self.stored(name) if self.solved else float("nan")
 
-    def setting(self, name: str) -> float:
-        """Scalar `name` that was given, not computed (a coordinate, the load, Hertz's radius); NaN if absent."""
+    def stored(self, name: str) -> float:
+        """Scalar `name` as the cube has it, whether the case was solved or not; NaN if absent."""
         return float(self.at(name)) if name in self.grid else float("nan")
 
     def recorded(self, name: str) -> float:
@@ -161,7 +165,7 @@ class CaseView:
 
         NaN where the solver did not get that far or the cube has no such variable.
         """
-        value = self.setting(name)
+        value = self.stored(name)
         counts = name in self.grid and self.grid.dataset[name].dtype.kind == "i"
         return float("nan") if counts and value == MISSING else value
 
@@ -209,15 +213,22 @@ class CaseView:
     @cached_property
     def layers(self) -> list[tuple[float, float]]:
         """Layers from the surface down as (E in MPa, thickness in mm)."""
-        if "layer_modulus" not in self.grid:
-            return []
-        moduli, depths = np.atleast_1d(self.at("layer_modulus")), np.atleast_1d(self.at("layer_thickness"))
-        return [(float(E), float(h)) for E, h in zip(moduli, depths, strict=True) if np.isfinite(E)]
+        return list(zip(self._of_layers("layer_modulus"), self._of_layers("layer_thickness"), strict=True))
+
+    @property
+    def layer_nu(self) -> list[float]:
+        """Poisson's ratios of the layers, from the surface down."""
+        return self._of_layers("layer_nu")
+
+    def _of_layers(self, name: str) -> list[float]:
+        # cases of fewer layers than others of the grid have NaN beyond theirs
+        values = np.atleast_1d(self.at(name)) if name in self.grid else np.empty(0)
+        return [float(value) for value in values if np.isfinite(value)]
 
     @property
     def creepage(self) -> tuple[float, float, float]:
         """Longitudinal, lateral creepage (-) and spin (rad/mm); NaN where the cube does not say."""
-        return self.setting("longitudinal"), self.setting("lateral"), self.setting("spin")
+        return self.stored("longitudinal"), self.stored("lateral"), self.stored("spin")
 
     @property
     def substrate_modulus(self) -> float:
@@ -229,7 +240,7 @@ class CaseView:
         units = self.grid.dataset[name].attrs.get("units") if name in self.grid else None
         if units != "1" or not self.layers or not self.grid.numeric(name):
             return float("nan")
-        return self.layers[-1][0] / self.setting(name)
+        return self.layers[-1][0] / self.stored(name)
 
 
 def grids(tree: xr.DataTree) -> dict[str, GridView]:
@@ -244,51 +255,6 @@ def grids(tree: xr.DataTree) -> dict[str, GridView]:
 def short_number(value: float) -> str:
     """A computed number as people write it: `0.5`, `0.002`, `0` (four significant digits)."""
     return f"{value:.4g}"
-
-
-def layers_text(case: CaseView, *, math: bool = False) -> str:
-    """The moduli of a case's layers as the paper writes them: `E1 = 0.5 E2 = 0.25 Es`; `no layer`.
-
-    Moduli are in MPa where the study wrote them so or the cube does not tell Es. `math` gives matplotlib/LaTeX
-    mathematics.
-    """
-    if not case.layers:
-        return "no layer"
-    moduli = [E for E, _ in case.layers]
-    base, symbol = case.substrate_modulus, ("E_s" if math else "Es")
-    last = f"{moduli[0] / base:.6g}"
-    if not np.isfinite(base) or not _relative_modulus(case):
-        last, symbol = number_text(moduli[0]), (r"\mathrm{MPa}" if math else "MPa")
-    name = "E_{}".format if math else "E{}".format
-    space = r"\," if math else " "
-    steps = [name(1)]
-    steps += [f"{moduli[0] / moduli[k]:.6g}{space}{name(k + 1)}" for k in range(1, len(moduli))]
-    steps += [f"{last}{space}{symbol}"]
-    text = " = ".join(steps)
-    return f"${text}$" if math else text
-
-
-def thickness_text(case: CaseView, *, math: bool = False) -> str:
-    """Thickness of each layer: `0.5 a` or `0.05 mm`, or of all in order where they differ, `0.25 a, 0.05 mm, 0.25 a`.
-
-    Empty without layers. A round multiple of Hertz's radius a was written as one, for a itself is no round number;
-    others are in mm.
-    """
-    a = case.setting("hertz_radius")
-    texts = []
-    for _, h in case.layers:
-        ratio = f"{h / a:.6g}"
-        if abs(float(ratio) * a - h) <= ROUND * h:
-            texts.append(rf"${ratio}\,a$" if math else f"{ratio} a")
-        else:
-            texts.append(f"{h:.6g} mm")
-    return ", ".join(texts if len(set(texts)) > 1 else texts[:1])
-
-
-def _relative_modulus(case: CaseView) -> bool:
-    """Whether the study wrote the modulus of the case's coating as a multiple of Es, not in MPa."""
-    axes = case.grid.axes
-    return "modulus" not in axes or case.grid.written("modulus", case.index[axes.index("modulus")]).endswith(_SCALES)
 
 
 def creepage_text(case: CaseView, *, math: bool = False, units: bool | None = None) -> str:

@@ -1,0 +1,84 @@
+"""The layers of a case in words: their moduli, Poisson's ratios and thickness."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rcstudy.quantities import number_text
+from rcstudy.report.views import CaseView
+from rcstudy.settings import LENGTH, MODULUS
+
+_SCALES = (f" {LENGTH}", f" {MODULUS}")
+
+ROUND = 1e-9
+"""Relative difference from a number of six digits below which a ratio is taken to have been written with those."""
+
+
+def layers_text(case: CaseView, *, math: bool = False) -> str:
+    """Moduli of a case's layers, and Poisson's ratios that are not the substrate's: `E1 = 0.5 Es, nu = 0.49`.
+
+    `no layer` without one. `math` gives matplotlib/LaTeX mathematics, here and below.
+    """
+    return ", ".join(filter(None, (moduli_text(case, math=math), ratios_text(case, math=math))))
+
+
+def moduli_text(case: CaseView, *, math: bool = False) -> str:
+    """The moduli of a case's layers: as the paper writes them, `E1 = 0.5 E2 = 0.25 Es`, or `no layer`.
+
+    Each in MPa, `E1 = 3000 MPa, E2 = 105000 MPa`, where the study wrote them so or the cube does not tell Es.
+    """
+    if not case.layers:
+        return "no layer"
+    moduli = [E for E, _ in case.layers]
+    space = r"\," if math else " "
+    names = [_numbered("E", k, math) for k in range(len(moduli))]
+    base = case.substrate_modulus
+    if not np.isfinite(base) or not _relative_modulus(case):
+        unit = r"\mathrm{MPa}" if math else "MPa"
+        texts = [f"{name} = {number_text(E)}{space}{unit}" for name, E in zip(names, moduli, strict=True)]
+    else:
+        ratios = [f"{moduli[0] / E:.6g}{space}" for E in (*moduli[1:], base)]
+        steps = [ratio + symbol for ratio, symbol in zip(ratios, (*names[1:], "E_s" if math else "Es"), strict=True)]
+        texts = [" = ".join((names[0], *steps))]
+    return ", ".join(f"${text}$" if math else text for text in texts)
+
+
+def ratios_text(case: CaseView, *, math: bool = False) -> str:
+    """Poisson's ratios of a case's layers, `nu = 0.49` or `nu1 = 0.3, nu2 = 0.49`; empty if all are the substrate's.
+
+    And where the study's text does not tell that one, as all that is read from there.
+    """
+    ratios, substrate = case.layer_nu, case.grid.substrate_nu
+    if not case.layers or substrate is None or set(ratios) <= {substrate}:
+        return ""
+    symbol = r"\nu" if math else "nu"
+    names = [symbol] if len(set(ratios)) == 1 else [_numbered(symbol, k, math) for k in range(len(ratios))]
+    texts = [f"{name} = {number_text(nu)}" for name, nu in zip(names, ratios, strict=False)]
+    return ", ".join(f"${text}$" if math else text for text in texts)
+
+
+def thickness_text(case: CaseView, *, math: bool = False) -> str:
+    """Thickness of each layer: `0.5 a` or `0.05 mm`, or of all in order where they differ, `0.25 a, 0.05 mm, 0.25 a`.
+
+    Empty without layers. A round multiple of Hertz's radius a was written as one, for a itself is no round number;
+    others are in mm.
+    """
+    a = case.stored("hertz_radius")
+    texts = []
+    for _, h in case.layers:
+        ratio = f"{h / a:.6g}"
+        if abs(float(ratio) * a - h) <= ROUND * h:
+            texts.append(rf"${ratio}\,a$" if math else f"{ratio} a")
+        else:
+            texts.append(f"{h:.6g} mm")
+    return ", ".join(texts if len(set(texts)) > 1 else texts[:1])
+
+
+def _numbered(symbol: str, layer: int, math: bool) -> str:
+    return f"{symbol}_{layer + 1}" if math else f"{symbol}{layer + 1}"
+
+
+def _relative_modulus(case: CaseView) -> bool:
+    """Whether the study wrote the modulus of the case's coating as a multiple of Es, not in MPa."""
+    axes = case.grid.axes
+    return "modulus" not in axes or case.grid.written("modulus", case.index[axes.index("modulus")]).endswith(_SCALES)
