@@ -166,7 +166,7 @@ class LayeredGreen:
 
     def __init__(self, substrate: Material, layers: tuple[Layer, ...]) -> None:
         # D falls like exp(-2 alpha h1): 1e-16 is reached at 18.5; so many of Legendre's points resolve J to r = 15 h1
-        nodes, weights = np.polynomial.legendre.leggauss(200)
+        nodes, weights = np.polynomial.legendre.leggauss(300)
         top = 18.5 / layers[0].thickness
         self.alpha = 0.5 * top * (nodes + 1.0)
         bare = scaled_response(Material(layers[0].E, layers[0].nu), (), 1.0)
@@ -188,8 +188,8 @@ class LayeredGreen:
         return directed(s, d, g, p, theta)
 
     def coefficients(self, offsets: np.ndarray, spacing: tuple[float, float]) -> np.ndarray:
-        """Coefficients [6, n] by 6 x 6 Gauss points: the functions are smooth on the scale of the layer."""
-        nodes, weights = np.polynomial.legendre.leggauss(6)
+        """Coefficients [6, n] by 12 x 12 Gauss points: the functions are smooth on the scale of the layer."""
+        nodes, weights = np.polynomial.legendre.leggauss(12)
         total = np.zeros((6, len(offsets)))
         for u, wu in zip(nodes / 2.0, weights / 2.0, strict=True):
             for v, wv in zip(nodes / 2.0, weights / 2.0, strict=True):

@@ -279,18 +279,19 @@ def rectangle_integrals(x: float, y: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.5, 0.5), (0.4, 1.5), (2.0, 0.3), (0.02, 0.03)])
-def test_corner_integrals(x: float, y: float) -> None:
+@pytest.mark.parametrize("longest", [0.4, 9.0])
+def test_corner_integrals(x: float, y: float, longest: float) -> None:
     """1e-9: the interpolation in the table and the primitives' series leave that."""
     out = np.full(6, np.nan)
-    coefficients.corner_integrals(PRIMITIVE, LOG_R0, LOG_STEP, x, y, *GAUSS, out)
+    coefficients.corner_integrals(PRIMITIVE, LOG_R0, LOG_STEP, x, y, *GAUSS, longest, out)
     np.testing.assert_allclose(out / (x * y), rectangle_integrals(x, y), rtol=0.0, atol=1e-9)
 
 
 def test_corner_integrals_below_the_table() -> None:
     """The functions' first powers are used: each right to a fraction of the order of r0 = 1e-4."""
-    x, y = 6e-5, 5e-5
+    x, y, longest = 6e-5, 5e-5, 9.0
     out = np.full(6, np.nan)
-    coefficients.corner_integrals(PRIMITIVE, LOG_R0, LOG_STEP, x, y, *GAUSS, out)
+    coefficients.corner_integrals(PRIMITIVE, LOG_R0, LOG_STEP, x, y, *GAUSS, longest, out)
     np.testing.assert_allclose(out / (x * y), rectangle_integrals(x, y), rtol=2e-4)
 
 
@@ -300,7 +301,7 @@ def test_corner_integrals_below_the_table() -> None:
 def test_near_cells(near: tuple[int, int], spacing: tuple[float, float]) -> None:
     """1e-8 of the largest (as `test_corner_integrals`, differences); cells beyond are left alone."""
     out = np.full((6, near[0] + 2, near[1] + 1), 7.0)
-    coefficients.near_cells(PRIMITIVE, LOG_R0, LOG_STEP, *spacing, *near, *GAUSS, out)
+    coefficients.near_cells(PRIMITIVE, LOG_R0, LOG_STEP, *spacing, *near, *GAUSS, 1.0, out)
     scale = math.prod(spacing)
     for i, j in np.ndindex(out.shape[1:]):
         for f in range(6):
@@ -322,14 +323,15 @@ def test_far_cell(cell: tuple[int, int]) -> None:
 @pytest.mark.parametrize("skip", [(0, 1), (2, 1), (1, 3)])
 @pytest.mark.parametrize("spacing", [(0.25, 0.25), (0.5, 0.25)])
 def test_far_cells(spacing: tuple[float, float], skip: tuple[int, int]) -> None:
-    """Quadrature nearer than `distant`, the mid-point at and beyond it, the given corner left alone.
+    """Quadrature nearer than `distant`, the mid-point at and beyond it, another one farther away, a corner left alone.
 
     1e-9 of the cell's area: the interpolation in the table.
     """
     dx, dy = spacing
-    distant = math.hypot(2.0 * dx, dy)
+    distant, farther = math.hypot(2.0 * dx, dy), math.hypot(3.0 * dx, dy)
     out = np.full((6, 4, 3), 7.0)
-    coefficients.far_cells(KERNEL, LOG_R0, LOG_STEP, dx, dy, *skip, distant, GAUSS, MIDPOINT, out)
+    beyond, rules = np.array([0.0, distant, farther]), (GAUSS, MIDPOINT, (np.zeros(1), np.array([2.0])))
+    coefficients.far_cells(KERNEL, LOG_R0, LOG_STEP, dx, dy, *skip, beyond, rules, out)
     for i, j in np.ndindex(out.shape[1:]):
         for f in range(6):
             if i < skip[0] and j < skip[1]:
@@ -341,6 +343,7 @@ def test_far_cells(spacing: tuple[float, float], skip: tuple[int, int]) -> None:
                 assert out[f, i, j] == pytest.approx(expected, abs=1e-9 * dx * dy, rel=0.0)
             else:
                 expected = dx * dy * radial_green(f)(i * dx, j * dy)
+                expected *= 4.0 if math.hypot(i * dx, j * dy) >= farther else 1.0
                 assert out[f, i, j] == pytest.approx(expected, abs=1e-9 * dx * dy, rel=0.0)
 
 
@@ -348,7 +351,7 @@ def test_far_cells_below_the_table() -> None:
     """Cells so small that all lie where only the first powers are left, by their mid-points."""
     dx, dy, table = 2e-6, 3e-6, np.array([[0.7, -0.4, 0.3, 0.9]] * 8)
     out = np.full((6, 4, 3), np.nan)
-    coefficients.far_cells(table, LOG_R0, LOG_STEP, dx, dy, 1, 1, 0.0, GAUSS, MIDPOINT, out)
+    coefficients.far_cells(table, LOG_R0, LOG_STEP, dx, dy, 1, 1, np.zeros(1), (MIDPOINT,), out)
     for i, j in np.ndindex(out.shape[1:]):
         if i or j:
             ratio, theta = math.hypot(i * dx, j * dy) / 1e-4, math.atan2(j * dy, i * dx)

@@ -229,15 +229,14 @@ def far_cells(
     dy: float,
     skip_x: int,
     skip_y: int,
-    distant: float,
-    close: tuple[np.ndarray, np.ndarray],
-    away: tuple[np.ndarray, np.ndarray],
+    beyond: np.ndarray,
+    rules: tuple[tuple[np.ndarray, np.ndarray], ...],
     out: np.ndarray,
 ) -> None:
     """Cell integrals of four radial kernels away from the origin, by Gauss-Legendre points.
 
-    out [6, nx, ny]: zz, xx, yy, xy, xp, yp; cells with i < skip_x and j < skip_y are left alone. Nodes and weights on
-    [-1/2, 1/2]: `close`, and `away` for cells at least `distant` (mm) from the origin; else as `far_cell`.
+    out [6, nx, ny]: zz, xx, yy, xy, xp, yp; cells with i < skip_x and j < skip_y are left alone. `rules` [k]: nodes and
+    weights on [-1/2, 1/2], of cells at least beyond[k] (mm, rising from 0) from the origin; else as `far_cell`.
 
     Square cells (i, j) and (j, i) are mirror images. Those with j > i are always taken from the other one, so that no
     number depends on what else was asked for.
@@ -252,7 +251,10 @@ def far_cells(
                 xy, yp, xp = out[3, j, i], out[4, j, i], out[5, j, i]
             else:
                 x, y = (j * dx, i * dy) if mirrored else (i * dx, j * dy)
-                nodes, weights = away if math.hypot(x, y) >= distant else close
+                rule = 0
+                while rule + 1 < beyond.size and math.hypot(x, y) >= beyond[rule + 1]:
+                    rule += 1
+                nodes, weights = rules[rule]
                 zz, xx, yy, xy, xp, yp = far_cell(kernel, log_r0, step, x, y, dx, dy, nodes, weights, value)
                 if mirrored:
                     xx, yy, xp, yp = yy, xx, yp, xp
@@ -273,13 +275,14 @@ def corner_integrals(
     y: float,
     nodes: np.ndarray,
     weights: np.ndarray,
+    longest: float,
     out: np.ndarray,
 ) -> None:
     """Integrals of four radial kernels over the rectangle [0, x] x [0, y], x, y > 0, in polar coordinates.
 
     primitive [n, 4]: integrals of (s, d, g, p) r dr from 0 to r. The rectangle is two triangles, r < x/cos(theta) and
-    r < y/sin(theta); with y = x sinh u the angle's integrand is smooth at any aspect ratio. out [6]: zz, xx, yy, xy,
-    xp, yp.
+    r < y/sin(theta); with y = x sinh u the angle's integrand is smooth at any aspect ratio. It is integrated over u, by
+    `nodes` and `weights` on [-1/2, 1/2] of pieces no longer than `longest`. out [6]: zz, xx, yy, xy, xp, yp.
     """
     value = np.empty(4)
     for f in range(6):
@@ -287,13 +290,14 @@ def corner_integrals(
     for triangle in range(2):
         side, other = (x, y) if triangle == 0 else (y, x)
         top = math.asinh(other / side)
-        for a in range(nodes.size):
-            u = (nodes[a] + 0.5) * top
+        pieces = math.ceil(top / longest)
+        for a in range(nodes.size * pieces):
+            u = (a // nodes.size + nodes[a % nodes.size] + 0.5) * top / pieces
             ch = math.cosh(u)
             along, across = 1.0 / ch, math.tanh(u)
             c, s = (along, across) if triangle == 0 else (across, along)
             interpolate4(primitive, log_r0, step, (2, 2, 4, 3), side * ch, value)
-            w = weights[a] * top / ch
+            w = weights[a % nodes.size] * top / pieces / ch
             out[0] += w * value[0]
             out[1] += w * (value[1] - value[2] * (c * c - s * s))
             out[2] += w * (value[1] + value[2] * (c * c - s * s))
@@ -313,6 +317,7 @@ def near_cells(
     near_y: int,
     nodes: np.ndarray,
     weights: np.ndarray,
+    longest: float,
     out: np.ndarray,
 ) -> None:
     """Cell integrals of four radial kernels near the origin, as differences of corner integrals (any h/dx).
@@ -329,7 +334,7 @@ def near_cells(
                     c[f] = corner[j, i, f]
             else:
                 m, n = (j, i) if mirrored else (i, j)
-                corner_integrals(primitive, log_r0, step, (m - 0.5) * dx, (n - 0.5) * dy, nodes, weights, c)
+                corner_integrals(primitive, log_r0, step, (m - 0.5) * dx, (n - 0.5) * dy, nodes, weights, longest, c)
             if mirrored:
                 c[1], c[2], c[4], c[5] = c[2], c[1], c[5], c[4]
     # corners at -dx/2, -dy/2 by parity: an integral from the axis is odd where the kernel is even and vice versa
