@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 
 from rcstudy.publish import make_folder
 from rcstudy.report import measures
+from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.paper import MAPS, PaperCase, is_paper_grid, paper_cases, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
 from rcstudy.report.statements import comparisons_table, statements_table
 from rcstudy.report.views import CaseView, GridView, creepage_text, grids
-from rcstudy.report.writers import Column, Table, Value, write_table
+from rcstudy.report.writers import write_table
 from rcstudy.result import ESTIMATED
 from rcstudy.settings import unit_of
 
@@ -135,14 +136,14 @@ def creepage_table(cases: Sequence[PaperCase]) -> Table:
 
 def panel_table(cases: Iterable[PaperCase]) -> Table:
     """Results per case of the paper, named by figure and panel."""
-    columns = (Column("figure", "Figure"), Column("panel", "Panel"), *RESULTS)
+    columns = (Column("figure", "Figure", names=True), Column("panel", "Panel", names=True), *RESULTS)
     rows = [{"figure": c.figure, "panel": c.panel, **results_row(c.view)} for c in cases]
     return f"Results per panel of the paper's figures. {RESULTS_NOTE}", columns, rows
 
 
 def case_table(found: Iterable[GridView]) -> Table:
     """Results per case of any grid, named by the grid's axes."""
-    columns = (Column("grid", "Grid"), Column("case", "Case"), *RESULTS)
+    columns = (Column("grid", "Grid", names=True), Column("case", "Case", names=True), *RESULTS)
     rows = [{"grid": grid.name, "case": case.label, **results_row(case)} for grid in found for case in grid.cases()]
     return f"Results per case. {RESULTS_NOTE}", columns, rows
 

@@ -215,9 +215,9 @@ def check_fields(
 ) -> None:
     """Hold a solution to the reference's digits; arrays [ix, iy] by their names in the cube.
 
-    Pressure and tractions 1e-8 of the peak pressure (measured: 4.6e-9); exterior cells identical, stick and slip too but for cells
-    whose traction is within 1e-6 of the bound; forces to six digits (components that vanish: to 1e-9 of the load, the
-    moment's arm being 1 mm).
+    Pressure and tractions 1e-8 of the peak pressure (measured: 4.6e-9); exterior cells identical, stick and slip too
+    but for cells whose traction is within 1e-6 of the bound; forces to six digits (components that vanish: to 1e-9 of
+    the load, the moment's arm being 1 mm).
     """
     result = solved(scene)
     fields = result.fields

@@ -43,13 +43,15 @@ from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
 from rcstudy.grids import letters
 from rcstudy.report import measures
+from rcstudy.report.cells import Column
+from rcstudy.report.latex import escape
 from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.statements import Comparison, numbers, verdict
 from rcstudy.report.style import LINES, style
 from rcstudy.report.views import CaseView, GridView, grids
-from rcstudy.report.writers import Column, escape, write_table
+from rcstudy.report.writers import write_table
 from rcstudy.result import CellState, Status
 from rcstudy.sweep import run
 from rcstudy.tables import make_tables
@@ -578,12 +580,17 @@ def test_three_forms_of_a_table_have_the_same_rows(tables: Path) -> None:
         rows = read(path)
         markdown = path.with_suffix(".md").read_text().splitlines()
         assert len(markdown) == len(rows) + 4
-        latex = path.with_suffix(".tex").read_text()
-        body = latex.split(r"\midrule")[1].split(r"\bottomrule")[0]
-        lines_ = [line for line in body.splitlines() if line.endswith(r"\\")]
-        assert len(lines_) == len(rows)
+        # a table in parts: the columns that name the rows stand in each
+        parts = path.with_suffix(".tex").read_text().split(r"\bottomrule")[:-1]
+        names = {"grid", "case", "figure", "panel"} & set(rows[0]) if len(parts) > 1 else set()
+        columns = len(names)
+        for part in parts:
+            lines_ = [line for line in part.split(r"\midrule")[1].splitlines() if line.endswith(r"\\")]
+            assert len(lines_) == len(rows)
+            (in_part,) = {line.count(" & ") + 1 for line in lines_}
+            columns += in_part - len(names)
         errors = sum(key.endswith("_error") and key.removesuffix("_error") in rows[0] for key in rows[0])
-        assert {line.count(" & ") + 1 for line in lines_} == {len(rows[0]) - errors}
+        assert columns == len(rows[0]) - errors
 
 
 def test_writer_escapes_and_rounds(tmp_path: Path) -> None:
@@ -609,6 +616,21 @@ def test_tables_in_latex_are_no_wider_than_the_page(tmp_path: Path) -> None:
     assert rf"\begin{{longtable}}{{{wide}{wide}ll}}" in few and "landscape" not in few
     assert many.index(r"\begin{landscape}") < many.index(r"\begin{longtable}") < many.index(r"\rotatebox{90}{C11} \\")
     assert many.index(r"\end{longtable}") < many.index(r"\end{landscape}") and "pdflscape" in many.splitlines()[0]
+
+
+def test_tables_in_latex_are_set_in_parts_that_fit_the_page(tmp_path: Path) -> None:
+    """Parts are no wider than the page; long texts wrap; columns that name the rows stand in all."""
+    columns = [Column("name", "Name", names=True), *(Column(f"c{k}", f"C{k}", error=f"c{k}_error") for k in range(16))]
+    numbers = {f"c{k}": -1234.5 for k in range(16)} | {f"c{k}_error": 0.0123 for k in range(16)}
+    write_table(tmp_path, "wide_one", "c", columns, [numbers | {"name": "some words that go on and on, and on"}] * 2)
+    latex = (tmp_path / "wide_one.tex").read_text()
+    assert [f"(Part {k} of 3.)" in latex for k in (1, 2, 3)] == [True] * 3
+    assert all(rf"\label{{tab:wide-one{end}}}" in latex for end in ("", "-2", "-3"))
+    specs = [line.split("longtable}")[1] for line in latex.splitlines() if line.startswith(r"\begin{longtable}")]
+    assert [spec[1:9] for spec in specs] == ["p{96pt}l"] * 3 and sum(spec.count("l") for spec in specs) == 16
+    # a number with its error is 16 letters wide here, the sign counting as two
+    assert all(100.0 + 68.0 * spec.count("l") < 598.0 for spec in specs)
+    assert latex.count(r"some words that go on and on, and on & $-1234.500 \pm 0.012$") == 6
 
 
 def test_numbers_with_their_errors(tmp_path: Path) -> None:
@@ -637,8 +659,8 @@ def test_numbers_with_their_errors(tmp_path: Path) -> None:
     assert cells[5:8] == ["(2.19404 ± 0.00060)e-06", "(1.72495 ± 0.00045)e-04", "(0.0 ± 10.0)e-11"]
     assert cells[8:] == ["12.345678901 ± 0.000000045", "(3.000 ± 0.020)e-310", "2.00", "2.00", ""]
     latex = (tmp_path / "t.tex").read_text()
-    assert r"53.19 $\pm$ 0.13 \\" in latex
-    assert r"(2.19404 $\pm$ 0.00060)$\times10^{-6}$ \\" in latex
+    assert r"$53.19 \pm 0.13$ \\" in latex and r"$-1235 \pm 234$ \\" in latex
+    assert r"$(2.19404 \pm 0.00060)\times10^{-6}$ \\" in latex
 
 
 def test_letters_go_on_after_z() -> None:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.precision import (
     QUANTITIES,
     REFERENCE,
@@ -20,7 +21,7 @@ from rcstudy.report.precision import (
     shown_tolerance,
     worst_of,
 )
-from rcstudy.report.writers import Column, Table, Value, markdown_lines
+from rcstudy.report.writers import markdown_lines
 
 _FAR = 10_000
 """Cells along a side that no solve will have."""

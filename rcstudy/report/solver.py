@@ -6,17 +6,17 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.views import CaseView, GridView
-from rcstudy.report.writers import Column, Table, Value
 from rcstudy.result import VARIABLES, Status
 
 PROOFS = tuple(name for name in VARIABLES if name.startswith("proof_"))
 
 CASES = (
-    Column("grid", "Grid"),
-    Column("case", "Case", wide=0.12),
+    Column("grid", "Grid", names=True),
+    Column("case", "Case", names=True),
     Column("status", "Status"),
-    Column("reason", "Reason", wide=0.12),
+    Column("reason", "Reason"),
     Column("iterations_normal", "Iterations, pressure", form=".0f"),
     Column("iterations_tangential", "Iterations, tractions", form=".0f"),
     Column("products_normal", "Products, pressure", form=".0f"),
@@ -29,14 +29,14 @@ CASES = (
 )
 
 SUMMARY = (
-    Column("grid", "Grid"),
+    Column("grid", "Grid", names=True),
     Column("cases", "Cases"),
     *(Column(s.name.lower(), s.name.capitalize().replace("_", " ")) for s in Status),
     Column("normal_median", "Products, pressure: median", form=".4g"),
     Column("normal_most", "most", form=".0f"),
     Column("tangential_median", "Products, tractions: median", form=".4g"),
     Column("tangential_most", "most", form=".0f"),
-    Column("most_case", "in case", wide=0.2),
+    Column("most_case", "in case"),
     Column("seconds", "Seconds", form=".2g"),
 )
 

@@ -11,9 +11,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.measures import CELLS
 from rcstudy.report.paper import PaperCase
-from rcstudy.report.writers import Column, Table, Value
 
 
 @dataclass(frozen=True)
@@ -103,12 +103,12 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
     """Caption, columns and rows: one row a statement with its verdict."""
     columns = (
         Column("number", "No."),
-        Column("where", "Section", wide=0.07),
-        Column("statement", "The paper says", wide=0.27),
-        Column("criterion", "Judged by", wide=0.2),
+        Column("where", "Section", wide=0.06),
+        Column("statement", "The paper says", wide=0.23),
+        Column("criterion", "Judged by", wide=0.17),
         Column("numbers", "Numbers", wide=0.13),
-        Column("verdict", "Verdict", wide=0.12),
-        Column("remark", "Remark", wide=0.13),
+        Column("verdict", "Verdict", wide=0.17),
+        Column("remark", "Remark", wide=0.17),
     )
     rows: list[dict[str, Value]] = []
     for number, statement in enumerate(statements, 1):
@@ -138,10 +138,10 @@ def comparisons_table(statements: Sequence[Statement], cases: Sequence[PaperCase
     """Caption, columns and rows: one row a comparison, with the number of its statement."""
     columns = (
         Column("number", "No."),
-        Column("cases", "Cases", wide=0.6),
+        Column("cases", "Cases", wide=0.35),
         Column("left", "Left"),
         Column("right", "Right or bound"),
-        Column("holds", "Holds", wide=0.12),
+        Column("holds", "Holds", wide=0.2),
     )
     rows: list[dict[str, Value]] = []
     for number, statement in enumerate(statements, 1):

@@ -1,0 +1,73 @@
+"""Columns of a table, and their numbers as people read them: with as many digits as their errors leave."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+Value = str | float | int
+
+_DECIMALS = 8  # of a number below 1 with its error, at most; with more a power of ten stands behind both
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its key in the rows and in the CSV header, its titles, and the form of its numbers for people.
+
+    `form` is a format specification (`.4g`, `.2f`). `wide` columns hold sentences and wrap in LaTeX at that
+    share of the text's width; `latex` is the title in LaTeX (default: `title`, escaped). `error` is the key of the
+    estimated error of the numbers: a column of its own in the CSV, behind a ± elsewhere. `names`: it tells which row
+    this is, and stands in each part of a table that LaTeX sets in parts.
+    """
+
+    key: str
+    title: str
+    latex: str = ""
+    form: str = ".4g"
+    wide: float = 0.0
+    error: str = ""
+    names: bool = False
+
+
+Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
+"""Caption, columns, rows."""
+
+
+def text_of(value: Value, form: str) -> str:
+    """A value as a table shows it, in this form if it is a number; NaN is left empty, and there is no -0."""
+    if not isinstance(value, float):
+        return str(value)
+    if math.isnan(value):
+        return ""
+    text = format(value, form)
+    return text.removeprefix("-") if float(text) == 0.0 else text
+
+
+def cell(row: Mapping[str, Value], column: Column) -> tuple[str, int]:
+    """The number or text of a column as people read it, with its error if that is known, and a power of ten.
+
+    That is 0 but for small numbers with small errors, which stand in brackets: both are to be multiplied by it.
+    """
+    value, error = row.get(column.key, ""), row.get(column.error, math.nan)
+    if not isinstance(value, float) or not isinstance(error, float) or math.isnan(value) or not 0.0 < error < math.inf:
+        return text_of(value, column.form), 0
+    decimals, power = 1 - _power(error), 0
+    if decimals > _DECIMALS and (most := max(abs(value), error)) < 1.0:
+        power = _power(most)
+        value, error = _over_power(value, power), _over_power(error, power)
+        decimals += power
+    decimals = min(max(decimals, 0), 15)  # a number has no more
+    text = f"{text_of(value, f'.{decimals}f')} ± {error:.{decimals}f}"
+    return (f"({text})" if power else text), power
+
+
+def _power(value: float) -> int:
+    """The power of ten of a number above 0."""
+    return int(f"{value:.16e}".partition("e")[2])
+
+
+def _over_power(value: float, power: int) -> float:
+    """`value` over a power of ten, which may be too small to be a number itself."""
+    mantissa, _, exponent = f"{value:.16e}".partition("e")
+    return float(f"{mantissa}e{int(exponent) - power}")
