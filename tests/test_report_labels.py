@@ -294,6 +294,26 @@ def test_poissons_ratios_of_layers_are_told(tmp_path: Path) -> None:
     assert r"Layers: $E_1 = 20\,\mathrm{MPa}$, 1 mm thick." in captions["ratios"]
 
 
+def test_small_numbers_in_captions_have_a_power_of_ten(tmp_path: Path) -> None:
+    scene = replace(SCENE, creepage=Creepage(2e-5, 0.0, 0.0))
+    grid = make_grid("g", case_axis(["one"]))
+    with synthetic_tree(tmp_path, assemble(make_study(), (grid, [Case("g", (0,), scene, "0" * 64)]))) as tree, style():
+        assert r"Creepage: $\xi_x = 2\times10^{-5}$" in caption_of(overview_figure(grids(tree)["g"]))
+
+
+@pytest.mark.parametrize(
+    ("values", "most", "whole"),
+    [((1.0, 2.0), 3, True), ((0.1011, 0.2022, 0.3033), 4, False), ((0.1, 0.2, 0.3), 99, False)],
+)
+def test_linear_axes_have_few_ticks_for_long_numbers_and_whole_ones_for_whole(
+    tmp_path: Path, values: tuple[float, ...], most: int, *, whole: bool
+) -> None:
+    with opened(tmp_path, make_grid("g", number_axis("friction", list(values)))) as grid, style():
+        ax = overview_figure(grid).axes[0]
+        ticks = [tick for tick in ax.get_xticks() if ax.get_xlim()[0] <= tick <= ax.get_xlim()[1]]
+    assert 1 < len(ticks) <= most and (not whole or all(tick == round(tick) for tick in ticks))
+
+
 def test_values_have_units_in_labels_and_titles(tmp_path: Path) -> None:
     axes = (
         "{radius: [[60, 50], 40], creepage.spin: [0.01, 0.02], load: {first: 20, last: 20000, count: 4, spacing: log}}"

@@ -210,7 +210,7 @@ def _steps(cells: tuple[float, float], pitch: float) -> tuple[int, int]:
     are odd, so that a symmetric traction gives a symmetric picture on any mesh.
     """
     above = [2 * math.ceil(max(pitch / size - 1.0, 0.0) / 2.0) + 1 for size in cells]
-    pairs = itertools.product(*({step, max(step - 2, 1)} for step in above))
+    pairs = itertools.product(*({max(step - 2, 1), step, step + 2} for step in above))
 
     def badness(pair: tuple[int, ...]) -> float:
         """Of distances beside the pitch, and beside each other; more marks than at the pitch are none to choose."""

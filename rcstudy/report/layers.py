@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rcstudy.quantities import number_text
-from rcstudy.report.views import CaseView
+from rcstudy.report.views import CaseView, math_number
 from rcstudy.settings import LENGTH, MODULUS
 
 _SCALES = (f" {LENGTH}", f" {MODULUS}")
@@ -30,12 +30,12 @@ def moduli_text(case: CaseView, *, math: bool = False) -> str:
     if not case.layers:
         return "no layer"
     moduli = [E for E, _ in case.layers]
-    space = r"\," if math else " "
+    space, number = (r"\,", math_number) if math else (" ", number_text)
     names = [_numbered("E", k, math) for k in range(len(moduli))]
     base = case.substrate_modulus
     if not np.isfinite(base) or not _relative_modulus(case):
         unit = r"\mathrm{MPa}" if math else "MPa"
-        texts = [f"{name} = {number_text(E)}{space}{unit}" for name, E in zip(names, moduli, strict=True)]
+        texts = [f"{name} = {number(E)}{space}{unit}" for name, E in zip(names, moduli, strict=True)]
     else:
         ratios = [f"{moduli[0] / E:.6g}{space}" for E in (*moduli[1:], base)]
         steps = [ratio + symbol for ratio, symbol in zip(ratios, (*names[1:], "E_s" if math else "Es"), strict=True)]

@@ -13,7 +13,7 @@ from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import LINE_SPACING, caption, conditions, heighten, legend, panels
-from rcstudy.report.paper_figures import MAPS, maps_figure, stretched
+from rcstudy.report.paper_figures import MAPS_SHOW, maps_figure, stretched
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.result import Status
@@ -36,7 +36,9 @@ QUANTITIES = {
 MAPS_AT_MOST = 12
 
 _TICKS = 0.2  # height of labels along x for which panels have room, inches
-_TITLE = 2.15  # width of a map's title, inches
+_TITLE = 2.0  # width of a map's title, inches: no more than its panel's
+
+_LONG = 5  # letters of a tick's number, with which panels have room for few
 
 _LEAST_DRAWN = 1e-100  # on a logarithmic axis, and one over it the most: its margins have to be numbers, too
 
@@ -123,7 +125,7 @@ def case_maps(grid: GridView) -> Figure | None:
     figure = maps_figure(cases, _title)
     total = int(np.prod(grid.shape))
     shown = f"The first {MAPS_AT_MOST} of {total} cases." if total > MAPS_AT_MOST else ""
-    what = MAPS if any(case.rolling for case in cases) else ""
+    what = MAPS_SHOW if any(case.rolling for case in cases) else ""
     caption(figure, _caption(grid, what, stretched(cases), shown))
     return figure
 
@@ -196,11 +198,18 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
 
 
 def _scale_axis(ax: Axes, values: np.ndarray) -> None:
-    """Make the axis of x logarithmic if `values` lie more evenly on that, with numbers where powers of ten are few."""
+    """Make the axis of x logarithmic if `values` lie more evenly on that, with numbers where powers of ten are few.
+
+    On others whole numbers have ticks at whole numbers, and long numbers have few.
+    """
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
     values = np.unique(values[np.isfinite(values)])
     if not geometric(values):
+        whole = bool(np.all(values == np.round(values)))
+        long = max((len(short_number(value)) for value in values), default=0) > _LONG
+        if whole or long:
+            ax.xaxis.set_major_locator(MaxNLocator(3 if long else 5, steps=[1, 2, 5, 10], integer=whole))
         return
     ax.set_xscale("log")
     if values[-1] < DECADE**2 * values[0]:

@@ -52,7 +52,8 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
         return lines_figure(number, grids[name])
     figure = maps_figure(list(grids[name].cases()), paper_title)
     more = OTHER_PANELS if number == 4 else f" {MODULI}"
-    caption(figure, f"Fig. {number}. {MAPS}{more} {conditions(grids[name])}")
+    words = rf"{MAPS_SHOW[:-1]}; spin $\varphi$ in {unit_of('spin')}.{more}"
+    caption(figure, f"Fig. {number}. {words} {conditions(grids[name])}")
     return figure
 
 
@@ -162,9 +163,9 @@ def _by_creepage(case: CaseView) -> dict[str, Any]:
 _BESIDE = 0.35  # width of what stands beside a map's panel, inches
 _TITLE_LINE = 0.145  # height of a line of a title, inches
 
-MAPS = (
+MAPS_SHOW = (
     "Magnitude $|q|$ (colour) and direction (arrows) of the traction on the coated body. Rolling towards $+x$: the "
-    rf"leading edge is at $+x$. In each panel: area of slip over area of contact; spin $\varphi$ in {unit_of('spin')}."
+    "leading edge is at $+x$. In each panel: area of slip over area of contact."
 )
 
 

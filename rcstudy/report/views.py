@@ -257,6 +257,12 @@ def short_number(value: float) -> str:
     return f"{value:.4g}"
 
 
+def math_number(value: float) -> str:
+    """A given number in mathematics: `0.25`, `1\\times10^{-7}`."""
+    digits, _, power = number_text(value).partition("e")
+    return rf"{digits}\times10^{{{int(power)}}}" if power else digits
+
+
 def creepage_text(case: CaseView, *, math: bool = False, units: bool | None = None) -> str:
     """The creepages that are not zero, `xi_x = 0.002, phi = 0.01 rad/mm`, or that there are none, or none given.
 
@@ -273,7 +279,7 @@ def creepages_text(creepages: Sequence[float], *, math: bool, units: bool) -> st
     parts = []
     for name, value, key in zip(names, creepages, ("longitudinal", "lateral", "spin"), strict=True):
         if value and not np.isnan(value):
-            text = f"{name} = {number_text(value)}"
+            text = f"{name} = {(math_number if math else number_text)(value)}"
             unit = f" {unit_of(key)}".rstrip() if units else ""
             parts.append((f"${text}$" if math else text) + unit)
     return ", ".join(parts)
