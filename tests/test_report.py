@@ -192,7 +192,7 @@ def test_maps_of_ellipses_have_marks_equally_far_apart_both_ways(tmp_path: Path)
                 scale = np.array([1.0, ax.get_aspect()])
                 circles = np.concatenate([markers(ax, state).get_offsets() for state in ("slip", "stick")])
                 arrows = markers(ax, "direction")
-                for marks, most in ((circles, 3.0), (arrows.get_offsets(), 2.2)):
+                for marks, most in ((circles, 1.8), (arrows.get_offsets(), 1.8)):
                     x, y = ((np.unique(np.asarray(marks)[:, k].round(9)) * scale[k]) for k in (0, 1))
                     distances = np.diff(x).min(), np.diff(y).min()
                     assert max(distances) < most * min(distances), (name, case.label, distances)
