@@ -29,7 +29,7 @@ def report(study: Study, output: Path) -> str:
     try:
         size, count, damaged = _take_units(index, folder)  # first: a sweep removes them once its cube is there
         if not starts_over(folder):
-            take_cube(index, output, notes.append)
+            take_cube(index, output, study.name, notes.append)
         notes += damaged
         rows = _rows([grid.name for grid in study.grids], cases, index)
         in_cube = sum(index.in_cube(case.key) for case in cases)

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy.earlier import EarlierCube, refuse_foreign, refuse_other_study
+from rcstudy.earlier import EarlierCube, other_study, refuse_foreign, refuse_other_study
 from rcstudy.errors import UserError
 from rcstudy.index import Index
 from rcstudy.lock import locked
@@ -245,7 +245,7 @@ def opened(
                 _start_over(folder)
             stack.callback(index.close)
             if not starts_over(folder):
-                take_cube(index, output, tell)
+                take_cube(index, output, study, tell)
             if index.is_empty and not starts_over(folder):
                 refuse_other_study(output, study)
             for path in unit_paths(folder):
@@ -262,14 +262,19 @@ def starts_over(folder: Path) -> bool:
     return (folder / _FRESH).exists()
 
 
-def take_cube(index: Index, output: Path, tell: Tell) -> None:
-    """Note the cases of an earlier cube at `output`, if there is one; `tell` when it is there and of no use."""
+def take_cube(index: Index, output: Path, study: str, tell: Tell) -> None:
+    """Note the cases of an earlier cube at `output`, if there is one; `tell` when it is there and of no use to `study`.
+
+    Then it will be replaced, unless it is the cube of another study.
+    """
     if not output.exists():
         return
     try:
         index.take_cube(EarlierCube(output))
     except ValueError as error:
-        tell(f"{output}: no cases are taken from it: {error}")
+        replaced = other_study(output, study) is None
+        fate = "; it will be replaced: to keep it, choose another --output" if replaced else ""
+        tell(f"{output}: no cases are taken from it: {error}{fate}")
 
 
 def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:

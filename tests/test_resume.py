@@ -34,6 +34,8 @@ from rcstudy.store import units_folder
 from rcstudy.study import Study, load_study, study_from_text
 from rcstudy.units import Unit, read_unit, unit_paths, write_unit
 
+REPLACED = "; it will be replaced: to keep it, choose another --output"
+
 
 class Solver:
     """Made-up results; keeps the scenes it was given, fails those that `fails` says, is interrupted after `most`."""
@@ -434,7 +436,27 @@ def test_an_earlier_cube_without_checksums(sweeps: Sweeps) -> None:
         del file["bare"].attrs["numbers_sha256"]
     sweeps.write(SWEPT + "# edited\n")
     assert len(sweeps.run()) == CASES
-    assert sweeps.told == [f"{sweeps.output}: no cases are taken from it: the checksum of its numbers does not match"]
+    reason = "the checksum of its numbers does not match"
+    assert sweeps.told == [f"{sweeps.output}: no cases are taken from it: {reason}{REPLACED}"]
+
+
+@pytest.mark.parametrize(("name", "value"), [("solver_version", "25"), ("rcstudy_schema", 99)])
+def test_a_cube_of_another_version_is_replaced_with_a_warning(sweeps: Sweeps, name: str, value: object) -> None:
+    """That its results would be gone was not told, nor how to keep them."""
+    sweeps.run()
+    with h5py.File(sweeps.output, "r+") as file:
+        file.attrs[name] = value
+    warning = f"{sweeps.output}: no cases are taken from it: it is no cube of this version and its solver{REPLACED}"
+    assert warning in report(sweeps.study, sweeps.output).splitlines()
+    assert len(sweeps.run()) == CASES
+    assert sweeps.told == [warning]
+    # that of another study is not replaced
+    with h5py.File(sweeps.output, "r+") as file:
+        file.attrs[name] = value
+    sweeps.write(SWEPT.replace("study: ", "study: other-"))
+    with pytest.raises(UserError, match="is the cube of another study, "):
+        sweeps.run()
+    assert sweeps.told == [warning.removesuffix(REPLACED)]
 
 
 # locks
