@@ -7,6 +7,8 @@ documents, duplicate keys, self-containing aliases, and aliases, values, nesting
 from __future__ import annotations
 
 import math
+import re
+import unicodedata
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,9 @@ MAX_ALIASED = 100_000  # values that aliases may add, in all
 MAX_VALUES = 250_000  # written in a file, keys included; reading so many takes half a minute
 
 _CORE = "tag:yaml.org,2002:"
+_ODD = r"[^\S \t\r\n]|[\u200b\u2060\ufeff]"  # looks like a space, or like nothing, and is none to YAML
+_ODD_KEY = re.compile(_ODD)
+_ODD_LINE = re.compile(rf" *(?:[\w.]+:)?(?P<odd>{_ODD})")  # at its beginning, or behind its key
 
 
 def read_text(path: str | Path) -> str:
@@ -60,10 +65,8 @@ def parse(text: str, problems: Problems, whole: str = "a study: keys study, scen
     except UserError:
         raise
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        said = ", ".join(part for part in (error.context, error.problem) if part)
-        problems.at(line, column, "not YAML", "", shorten(said, 200))
+        line, column, reason = _fault(error, text.splitlines())
+        problems.at(line + 1, column + 1, "not YAML", "", shorten(reason, 250))
     except ReaderError as error:
         before = text[: error.position]
         line, column = before.count("\n") + 1, len(before.rsplit("\n", 1)[-1]) + 1
@@ -80,6 +83,34 @@ def parse(text: str, problems: Problems, whole: str = "a study: keys study, scen
     return builder.root
 
 
+def _fault(error: Any, lines: list[str]) -> tuple[int, int, str]:
+    """Line and column, from 0, at which these `lines` are not YAML, and why; where that began, as far as it is known.
+
+    The parser says where it gave up, which may be far behind what is wrong.
+    """
+    mark = error.problem_mark or error.context_mark
+    line, column = (mark.line, mark.column) if mark else (0, 0)
+    before = "".join(lines[line : line + 1])[: column + 1]
+    if before.endswith("\t") or ("\t" in before and not before.strip(" \t")):
+        return line, before.rindex("\t"), "tabs are not allowed here: use spaces"
+    for k in range(max(line - 1, 0), line + 1):
+        if odd := _ODD_LINE.match("".join(lines[k : k + 1])):
+            return k, odd.start("odd"), _not_a_space(odd["odd"])
+    began = error.context_mark
+    since = ""
+    if began and (began.line, began.column) != (line, column):
+        since = f"begun at line {began.line + 1}, column {began.column + 1}"
+    reason = ", ".join(part for part in (error.context, since, error.problem) if part)
+    if error.problem == "mapping values are not allowed here":
+        reason += "; a space follows the ':' of a key, in the line before too; text with ': ' in it needs quotes"
+    return line, column, reason
+
+
+def _not_a_space(character: str) -> str:
+    name = unicodedata.name(character, "no character").lower()
+    return f"U+{ord(character):04X} ({name}) is not allowed here: use spaces"
+
+
 class _Builder:
     """Builds the tree from the parser's events, without recursion, so that no nesting can exhaust the stack."""
 
@@ -90,6 +121,7 @@ class _Builder:
         self._resolver, self._problems = resolver, problems
         self._open: list[Node] = []
         self._keys: list[tuple[str, int, int] | None] = []  # of each open mapping: the key awaiting its value
+        self._refused: set[tuple[str, int, int]] = set()  # keys that were reported: nothing more is said about them
         self._anchors: dict[str, Node] = {}
         self._open_anchors: dict[str, int] = {}
         self._aliased = 0
@@ -145,10 +177,15 @@ class _Builder:
         if not isinstance(event, self._events.ScalarEvent):
             self._fatal(line, column, parent.path, "an alias, list or mapping as key", "a key is a word")
         word = event.value
+        if event.style is None and _ODD_KEY.match(word):  # meant to indent: what follows stands elsewhere than it seems
+            self._fatal(line, column, "not YAML", "", _not_a_space(word[0]))
         if event.ctag is not None or self._tag(event) not in ("str", "timestamp", "value"):
             problem = "a key is a word"
             if self._tag(event) == "merge":
                 problem = "merge keys are not part of YAML 1.2; a grid takes over the shared scene by itself"
+            elif self._tag(event) in ("int", "float"):  # what is left of `nu: 0,3` in braces
+                problem += " (numbers have a decimal point and no thousands separators)"
+            self._refused.add((word, line, column))
             self._problems.at(line, column, child_path(parent.path, word), "", problem)
         elif word in parent.value:
             first = parent.value[word]
@@ -242,6 +279,8 @@ class _Builder:
         key = self._keys[-1]
         self._keys[-1] = None
         if key is not None:
+            if key in self._refused:
+                node.value = REFUSED
             name, node.key_line, node.key_column = key
             parent.value.setdefault(name, node)
 

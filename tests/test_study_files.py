@@ -57,6 +57,46 @@ def test_bad_files(refused, text, line):
 
 
 @pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("study: 's\nscene:\n", "3:1: not YAML: while scanning a quoted scalar, begun at line 1, column 8, found"),
+        ("scene: {load: 1\ngrids: 2\n", "2:6: not YAML: while parsing a flow mapping, begun at line 1, column 8, exp"),
+        ("load: [1\ngrids: 2\n", "2:6: not YAML: while parsing a flow sequence, begun at line 1, column 7, expected"),
+        ("study: @\n", "1:8: not YAML: while scanning for the next token, found character '@'"),
+        ("scene:\n  radius:50\n  load: 1\n", "3:7: not YAML: mapping values are not allowed here; a space follows"),
+        ("scene:\n\tload: 1\n", "2:1: not YAML: tabs are not allowed here: use spaces"),
+        ("scene:\n  a: 1\n  \tload: 1\n", "3:3: not YAML: tabs are not allowed here: use spaces"),
+        ("scene: s\n  \tload: 1\n", "2:3: not YAML: tabs are not allowed here: use spaces"),
+        ("scene:\n  load: \t1\n", "2:9: not YAML: tabs are not allowed here: use spaces"),
+        ("scene: {\n\ta: 1\n\tb: 2}\n", "3:2: not YAML: while parsing a flow mapping, begun at line 1, column 8, exp"),
+        ("scene:\n\u00a0 load: 1\n", "2:1: not YAML: U+00A0 (no-break space) is not allowed here: use spaces"),
+        ("scene:\n  \u200bload: 1\n", "2:3: not YAML: U+200B (zero width space) is not allowed here: use spaces"),
+        ("scene:\n  load:\u00a01\n  a: 2\n", "2:8: not YAML: U+00A0 (no-break space) is not allowed here: use"),
+    ],
+)  # fmt: skip
+def test_what_is_not_yaml_is_told_where_it_began(refused, text, line):
+    """The parser says where it gave up: of a quote that is not closed that is the end of the file."""
+    (found,) = refused(text)
+    assert found.startswith(f"s.yaml:{line}"), found
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at"),
+    [
+        ("nu: 0.3", "nu: 0,3", "3:32: scene.substrate.3"),
+        ("E: 210000", "E: 210,000", "3:22: scene.substrate.000"),
+        ("load: 100", "load: 100\n  7: 1", "6:3: scene.7"),
+        ("  g:", "  7:", "8:3: grids.7"),
+    ],
+)
+def test_a_number_as_a_key_is_told_once(refused, old, new, at):
+    """Most are what a comma leaves of a number; they were called unknown keys, too."""
+    text = (BASE + "  g: {axes: {load: [100]}}\n").replace(old, new)
+    words = "a key is a word (numbers have a decimal point and no thousands separators)"
+    assert refused(text) == [f"s.yaml:{at}: {words}"]
+
+
+@pytest.mark.parametrize(
     "value", ["!!python/object/apply:os.mkdir [hit]", "!!python/name:os.system x", "!!str x", "!mine {a: 1}", "! x"]
 )
 def test_tags_are_refused_and_construct_nothing(refused, value, tmp_path, monkeypatch):
