@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -32,7 +33,11 @@ _ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # stands in for the one that is sought
 
 
 class BuildError(ValueError):
-    """Settings that are each allowed but make no scene together."""
+    """Settings that are each allowed but make no scene together; `conflicts` as those of a scene, if it is for them."""
+
+    def __init__(self, reason: str, conflicts: Mapping[str, str] | None = None) -> None:
+        super().__init__(reason)
+        self.conflicts = conflicts or {}
 
 
 def parts_of(scene: SceneSpec, coating: CoatingSpec | None) -> Parts:
@@ -181,8 +186,8 @@ def build_without_mesh(parts: Parts) -> Scene:
         spin_point=parts["spin_point"],
         tolerance=Tolerance(**parts["tolerance"]),
     )
-    if scene.conflict:
-        raise BuildError(scene.conflict)
+    if scene.conflicts:
+        raise BuildError("; ".join(scene.conflicts.values()), scene.conflicts)
     return scene
 
 

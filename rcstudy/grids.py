@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import string
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -33,7 +33,8 @@ from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, label_problem, submod
 from rcstudy.yamltree import Node, Problems, child_path, find, merge, suggest, with_entry, without
 
 MAX_AXES = 16  # of one grid: HDF5 allows 32 dimensions
-_MAX_CASE_PROBLEMS = 5  # reported of one grid, once each of its values is found good by itself
+# of one grid, once each of its values is found good by itself: problems of its cases that are reported, and counted
+_MAX_CASE_PROBLEMS, _MAX_COUNTED = 5, 10_000
 
 # keys whose value is a mapping or list, so that an axis over them needs labels
 _LABELLED = ("creepage", "counterbody", "substrate", "mesh", "tolerance", "layers")
@@ -194,7 +195,7 @@ class GridReader:
             parts = self._parts(scene, coating)
             if parts is None or label is None:
                 continue
-            self._check_case(parts, scene, node, {"mesh": [label], "scene": [label]})
+            self._check_case(parts, scene, node, {"mesh": [label], "scene": [label]}, node.value, self.problems)
             labels.append(label)
             values.append(parts)
         if spec is None or len(values) < len(self.cases.value):
@@ -341,28 +342,45 @@ class GridReader:
 
     def _check_product(self, plan: GridPlan, entries: Mapping[str, list[_Entry]]) -> None:
         """Build every case that can differ in whether it can be built, and check that its window holds the contact."""
-        before = len(self.problems.found)
-        matters = [axis.path.split(".")[0] not in _HARMLESS for axis in plan.axes]
+        found = Problems()
+        heads = [axis.path.split(".")[0] for axis in plan.axes]
+        matters = [head not in _HARMLESS for head in heads]
         ranges = [range(n if used else 1) for n, used in zip(plan.shape, matters, strict=True)]
         for index in itertools.product(*ranges):
-            if len(self.problems.found) - before >= _MAX_CASE_PROBLEMS:
-                return
+            if len(found.found) >= _MAX_COUNTED:
+                break
             mesh = self.scene
             words: dict[str, list[str]] = {"mesh": [], "scene": []}
-            for axis, i, used in zip(plan.axes, index, matters, strict=True):
-                head = axis.path.split(".")[0]
+            for axis, head, i, used in zip(plan.axes, heads, index, matters, strict=True):
                 if used and head != "mesh":
                     words["scene"].append(f"{axis.name}={axis.labels[i]}")
                     if head in _HERTZ:
                         words["mesh"].append(words["scene"][-1])
                 if head == "mesh":
                     mesh = with_entry(mesh, axis.path.split("."), entries[axis.path][i].value)
-            self._check_case(plan.parts(index), mesh, self.node.at_key(), words)
+            self._check_case(plan.parts(index), mesh, self.node.at_key(), words, heads, found)
+        shown = list(found.found)[:_MAX_CASE_PROBLEMS]
+        self.problems.found.update(dict.fromkeys(shown))
+        if more := len(found.found) - len(shown):
+            least = "at least " if len(found.found) >= _MAX_COUNTED else ""
+            line, column = max(problem[:2] for problem in shown)  # below all of them
+            self.problems.at(
+                line, column, self.node.path, "", f"... and {least}{more} more errors in cases of this grid"
+            )
 
-    def _check_case(self, parts: Parts, scene: Node, place: Node, words: Mapping[str, list[str]]) -> None:
+    def _check_case(
+        self,
+        parts: Parts,
+        scene: Node,
+        place: Node,
+        words: Mapping[str, list[str]],
+        varied: Collection[str],
+        problems: Problems,
+    ) -> None:
         """Report a case that cannot be built (at `place`) or whose mesh in the tree `scene` does not suit its contact.
 
-        `words` say which case of a product it is, as far as it matters to its mesh or to the whole scene.
+        `words` say which case of a product it is, as far as it matters to its mesh or to the whole scene; `varied` are
+        the keys of the scene that differ from case to case. What is wrong with others is told once, where they stand.
         """
 
         def case(what: str) -> str:
@@ -371,10 +389,16 @@ class GridReader:
         try:
             key, reason = window_problem(parts, build(parts))
         except BuildError as error:
-            self.problems.add(place, f"{error}{case('scene')}", value="")
+            for key, reason in error.conflicts.items():
+                if {"method", key} & set(varied):
+                    problems.add(place, reason + case("scene"), value="")
+                else:
+                    problems.add(find(scene, (key,)), reason)
+            if not error.conflicts:
+                problems.add(place, f"{error}{case('scene')}", value="")
             return
         if reason:
-            self.problems.add(find(scene, ("mesh", key)), reason + case("mesh"))
+            problems.add(find(scene, ("mesh", key)), reason + case("mesh"))
 
 
 def _identity(value: Any, parts: Parts) -> str:

@@ -49,8 +49,8 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
         with ONE_AT_A_TIME:
             start = time.perf_counter()
             try:
-                if scene.conflict:
-                    raise Refusal(scene.conflict)
+                if scene.conflicts:
+                    raise Refusal("; ".join(scene.conflicts.values()))
                 if scene.is_coupled:
                     result = _solve_coupled(scene)
                 else:

@@ -87,6 +87,9 @@ def scene_from_mapping(mapping: Mapping[str, Any]) -> Scene:
         parts = parts_of(spec, None)
         scene = build(parts)
     except BuildError as error:
+        for key, reason in error.conflicts.items():
+            problems.add(find(node, (key,)), reason)
+        problems.check()
         raise UserError(str(error)) from error
     key, reason = window_problem(parts, scene)
     if reason:

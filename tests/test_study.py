@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from studies import BASE, CONFIGS, load_text, refusal
 
+from rcstudy import grids
 from rcstudy.build import scene_hertz
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Creepage, Layer, Material
@@ -423,6 +424,41 @@ def test_contact_larger_than_the_window(refused):
     assert found == [f"s.yaml:6:16: scene.mesh.size: [2, 2]: {words}"]
 
 
+@pytest.mark.parametrize(("most", "more"), [(10_000, "3"), (6, "at least 1")])
+def test_cases_that_are_not_listed_are_counted(refused, monkeypatch, most, more):
+    """Five of eight were listed without a word that there are others."""
+    monkeypatch.setattr(grids, "_MAX_COUNTED", most)
+    loads = ", ".join(f"{k}0000" for k in range(2, 10))
+    found = refused(BASE + f"  g: {{axes: {{load: [100, {loads}], friction: [1, 2]}}}}\n")
+    words = [line.rpartition(" (case ")[2] for line in found]
+    assert words[:-1] == [f"load={k}0000)" for k in range(2, 7)]
+    assert words[-1] == f"s.yaml:6:16: grids.g: ... and {more} more errors in cases of this grid"
+
+
+CLASH = BASE.replace(
+    "grids:", "  method: paper-cg\n  coupling: full\n  discretisation: aligned\n  creepage: {spin: 1}\ngrids:"
+)
+
+
+@pytest.mark.parametrize(
+    "grid", ["axes: {load: [100, 200]}", "cases: [{label: a}, {label: b, load: 200}, {label: c, method: newton}]"]
+)
+def test_settings_that_clash_are_all_told_where_they_stand(refused, grid):
+    """The first of them was told, at the grid."""
+    assert refused(CLASH + f"  g: {{{grid}}}\n") == [
+        "s.yaml:8:13: scene.coupling: full: method paper-cg is for coupling one-way only",
+        "s.yaml:9:19: scene.discretisation: aligned: method paper-cg is for discretisation kalker only",
+    ]
+
+
+def test_settings_that_clash_in_some_cases_are_told_with_those(refused):
+    found = refused(CLASH + "  g: {axes: {coupling: [one-way, full]}}\n")
+    assert [line.partition(": ")[0] for line in found] == ["s.yaml:9:19", "s.yaml:12:3"]
+    assert found[1].endswith("grids.g: method paper-cg is for coupling one-way only (case coupling=full)")
+    found = refused(BASE + "  g: {cases: [{label: a, method: paper-cg, discretisation: aligned}]}\n")
+    assert found == ["s.yaml:8:15: grids.g.cases[0]: method paper-cg is for discretisation kalker only (case a)"]
+
+
 def test_window_is_checked_for_every_combination(refused):
     text = BASE + '  g: {axes: {radius: [50, [50, 800]], load: [100, 1000], mesh.size: [[2, 2], ["8 a", 2]]}}\n'
     found = refused(text)
@@ -484,6 +520,10 @@ def test_scene_from_mapping_names_every_bad_key():
         ({"load": 1e6}, r"mesh\.size: \[2, 2\]: a window larger than the contact"),
         ({"load": 1e-300, "radius": 1e-200}, "too extreme"),
         ({"mesh": {}}, r"mesh\.size: missing"),
+        (
+            {"method": "paper-cg", "coupling": "full", "discretisation": "aligned", "creepage": {"spin": 1}},
+            "^coupling: full: method .* is for coupling .* only\ndiscretisation: aligned: method .* kalker only$",
+        ),
     ],
 )
 def test_scene_from_mapping_refuses(change, words):

@@ -137,15 +137,16 @@ class Scene:
     tolerance: Tolerance = Tolerance()
 
     @property
-    def conflict(self) -> str:
-        """Settings that do not go together, in words; "" if there are none."""
+    def conflicts(self) -> dict[str, str]:
+        """Settings that do not go with the method, by their keys, each with a reason; empty if there are none."""
+        found: dict[str, str] = {}
         if self.method == "newton":
-            return ""
-        if self.discretisation == "aligned":
-            return f"method {self.method} is for discretisation kalker only"
+            return found
         if self.coupling == "full" and self.creepage is not None:
-            return f"method {self.method} is for coupling one-way only"
-        return ""
+            found["coupling"] = f"method {self.method} is for coupling one-way only"
+        if self.discretisation == "aligned":
+            found["discretisation"] = f"method {self.method} is for discretisation kalker only"
+        return found
 
     @property
     def moves_by_pressure(self) -> bool:
