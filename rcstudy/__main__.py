@@ -117,11 +117,14 @@ def _run(processes: Pool | None) -> str | int | None:
     except SystemExit as leaving:
         # typer, which still reads the command line, leaves without a word; commands say what they keep
         cause: BaseException | None = leaving
-        while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        while cause is not None and not isinstance(cause, KeyboardInterrupt | BrokenPipeError):
             cause = cause.__cause__ or cause.__context__
-        if cause is not None:
+        if isinstance(cause, KeyboardInterrupt):
             print("interrupted", file=sys.stderr)
-        return leaving.code
+        return EXIT_UNHEARD if isinstance(cause, BrokenPipeError) else leaving.code
+    except OSError as error:  # of help or the version, which typer prints; commands deal with theirs
+        print(f"output: {error.strerror or error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
     return 0
 
 

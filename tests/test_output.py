@@ -175,6 +175,15 @@ def test_output_that_nobody_takes(tmp_path: Path) -> None:
         assert done.stderr == said, shell
 
 
+@pytest.mark.parametrize("words", ["--help", "sweep --help", "--version", ""])
+def test_help_that_nobody_takes(words: str, tmp_path: Path) -> None:
+    """What typer prints itself ended in a traceback, or in exit code 1 where a reader had seen enough."""
+    done = run(tmp_path, f"$R {words} > /dev/full")
+    assert (done.returncode, done.stderr) == (2, "output: No space left on device\n")
+    done = run(tmp_path, f"( sleep 1; $R {words} ) | true")
+    assert (done.returncode, done.stderr) == (141, "")
+
+
 @pytest.mark.heavy
 def test_text_that_an_output_cannot_encode(tmp_path: Path) -> None:
     """Labels and names of files in other scripts, or in none: escaped, with the exit code of what was done."""
