@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import h5py
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -27,7 +28,7 @@ from rcstudy.layout import (
 )
 from rcstudy.record import SCALARS
 from rcstudy.result import VARIABLES, Result, Status
-from rcstudy.screen import foreign_content
+from rcstudy.screen import foreign_content, reason_of
 from rcstudy.settings import unit_as_written
 from rcstudy.spec import MAX_CELLS, grid_name_problem
 from rcstudy.yamltree import shorten
@@ -61,8 +62,12 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     except UserError:
         raise
     except Exception as error:  # whatever HDF5, h5netcdf or xarray make of a file that is not theirs
-        damaged = "" if isinstance(error, OSError) else "damaged, a dimension may be missing: "
-        raise UserError(f"{path}: not a readable rcstudy cube: {damaged}{first_line(error)}") from error
+        reason = (
+            reason_of(error)
+            if isinstance(error, OSError)
+            else f"damaged, a dimension may be missing: {first_line(error)}"
+        )
+        raise UserError(f"{path}: not a readable rcstudy cube: {reason}") from error
     try:
         schema = tree.attrs.get(SCHEMA_ATTRIBUTE)
         if schema is None:
@@ -101,14 +106,37 @@ def reading(*paths: Path | str) -> Iterator[None]:
     except OSError as error:
         if error.filename is not None and str(error.filename) not in map(str, paths):  # what is written from it
             raise UserError(f"{error.filename}: {error.strerror or error}") from error
-        raise UserError(f"{_listed(paths)}: cannot be read, or damaged: {first_line(error)}") from error
+        raise UserError(f"{_at_fault(paths)}: cannot be read, or damaged: {first_line(error)}") from error
     except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
         what = f"{type(error).__name__}: {shorten(first_line(error), 200)}"
-        raise UserError(f"{_listed(paths)}: damaged, or not as rcstudy writes cubes: {what}") from error
+        raise UserError(f"{_at_fault(paths)}: damaged, or not as rcstudy writes cubes: {what}") from error
 
 
-def _listed(paths: Iterable[Path | str]) -> str:
-    return " or ".join(map(str, paths))
+def _at_fault(paths: Iterable[Path | str]) -> str:
+    """Those of the cubes `paths` that cannot be read to their end, any of them if all can."""
+    given = list(dict.fromkeys(map(str, paths)))
+    return " or ".join([path for path in given if len(given) > 1 and not _is_legible(path)] or given)
+
+
+def _is_legible(path: str) -> bool:
+    """Whether HDF5 can read all that is stored in a file, a piece at a time."""
+
+    def read(_: str, node: h5py.Group | h5py.Dataset) -> None:
+        if not isinstance(node, h5py.Dataset):
+            return
+        if node.chunks is None:
+            node[...]
+            return
+        for k in range(node.id.get_num_chunks()):
+            start = node.id.get_chunk_info(k).chunk_offset
+            node[tuple(slice(i, i + n) for i, n in zip(start, node.chunks, strict=True))]
+
+    try:
+        with h5py.File(path, "r") as file:
+            file.visititems(read)
+    except Exception:  # whatever h5py makes of it
+        return False
+    return True
 
 
 def engine() -> Literal["netcdf4", "h5netcdf"]:

@@ -24,7 +24,7 @@ from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
 from rcstudy.result import VARIABLES, Status
-from rcstudy.screen import foreign_content
+from rcstudy.screen import foreign_content, reason_of
 
 _GZIP = 1  # HDF5's number of the deflate filter
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
@@ -48,10 +48,8 @@ def refuse_foreign(output: Path) -> None:
     try:
         with h5py.File(output, "r") as cube:
             foreign = SCHEMA_ATTRIBUTE not in cube.attrs
-    except BlockingIOError:
-        raise UserError(
-            f"{output}: another program has it open for writing: wait until it is closed, or choose another --output"
-        ) from None
+    except BlockingIOError as error:
+        raise UserError(f"{output}: {reason_of(error)}: wait until it is closed, or choose another --output") from None
     except Exception:  # whatever h5py makes of a damaged file, as in `EarlierCube`
         foreign = head != _SIGNATURE or not _was_cube(output)
     if foreign:
@@ -81,6 +79,16 @@ def refuse_other_study(output: Path, study: str) -> None:
         )
 
 
+def is_replaced(output: Path, study: str) -> bool:
+    """Whether what is at `output` will be replaced by the cube of `study`; else a sweep is refused, as above."""
+    try:
+        refuse_foreign(output)
+        refuse_other_study(output, study)
+    except (UserError, OSError):
+        return False
+    return True
+
+
 class EarlierCube:
     """A cube opened for its cases. `sha256` is that of the study it was made from; close it after use.
 
@@ -93,7 +101,7 @@ class EarlierCube:
                 raise ValueError(foreign)
             self._file = h5py.File(path, "r")
         except OSError as error:
-            raise ValueError("it is no file of HDF5, or damaged") from error
+            raise ValueError(reason_of(error)) from error
         except Exception as error:  # whatever h5py makes of a damaged or hostile file
             raise ValueError(first_line(error)) from error
         try:

@@ -54,7 +54,8 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
     """Hold the lock of `folder`, which is made if it is not there; with `shard` (i, n), that of one shard of it.
 
     A folder that is empty at the end is removed. `take_over`: do not refuse a lock that another machine left behind.
-    Raises UserError when another process holds it, OSError when the folder cannot be made.
+    Raises UserError when another process holds it or there is a file in place of the folder, OSError when it cannot be
+    made.
     """
     descriptors = []
     try:
@@ -98,7 +99,9 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         except (FileNotFoundError, FileExistsError):
             # its last owner has just removed the folder, between two looks at it
-            if tried == _TRIES or _is_no_folder(folder):
+            if _is_no_folder(folder):
+                raise UserError(f"{folder}: is a file, not a folder") from None
+            if tried == _TRIES:
                 raise
             continue
         try:

@@ -9,6 +9,7 @@ survives any bytes whatsoever is beyond what can be seen to here.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,6 +27,15 @@ _SMALL_BYTES = 16_000_000  # a variable that may be empty
 _LARGEST_RATIO = 1100  # of what deflate makes small (1032), and some more
 _CLASSES = (h5t.INTEGER, h5t.FLOAT, h5t.STRING)
 _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
+
+
+def reason_of(error: OSError) -> str:
+    """Why HDF5 does not open a file, in words."""
+    if isinstance(error, BlockingIOError):
+        return "another program has it open for writing"
+    if error.errno is not None and error.errno > 0:  # netCDF's own are below
+        return os.strerror(error.errno)
+    return "it is no file of HDF5, or damaged"
 
 
 def foreign_content(path: Path) -> str:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy.earlier import EarlierCube, other_study, refuse_foreign, refuse_other_study
+from rcstudy.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_other_study
 from rcstudy.errors import UserError
 from rcstudy.index import Index
 from rcstudy.lock import locked
@@ -263,17 +263,16 @@ def starts_over(folder: Path) -> bool:
 
 
 def take_cube(index: Index, output: Path, study: str, tell: Tell) -> None:
-    """Note the cases of an earlier cube at `output`, if there is one; `tell` when it is there and of no use to `study`.
+    """Note the cases of an earlier cube at `output`, if there is one; `tell` when it is there and of no use.
 
-    Then it will be replaced, unless it is the cube of another study.
+    `study` is the name of the one that is to be written there.
     """
     if not output.exists():
         return
     try:
         index.take_cube(EarlierCube(output))
     except ValueError as error:
-        replaced = other_study(output, study) is None
-        fate = "; it will be replaced: to keep it, choose another --output" if replaced else ""
+        fate = "; it will be replaced: to keep it, choose another --output" if is_replaced(output, study) else ""
         tell(f"{output}: no cases are taken from it: {error}{fate}")
 
 

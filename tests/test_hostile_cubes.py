@@ -163,6 +163,23 @@ def test_a_dimension_that_is_gone_is_told(good: Path, tmp_path: Path) -> None:
         open_cube(tmp_path / "c.nc")
 
 
+def test_the_cube_that_is_damaged_is_told_of_two(
+    good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One or the other was."""
+    path = tmp_path / "c.nc"
+    content = bytearray(good.read_bytes())
+    with h5py.File(good) as file:
+        stored = file["pressure"].id.get_chunk_info(0)
+    content[stored.byte_offset + 10 : stored.byte_offset + 14] = b"\xff" * 4
+    path.write_bytes(content)
+    for cubes in ((path, good), (good, path), (path, path)):
+        assert run("compare", *cubes) == 2
+        said = capsys.readouterr().err
+        assert said.startswith(f"{path}: ")
+        assert "damaged" in said
+
+
 def test_cubes_hold_nothing_foreign(good: Path, tmp_path: Path) -> None:
     assert foreign_content(good) == ""
     write(tmp_path / "several.nc", synthetic.several())

@@ -16,6 +16,7 @@ import workers
 from studies import BASE, SWEPT, load_text
 
 from rcstudy import pool, publish, sweep
+from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result
@@ -52,6 +53,7 @@ def test_nothing_but_a_cube_is_replaced(name: str, tmp_path: Path) -> None:
     before = (tmp_path / name).read_bytes()
     with pytest.raises(UserError, match="exists and is not an rcstudy cube; not overwritten"):
         sweep.run(study, tmp_path / name, workers=1, solve=workers.made_up)
+    assert "will be replaced" not in report(study, tmp_path / name)
     assert (tmp_path / name).read_bytes() == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link.nc", "s.yaml", "text.nc"]
 
@@ -81,6 +83,10 @@ def test_a_file_that_another_program_writes_to_is_not_replaced(tmp_path: Path) -
             with pytest.raises(UserError, match="another program has it open for writing"):
                 sweep.run(study, output, workers=1, solve=workers.made_up)
             assert output.read_bytes() == before
+            words = "another program has it open for writing"
+            with pytest.raises(UserError, match=f"not a readable rcstudy cube: {words}$"):
+                open_cube(output)
+            assert f"{output}: no cases are taken from it: {words}" in report(study, output).splitlines()
             other.communicate()
 
 
@@ -151,6 +157,13 @@ def test_the_same_study_in_a_cube_that_another_program_saved(tmp_path: Path) -> 
         del file["loads"].attrs["numbers_sha256"]
     done = sweep.run(study, output, workers=1, solve=workers.made_up)
     assert (done.kept, done.solved) == (0, done.cases)
+
+
+def test_a_file_in_place_of_the_units(tmp_path: Path) -> None:
+    """It was the cube that could not be written."""
+    (tmp_path / "c.nc.units").touch()
+    with pytest.raises(UserError, match=r"/c\.nc\.units: is a file, not a folder$"):
+        sweep.run(load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
 
 
 def test_a_device_is_no_output(tmp_path: Path) -> None:
