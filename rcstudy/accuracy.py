@@ -207,12 +207,13 @@ def _solved(study: Study, out: Path, progress: Progress | None) -> Path:
 def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
     """All cases of an opened cube of `study` with their errors, in the order of grids and indices."""
     datasets = grids(tree)
+    cube = tree.encoding.get("source", "the cube")
     cases = expand(study).cases
     for name in dict.fromkeys(case.grid for case in cases if case.scene.creepage is not None):
         if name in datasets and (missing := [n for n in _NEEDED if n not in datasets[name].variables]):
-            raise UserError(f"{study.path}: the cube has no {', '.join(missing)} in grid {name}: run without --cube")
+            raise UserError(f"{cube}: has no {', '.join(missing)} in grid {name}: run without --cube")
     if any(not _holds(datasets.get(case.grid), case) for case in cases):
-        raise UserError(f"{study.path}: the cube is not of this study as it is now: run without --cube")
+        raise UserError(f"{cube}: is not of the study {study.path} as it is now: run without --cube")
     entries = [_entry(case, datasets[case.grid]) for case in cases if case.scene.creepage is not None]
     order = list(datasets)
     entries.sort(key=lambda e: (order.index(e.case.grid), e.case.index))

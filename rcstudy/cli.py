@@ -120,10 +120,8 @@ def sweep(
     spec: SpecPath,
     output: CubeOption = None,
     workers: Annotated[
-        int | None,
-        typer.Option(
-            min=1, metavar="N", help="Processes; default: one per processor; short sweeps use only this process."
-        ),
+        str | None,
+        typer.Option(metavar="N", help="Processes; default: one per processor; short sweeps use only this process."),
     ] = None,
     scheduler: Annotated[
         str | None,
@@ -173,7 +171,7 @@ def sweep(
         done = sweeping.run(
             load_study(spec),
             target,
-            workers=workers,
+            workers=None if workers is None else _workers(workers),
             processes=context.obj if isinstance(context.obj, pool.Pool) else None,
             scheduler=scheduler_at(scheduler, scheduler_file),
             progress=reporter,
@@ -210,6 +208,12 @@ def _shard(text: str) -> tuple[int, int]:
     if not (slash and re.fullmatch("[0-9]{1,9}", i) and re.fullmatch("[0-9]{1,9}", n) and 1 <= int(i) <= int(n)):
         raise UserError(f"--shard: {text[:40]}: I/N, such as 3/8, with I from 1 to N")
     return int(i), int(n)
+
+
+def _workers(text: str) -> int:
+    if not re.fullmatch("[0-9]{1,9}", text) or int(text) < 1:
+        raise UserError(f"--workers: {text[:40]}: a whole number of at least 1")
+    return int(text)
 
 
 def _outcome(done: Summary, part: str = "") -> int:
@@ -327,7 +331,7 @@ def compare(
         typer.Option(metavar="FILE", help="Tolerances by variable and case (YAML); --rtol overrides them."),
     ] = None,
     state_flips: Annotated[
-        int | None,
+        str | None,
         typer.Option(metavar="N", help="Cells per case that may differ in stick/slip (default 2)."),
     ] = None,
     allow_unsolved: Annotated[
@@ -340,10 +344,11 @@ def compare(
     their largest magnitude in the case, numbers by 1e-6 of their own value (forces and moment: of the largest of them).
     """
     from rcstudy import compare as comparing
-    from rcstudy.tolerances import Tolerances, load_tolerances, parse_option
+    from rcstudy.tolerances import Tolerances, load_tolerances, parse_flips, parse_option
 
     allowed = Tolerances() if tolerances is None else load_tolerances(tolerances)
-    allowed = allowed.with_options(dict(parse_option(text) for text in rtol or ()), state_flips)
+    flips = None if state_flips is None else parse_flips(state_flips)
+    allowed = allowed.with_options(dict(parse_option(text) for text in rtol or ()), flips)
     with _opened(cube, reference) as (ours, theirs):
         outcome = comparing.compare(ours, theirs, allowed, allow_unsolved=allow_unsolved)
     print(outcome.text())

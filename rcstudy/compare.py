@@ -24,6 +24,7 @@ from rcstudy.progress import counted
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.structure import COORDINATE_RTOL, align, variables_in_both
 from rcstudy.tolerances import TOLERABLE, Tolerances
+from rcstudy.yamltree import suggest
 
 TABLE = "table of all cases"
 """Name, in reports, of the root table of a cube of several grids."""
@@ -132,7 +133,8 @@ def compare(
     known = {str(name) for grid in theirs.values() for name in grid.variables}
     for name in sorted(tolerances.named()):
         if name not in known:
-            raise UserError(f"a tolerance is given for {name}, which the reference does not have")
+            there = suggest(name, [variable for variable in TOLERABLE if variable in known])
+            raise UserError(f"a tolerance is given for {name}, which the reference does not have: {there}")
         if name not in TOLERABLE:
             raise UserError(f"a tolerance is given for {name}; only these have one: {', '.join(TOLERABLE)}")
     for name in theirs:

@@ -29,7 +29,7 @@ from rcstudy.mechanics.scene import Scene
 from rcstudy.quantities import Quantity, number_text
 from rcstudy.ranges import spread
 from rcstudy.settings import LENGTH
-from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, label_problem, submodel, validate
+from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, label_problem, submodel, takes_relative, validate
 from rcstudy.yamltree import Node, Problems, child_path, find, merge, suggest, with_entry, without
 
 MAX_AXES = 16  # of one grid: HDF5 allows 32 dimensions
@@ -134,7 +134,11 @@ class GridReader:
         if axes is None or not axes.is_mapping:
             return axes
         ranged = {
-            path: spread(node, self.problems)
+            path: spread(
+                node,
+                self.problems,
+                plain=not takes_relative(CoatingSpec if path in COATING_KEYS else SceneSpec, path.split(".")),
+            )
             for path, node in axes.value.items()
             if node.is_mapping and node.value and path in AXIS_PATHS and path not in _NO_RANGE
         }

@@ -76,7 +76,7 @@ def as_quantity(value: Any) -> Quantity | None:
     return None if number is None else Quantity(number)
 
 
-def _with_hint(allowed: str, value: Any) -> str:
+def with_hint(allowed: str, value: Any) -> str:
     """`allowed`, and that units are not written if the value is a number with one."""
     if isinstance(value, str) and _WITH_UNIT.fullmatch(value) and not _RELATIVE.fullmatch(value):
         return f"{allowed}; {_UNITS}"
@@ -93,7 +93,7 @@ class Real:
     def __call__(self, value: Any) -> float:
         number = as_number(value)
         if number is None or not self.test(number):
-            raise refusal(_with_hint(self.allowed, value))
+            raise refusal(with_hint(self.allowed, value))
         return number
 
 
@@ -122,7 +122,7 @@ class Whole:
 
     def __call__(self, value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not self.low <= value <= self.high:
-            raise refusal(_with_hint(self.allowed, value))
+            raise refusal(with_hint(self.allowed, value))
         return value
 
 
@@ -136,7 +136,7 @@ class Relative:
     def __call__(self, value: Any) -> Quantity:
         quantity = as_quantity(value)
         if quantity is None or quantity.scale not in ("", self.scale) or not quantity.value > 0.0:
-            raise refusal(_with_hint(self.allowed, value))
+            raise refusal(with_hint(self.allowed, value))
         return quantity
 
 

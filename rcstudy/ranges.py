@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import PlainValidator
 
-from rcstudy.quantities import Quantity, Whole, as_quantity, refusal
+from rcstudy.quantities import Quantity, Whole, as_quantity, refusal, with_hint
 from rcstudy.spec import Spec, validate
 from rcstudy.yamltree import REFUSED, Node, Problems, child_path
 
@@ -17,14 +17,16 @@ _DIGITS = 6  # of the values in between, unless they are closer to each other
 
 
 class _End:
-    """A number, plain or relative."""
+    """A number, plain or, unless the axis takes plain ones only, relative."""
 
-    allowed = "a number, or one of the form '0.5 a' or '2 Es'"
+    def __init__(self, *, plain: bool = False) -> None:
+        self.allowed = "a number" if plain else "a number, or one of the form '0.5 a' or '2 Es'"
+        self._plain = plain
 
     def __call__(self, value: Any) -> Quantity:
         quantity = as_quantity(value)
-        if quantity is None:
-            raise refusal(self.allowed)
+        if quantity is None or (self._plain and quantity.scale):
+            raise refusal(with_hint(self.allowed, value))
         return quantity
 
 
@@ -50,9 +52,19 @@ class RangeSpec(Spec):
         return [Quantity(value, self.first.scale) for value in (one, *between, other)]
 
 
-def spread(node: Node, problems: Problems) -> Node:
-    """The list of values that the mapping `node` stands for, at its place; of one that was reported if it is wrong."""
-    spec = validate(RangeSpec, node, problems)
+class _PlainRangeSpec(RangeSpec):
+    """One whose numbers cannot be relative."""
+
+    first: Annotated[Quantity, PlainValidator(_End(plain=True))]
+    last: Annotated[Quantity, PlainValidator(_End(plain=True))]
+
+
+def spread(node: Node, problems: Problems, *, plain: bool) -> Node:
+    """The list of values that the mapping `node` stands for, at its place; of one that was reported if it is wrong.
+
+    `plain`: numbers that are relative are wrong.
+    """
+    spec = validate(_PlainRangeSpec if plain else RangeSpec, node, problems)
     entries = [Node(REFUSED, child_path(node.path, 0), "", node.line, node.column)]
     values = () if spec is None else (spec.first.value, spec.last.value)
     if spec is None:

@@ -326,6 +326,12 @@ def _model_at(model: type[Spec], location: Sequence[str | int]) -> tuple[type[Sp
     return model, key
 
 
+def takes_relative(model: type[Spec], location: Sequence[str]) -> bool:
+    """Whether the number at `location` of `model` may be a multiple of a scale."""
+    owner, key = _model_at(model, location)
+    return any(isinstance(getattr(mark, "func", None), Relative) for mark in owner.model_fields[key].metadata)
+
+
 def validate(model: type[Model], node: Node, problems: Problems, *, partial: bool = False) -> Model | None:
     """`node` as `model`; None, with every error in `problems`, if it is not. `partial`: missing keys are no error."""
     if not node.is_mapping:

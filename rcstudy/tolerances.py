@@ -88,12 +88,7 @@ class Tolerances(Spec):
         return self.variables.get(variable, self.default)
 
     def with_options(self, variables: Mapping[str, float], state_flips: int | None = None) -> Tolerances:
-        """These tolerances, with those of some variables (and the cells let pass) replaced, in the rules too.
-
-        Raises UserError for more cells than a file may let pass.
-        """
-        if state_flips is not None and not _FLIPS.low <= state_flips <= _FLIPS.high:
-            raise UserError(f"--state-flips: {state_flips}: {_FLIPS.allowed}")
+        """These tolerances, with those of some variables (and the cells let pass) replaced, in the rules too."""
         flips = {} if state_flips is None else {"state_flips": state_flips}
         as_elsewhere = dict.fromkeys(flips)
         cases = [
@@ -140,3 +135,11 @@ def parse_option(text: str) -> tuple[str, float]:
     if not equals or not name.strip() or not 0.0 <= number <= 1.0:
         raise UserError(f"--rtol: {text}: VARIABLE=VALUE with a number from 0 to 1")
     return name.strip(), number
+
+
+def parse_flips(text: str) -> int:
+    """The cells per case that an option lets pass, no more than a file may; UserError otherwise."""
+    try:
+        return _FLIPS(int(text))
+    except ValueError:
+        raise UserError(f"--state-flips: {text[:40]}: {_FLIPS.allowed}") from None

@@ -108,13 +108,13 @@ def show(node: Node) -> str:
         return shorten(f"{{{inside}}}", 60)
     if node.is_list:
         return shorten(f"[{', '.join(show(v) if v.size == 1 else '...' for v in node.value[:6])}]", 60)
-    text = shorten(node.text, 60) or "(nothing)"
-    return f'"{text}"' if isinstance(node.value, str) and _needs_quotes(node.value) else text
+    text = shorten(node.text, 60)
+    return f'"{text}"' if isinstance(node.value, str) and _needs_quotes(node.value) else text or "(nothing)"
 
 
 def _needs_quotes(text: str) -> bool:
-    """Whether `text` looks like a number, true or false, so that only its quotes tell that it is none."""
-    if text in ("true", "false"):
+    """Whether `text` looks like a number, true, false or nothing, so that only its quotes tell that it is none."""
+    if not text.strip() or text in ("true", "false"):
         return True
     try:
         float(text)
@@ -126,8 +126,9 @@ def _needs_quotes(text: str) -> bool:
 def suggest(word: str, allowed: Iterable[str]) -> str:
     """What is allowed instead of `word`, the closest first if there is one close."""
     words = list(allowed)
-    close = difflib.get_close_matches(word, words, n=1, cutoff=0.6)
-    hint = f"did you mean {close[0]}? " if close else ""
+    in_lower_case = {one.lower(): one for one in reversed(words)}
+    close = difflib.get_close_matches(word.lower(), in_lower_case, n=1, cutoff=0.6)
+    hint = f"did you mean {in_lower_case[close[0]]}? " if close else ""
     return f"{hint}allowed: {', '.join(words)}"
 
 

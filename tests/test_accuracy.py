@@ -145,7 +145,7 @@ def test_cube_of_another_study_is_refused(reported, tmp_path):
     path.write_text(STUDY.replace("load: 100", "load: 90"))
     with (
         open_cube(folder / "solutions.nc") as tree,
-        pytest.raises(UserError, match="the cube is not of this study as it is now"),
+        pytest.raises(UserError, match=r"/solutions\.nc: is not of the study .*other\.yaml as it is now: run without"),
     ):
         accuracy.run(load_study(path), tmp_path, tree)
 
@@ -169,7 +169,7 @@ def test_a_cube_that_somebody_changed_is_reported(reported, tmp_path, monkeypatc
         del file["aligned/contact_radius"]
     done = CliRunner().invoke(cli.app, words)
     assert done.exit_code == 2
-    assert "the cube has no contact_radius in grid aligned: run without --cube" in done.stderr
+    assert "changed.nc: has no contact_radius in grid aligned: run without --cube" in done.stderr
     assert "Traceback" not in done.stderr
     assert not list(Path("report").iterdir())
 

@@ -147,7 +147,8 @@ def test_failed_cases(folder: Path) -> None:
         (["tables", "quick.yaml"], "not a readable rcstudy cube"),
         (["sweep", "bad.yaml"], "bad.yaml:1:1: shoe"),
         (["sweep", "quick.yaml", "-o", "quick.yaml/c.nc"], "cannot be written"),
-        (["sweep", "quick.yaml", "--workers", "0"], "workers"),
+        (["sweep", "quick.yaml", "--workers", "0"], "--workers: 0: a whole number of at least 1"),
+        (["sweep", "quick.yaml", "--workers", "two"], "--workers: two: a whole number of at least 1"),
         (["sweep"], "SPEC"),
         (["swoop"], "swoop"),
         (["compare", "none.nc", "none.nc", "--rtol", "force_x"], "VARIABLE=VALUE"),
@@ -178,7 +179,7 @@ def test_compare_options(tmp_path: Path) -> None:
     tight = ("--tolerances", tmp_path / "t.yaml", "--rtol", "force_x=1e-9", "--state-flips", "0")
     assert run("compare", other, reference, *tight).exit_code == cli.EXIT_DIFFERENT
     assert run("compare", other, reference, "--rtol", "shoe=1").exit_code == cli.EXIT_BAD_INPUT
-    for flips in (-1, 1001):
+    for flips in (-1, 1001, "1e3"):
         found = run("compare", other, reference, "--state-flips", flips)
         assert found.exit_code == cli.EXIT_BAD_INPUT
         assert f"--state-flips: {flips}: a whole number from 0 to 1000" in found.output

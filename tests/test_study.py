@@ -259,6 +259,26 @@ def test_each_bad_value_is_named_with_its_place(refused, scene, words):
     assert any(one.startswith(f"s.yaml:8:{line.index('¶') + 1}: grids.g.{words}") for one in found), found
 
 
+def test_ends_of_an_axis_are_offered_what_it_takes(refused):
+    """A multiple of a scale was offered for creepages, too."""
+    assert refused(BASE + "  g: {axes: {creepage.spin: {first: 1 a, last: x, count: 3}}}\n") == [
+        "s.yaml:8:37: grids.g.axes.creepage.spin.first: 1 a: a number",
+        "s.yaml:8:48: grids.g.axes.creepage.spin.last: x: a number",
+    ]
+
+
+@pytest.mark.parametrize(("key", "meant"), [("e", "E"), ("Nu", "nu"), ("NU", "nu")])
+def test_keys_in_the_wrong_case(refused, key, meant):
+    found = refused(BASE.replace(f"{meant}:", f"{key}:") + "  g: {axes: {load: [100]}}\n")
+    assert any(line.endswith(f"substrate.{key}: unknown key: did you mean {meant}? allowed: E, nu") for line in found)
+
+
+@pytest.mark.parametrize(("label", "shown"), [('""', '""'), ('"  "', '"  "'), ("", "(nothing)")])
+def test_labels_of_nothing(refused, label, shown):
+    (line,) = refused(BASE + f"  g: {{cases: [{{label: {label}}}]}}\n")
+    assert line.endswith(f": grids.g.cases[0].label: {shown}: a label of 1 to 100 printable characters")
+
+
 def test_units_are_explained(refused):
     (line,) = refused(BASE + "  g: {axes: {load: [100 N]}}\n")
     assert line == (
@@ -281,13 +301,17 @@ def test_units_are_explained(refused):
         ("axes: {load: []}", "8:20: grids.g.axes.load: []: a list of at least one value"),
         ("axes: {load: 3}", "8:20: grids.g.axes.load: 3: a list of at least one value"),
         ("axes: {load: {}}", "8:20: grids.g.axes.load: {}: a list of at least one value, or {first, last, count, sp"),
-        ("axes: {load: {first: 1}}", "8:14: grids.g.axes.load.last: missing: a number, or one of the form"),
+        ("axes: {load: {first: 1}}", "8:14: grids.g.axes.load.last: missing: a number"),
         ("axes: {load: {first: 1, last: 2, count: 1}}", "8:47: grids.g.axes.load.count: 1: a whole number from 2"),
         (
             "axes: {load: {first: 1, last: 1, count: 3}}",
             "8:37: grids.g.axes.load.last: 1: a value different from first",
         ),
-        ("axes: {load: {first: 1 N, last: 2, count: 3}}", "8:28: grids.g.axes.load.first: 1 N: a number, or one of"),
+        ("axes: {load: {first: 1 N, last: 2, count: 3}}", "8:28: grids.g.axes.load.first: 1 N: a number; numbers are"),
+        (
+            "axes: {thickness: {first: 1 mm, last: 2, count: 3}}",
+            "8:33: grids.g.axes.thickness.first: 1 mm: a number, or one of the form '0.5 a' or '2 Es'; numbers are",
+        ),
         ("axes: {load: {first: 1, last: 2, cuont: 3}}", "8:40: grids.g.axes.load.cuont: unknown key: did you mean c"),
         (
             "axes: {load: {first: -1, last: 2, count: 3, spacing: log}}",
