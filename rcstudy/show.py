@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Collection, Iterator
 
 import numpy as np
@@ -18,6 +20,7 @@ _SHOWN_FAILURES = 10
 _SHOWN_MESHES = 4
 _NIL = 1e-9  # of a number's scale: less is shown as 0
 _RANGES = ("pressure_max", "contact_radius", "force_x", "force_y", "moment_z", "traction_max")
+_RELATIVE = re.compile(r"\b(a|Es)\b")
 _PROVENANCE = {
     "created": "created",
     "command": "command",
@@ -39,8 +42,7 @@ def _lines(tree: xr.DataTree) -> Iterator[str]:
     attrs = tree.attrs
     table = case_table(tree)
     yield f"study       {attrs.get('study', '')}"
-    if attrs.get("description"):
-        yield f"            {attrs['description']}"
+    yield from _indented(str(attrs.get("description", "")), 12)
     for word, name in _PROVENANCE.items():
         if attrs.get(name) not in (None, ""):
             yield f"{word:<11} {attrs[name]}"
@@ -67,12 +69,11 @@ def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame, text: str) -> 
     sizes = " x ".join(f"{dim} {grid.sizes[dim]}" for dim in dims) or "one case"
     cells = _cells(grid, starting_scene(text, name)) if "x" in grid.sizes else "scalars only"
     yield f"{name}: {sizes}; {cells}"
-    if grid.attrs.get("grid_description"):
-        yield f"  {grid.attrs['grid_description']}"
+    yield from _indented(str(grid.attrs.get("grid_description", "")), 2)
     for dim in dims:
         shown = ", ".join(value_text(value) for value in grid[dim].values[:12])
         more = ", ..." if grid.sizes[dim] > 12 else ""
-        yield f"  {dim:<16} {shown}{more} {unit_text(grid[dim])}".rstrip()
+        yield f"  {dim:<16} {shown}{more} {_unit(grid, dim)}".rstrip()
     solved = table[table["status"] == Status.SOLVED]
     for variable in _RANGES:
         if variable in grid and len(values := solved[variable].dropna()):
@@ -80,6 +81,19 @@ def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame, text: str) -> 
             low, high = (0.0 if abs(value) <= nil else float(value) for value in (values.min(), values.max()))
             found = f"{low:.5g} to {high:.5g}" if low != high else f"{low:.5g}"
             yield f"  {variable:<16} {found} {VARIABLES[variable].units}{_error(solved, variable)}"
+
+
+def _indented(text: str, width: int) -> list[str]:
+    """The lines of a text, moved to the right, without what is empty at its end."""
+    return textwrap.indent(text.rstrip(), " " * width).splitlines()
+
+
+def _unit(grid: xr.Dataset, dim: str) -> str:
+    """Unit of the values of an axis; of pairs, which are text, that of their numbers, unless they are relative."""
+    pairs = f"{dim}_x"
+    if pairs not in grid.coords or any(_RELATIVE.search(str(value)) for value in grid[dim].values):
+        return unit_text(grid[dim])
+    return unit_text(grid[pairs])
 
 
 def _error(solved: pd.DataFrame, variable: str) -> str:

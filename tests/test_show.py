@@ -75,6 +75,32 @@ def test_relative_axes_say_over_what(tmp_path: Path) -> None:
     assert line(lines, "layer_count") == "layer_count 1, 2"
 
 
+def test_pairs_have_the_unit_of_their_numbers(tmp_path: Path) -> None:
+    lines = shown(
+        tmp_path,
+        "  g: {axes: {radius: [50, [40, 50]], mesh.cells: [[24, 16], [32, 32]]}}\n"
+        "  h: {axes: {mesh.size: [[2, 2], [1.5, 2]]}}\n"
+        "  i: {axes: {mesh.size: [[2, 2], ['9 a', 2]]}}\n",
+    )
+    assert line(lines, "radius") == "radius 50, 40 x 50 mm"
+    assert line(lines, "cells") == "cells 24 x 16, 32 x 32"
+    sizes = [" ".join(text.split()) for text in lines if text.split()[:1] == ["size"]]
+    assert sizes == ["size 2 x 2, 1.5 x 2 mm", "size 2 x 2, 9 a x 2"]
+
+
+def test_descriptions_of_several_lines(tmp_path: Path) -> None:
+    """The first line alone was moved to the right, and an empty one followed."""
+    grid = "  g:\n    description: |\n      of the grid\n\n      at length\n    axes: {load: [100]}\n"
+    run(load_text(tmp_path, f"description: |\n  of it all\n    more\n{BASE}{grid}"), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree:
+        lines = summary(tree).splitlines()
+    indent = " " * 12
+    assert lines[1:4] == [f"{indent}of it all", f"{indent}  more", lines[3]]
+    assert lines[3].startswith("created ")
+    first = lines.index("g: load 1; 32 x 32 cells")
+    assert lines[first + 1 : first + 5] == ["  of the grid", "", "  at length", "  load             100 N"]
+
+
 def test_rounding_is_shown_as_nothing(tmp_path: Path) -> None:
     """A force that symmetry makes zero, in one case and in all."""
     lines = shown(
