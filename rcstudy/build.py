@@ -28,7 +28,7 @@ COATING_KEYS = ("layer_count", "thickness", "modulus", "layer_nu")
 Parts = dict[str, Any]
 
 
-_WIDER = 1.05  # than the contact is found on a coarse mesh, it may be on a finer one
+_WIDER = 1.05  # how much wider the contact may come out on a finer mesh than on the coarse one
 _ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # stands in for the one that is sought
 
 
@@ -122,7 +122,8 @@ def _extents(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
 def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[float, float]:
     """`mesh.size: auto`: the sides (mm) of a window of `cells` that is `margin` times as wide as the contact.
 
-    As the contact without friction, that is; with full coupling no narrower than what holds it when it slides.
+    The contact meant is that without friction; with full coupling the window is no narrower than what holds the contact
+    when it slides.
     """
     # what does not matter to it is left out, so that all cases of one pressure have one window
     bare = Scene(scene.substrate, scene.radius, scene.load, _ANY_MESH, scene.layers, scene.counterbody)

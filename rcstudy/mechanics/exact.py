@@ -1,6 +1,8 @@
-"""Closed forms: size and pressure of Hertz contacts, Carter's rolling cylinder, a thin layer on a rigid base.
+"""Closed forms: size and pressure of Hertz contacts, bounds of the size of layered ones, Carter's rolling cylinder, a
+thin layer on a rigid base.
 
-They serve three ends: relative lengths in a study ("0.25 a"), the first guess of the pressure solver, and tests.
+They serve four ends: relative lengths in a study ("0.25 a"), the check of its windows, the first guess of the pressure
+solver, and tests.
 """
 
 from __future__ import annotations
@@ -104,8 +106,8 @@ def carter_traction(
 ) -> np.ndarray:
     """Carter's traction (MPa) of rolling cylinders of equal material at `x` (mm), rolling in +x.
 
-    `half_width` a (mm) and `pressure` p0 (MPa) of the line contact, `creepage` (-) > 0, `radius` R (mm) of relative
-    curvature. Stick reaches from the leading edge x = a back to x = a - 2 c with
+    `half_width` a (mm) and `pressure` p0 (MPa) of the line contact, `creepage` (-) of either sign, `radius` R (mm) of
+    relative curvature. Stick reaches from the leading edge x = a back to x = a - 2 c with
     c/a = 1 - R |creepage| / (mu a); for full slip c = 0. Johnson (1985), Eqs 8.4 to 8.8, signs as in this package
     (positive creepage gives negative traction on the coated body).
     """

@@ -43,8 +43,9 @@ class NormalSolution:
 class NormalOperator:
     """u_z (mm) by pressure (MPa) on a box of cells. Belongs to one set of bodies, one mesh and one padded shape.
 
-    `real` [py//2+1, px]: the symbol, with 1/(px py) in it, real as the coefficients are even; `inverse`: symbol of
-    pressures by gaps, see `wrapped.py`; `stiffness` (MPa/mm): how large it makes noise; `coefficients`
+    `real` [py//2+1, px] (mm/MPa): the symbol, with 1/(px py) in it, real as the coefficients are even; `inverse`
+    (MPa/mm): symbol of pressures by gaps, likewise, see `wrapped.py`; `stiffness` (MPa/mm): root mean square of the
+    latter without that factor, by which noise in the gap makes noise in the pressure; `coefficients`
     [> px//2, > py//2] (mm/MPa): u_z at offsets i, j >= 0.
     """
 

@@ -25,8 +25,9 @@ _FLOOR = 1e-9
 
 
 def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = None) -> dict[str, float]:
-    """Load balance, gap under pressure and overlap outside the contact, all relative (keys of `result.VARIABLES`).
+    """Tension, load balance, gap under pressure and overlap outside the contact (keys of `result.VARIABLES`).
 
+    Tension is relative to the largest pressure, the balance to the load, gap and overlap to the approach.
     The gap h + u_z - approach is computed on the contact's box and half as much again on each side; farther out h
     grows and u_z falls. `q` [m, 2]: tractions (MPa) that lift the surface, with `coupling: full`.
     """
@@ -74,8 +75,9 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
 
 
 def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:
-    """Stick slip, direction of the slip cells' traction, and the bound, all relative (keys of `result.VARIABLES`).
+    """Slip in stick cells, direction of slip cells' tractions, and the bound (keys of `result.VARIABLES`).
 
+    The first two are relative to the largest slip without tractions, the bound to its own largest value, mu p_max.
     `s` [m, 2]: the slip by `slips`. Where a plate has lifted off within a row of aligned cells nothing is carried, and
     slip is free to be anything.
     """

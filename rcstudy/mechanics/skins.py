@@ -12,10 +12,11 @@ the waves that they can carry right, but not shorter ones: the integral begins a
 higher the more the layers yield to waves of a few cells already (`_SOFT`), and where they do nearly all of the yielding
 (`_FILM`) the pressure has no root at the edge, and there is no such shift.
 
-All three were set on areas of 150 contacts with single and double layers, 0.004 to 1 of their radius thick and 3e-5 to
-100 times as stiff as the substrate, at 6 to 70 cells per radius. Of what these miss, 0.02 to 0.1 of a cell all around,
-a fifth to a third is left; bodies without layers have none of it. Borders of stick zones are found too far back in the
-same way, by the response to tractions (borders of the paper's contacts and of 140 random ones, row by row).
+`EDGES`, the cut for edges of contacts, `_SOFT` and `_FILM` were set on areas of 150 contacts with single and double
+layers, 0.004 to 1 of their radius thick and 3e-5 to 100 times as stiff as the substrate, at 6 to 70 cells per radius.
+Of what these miss, 0.02 to 0.1 of a cell all around, a fifth to a third is left; bodies without layers have none of it.
+Borders of stick zones are found too far back in the same way, by the response to tractions (borders of the paper's
+contacts and of 140 random ones, row by row).
 
 Layers softer than what is below and half a cell to six cells thick let the pressure go from one law to the other within
 the cells that tell the edge, which is found too far out: by 0.011 ln(g(1.5/dx)/g(0.5/dx)) ln(g(1.5/dx)/g(0.05/dx)) of a
@@ -31,8 +32,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-EDGES = 1.5  # radians a cell
+EDGES = 1.5
+"""The cut for edges of contacts, of bodies without layers (radians a cell)."""
+
 BORDERS = 0.7
+"""The cut for borders of stick zones, likewise; set on such borders, see above."""
+
 _SOFT = 0.2  # power of what waves at the cut yield more than long ones
 _FILM = 30.0  # times as much
 _SOFTENED = 0.011
