@@ -72,10 +72,15 @@ def _flushed(code: int) -> int:
         except BrokenPipeError:
             code = EXIT_UNHEARD
         except OSError as error:
-            with contextlib.suppress(OSError):
-                os.write(2, f"output: {error.strerror}\n".encode())
-            code = EXIT_BAD_INPUT
+            code = _lost(error)
     return code
+
+
+def _lost(error: OSError) -> int:
+    """Say that output cannot be written; the exit code."""
+    with contextlib.suppress(OSError):
+        os.write(2, f"output: {error.strerror or error}\n".encode())
+    return EXIT_BAD_INPUT
 
 
 @contextlib.contextmanager
@@ -123,8 +128,8 @@ def _run(processes: Pool | None) -> str | int | None:
             print("interrupted", file=sys.stderr)
         return EXIT_UNHEARD if isinstance(cause, BrokenPipeError) else leaving.code
     except OSError as error:  # of help or the version, which typer prints; commands deal with theirs
-        print(f"output: {error.strerror or error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left of it would fail once more
+        return _lost(error)
     return 0
 
 

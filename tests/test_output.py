@@ -191,8 +191,9 @@ def test_output_that_nobody_takes(tmp_path: Path) -> None:
 @pytest.mark.parametrize("words", ["--help", "sweep --help", "--version", ""])
 def test_help_that_nobody_takes(words: str, tmp_path: Path) -> None:
     """What typer prints itself ended in a traceback, or in exit code 1 where a reader had seen enough."""
-    done = run(tmp_path, f"$R {words} > /dev/full")
-    assert (done.returncode, done.stderr) == (2, "output: No space left on device\n")
+    for unbuffered in ("", "1"):
+        done = run(tmp_path, f"PYTHONUNBUFFERED={unbuffered} $R {words} > /dev/full")
+        assert (done.returncode, done.stderr) == (2, "output: No space left on device\n")
     done = run(tmp_path, f"( sleep 1; $R {words} ) | true")
     assert (done.returncode, done.stderr) == (141, "")
 
