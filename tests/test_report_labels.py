@@ -294,6 +294,14 @@ def test_poissons_ratios_of_layers_are_told(tmp_path: Path) -> None:
     assert r"Layers: $E_1 = 20\,\mathrm{MPa}$, 1 mm thick." in captions["ratios"]
 
 
+def test_titles_of_maps_keep_commas_within_labels(tmp_path: Path) -> None:
+    label = "no coating at all, just the wheel, as delivered"
+    with opened(tmp_path, make_grid("g", case_axis([label]))) as grid, style():
+        figure = case_maps(grid)
+        assert figure is not None
+        assert figure.axes[0].get_title(loc="left").replace("\n", " ") == label
+
+
 def test_small_numbers_in_captions_have_a_power_of_ten(tmp_path: Path) -> None:
     scene = replace(SCENE, creepage=Creepage(2e-5, 0.0, 0.0))
     grid = make_grid("g", case_axis(["one"]))

@@ -137,14 +137,14 @@ def _caption(grid: GridView, *sentences: str) -> str:
 
 def _title(case: CaseView) -> str:
     letters = 36
-    while (lines := _title_lines(case.title, letters)) and letters > 12 and width_of(lines) > _TITLE:
+    while (lines := _title_lines(case.settings, letters)) and letters > 12 and width_of(lines) > _TITLE:
         letters -= 2
     return literal("\n".join(lines))
 
 
-def _title_lines(label: str, letters: int) -> list[str]:
+def _title_lines(settings: Sequence[str], letters: int) -> list[str]:
     lines = [""]
-    for part in label.split(", "):
+    for part in settings:
         if lines[-1] and len(lines[-1]) + len(part) > letters:
             lines.append("")
         lines[-1] += (", " if lines[-1] else "") + part

@@ -207,8 +207,13 @@ class CaseView:
     @property
     def title(self) -> str:
         """The case in words with units: `thickness=0.05 mm, creepage=a`; its label in a list of cases."""
+        return ", ".join(self.settings)
+
+    @property
+    def settings(self) -> list[str]:
+        """The parts of the title, one for each axis."""
         values = [(axis, self.grid.value(axis, i)) for axis, i in zip(self.grid.axes, self.index, strict=True)]
-        return ", ".join(value if axis == "case" else f"{axis}={value}" for axis, value in values)
+        return [value if axis == "case" else f"{axis}={value}" for axis, value in values]
 
     @cached_property
     def layers(self) -> list[tuple[float, float]]:
