@@ -366,6 +366,15 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
 _ANY = {"substrate": {"E": 1, "nu": 0}, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
 
 
+@lru_cache(maxsize=1)
+def _read(text: str) -> Node | None:
+    """The tree of a study's text, which may have many grids; None if it is not understood."""
+    try:
+        return parse(text, Problems(""))
+    except UserError:
+        return None
+
+
 @lru_cache(maxsize=64)
 def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
     """The scene that grid `name` of the study `text` starts from, and what its cases set themselves, by dotted paths.
@@ -373,14 +382,10 @@ def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[st
     The scene is None where the text is not understood, as that of a cube may be; of what is set by cases alone
     anything may stand in it.
     """
-    problems = Problems("")
-    try:
-        root = parse(text, problems)
-    except UserError:
-        return None, frozenset()
-    grid = root.value.get("grids") if root.is_mapping else None
+    root = _read(text)
+    grid = root.value.get("grids") if root is not None and root.is_mapping else None
     grid = grid.value.get(name) if grid is not None and grid.is_mapping else None
-    if grid is None or not grid.is_mapping:
+    if root is None or grid is None or not grid.is_mapping:
         return None, frozenset()
     scene = from_python(_ANY)
     for place in (root, grid):
@@ -390,4 +395,4 @@ def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[st
     varied = set(axes.value) if axes is not None and axes.is_mapping else set()
     for case in cases.value if cases is not None and cases.is_list else ():
         varied |= set(case.value) if case.is_mapping else set()
-    return validate(SceneSpec, scene, problems), frozenset(varied)
+    return validate(SceneSpec, scene, Problems("")), frozenset(varied)

@@ -16,7 +16,6 @@ from rcstudy.quantities import number_text
 from rcstudy.report.labels import KEEP, literal, shortened
 from rcstudy.report.layers import layers_text, moduli_text, ratios_text, thickness_text
 from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text
-from rcstudy.spec import starting_scene
 
 _LABELLED = ("creepage", "layers", "case")
 """Axes whose values are names of settings, which a caption spells out."""
@@ -118,10 +117,9 @@ def _ratios(case: CaseView) -> str:
 
 def _written(grid: GridView) -> list[str]:
     """Bodies, radii and coupling as the study wrote them, but for those that the grid's cases do not share."""
-    scene, paths = starting_scene(grid.study_text, grid.name)
+    scene, varied = grid.starting
     if scene is None:
         return []
-    varied = {path.split(".")[0] for path in paths}
     texts = []
     if "radius" not in varied:
         x, y = map(number_text, scene.radius)

@@ -15,6 +15,12 @@ def literal(text: str) -> str:
     return text.replace("$", r"\$")
 
 
+def power_of_ten(number: str) -> str:
+    """A number as mathematics: of `1e-07` it is `1\\times10^{-7}`, others stay as they are."""
+    digits, _, power = number.partition("e")
+    return rf"{digits}\times10^{{{int(power)}}}" if power else number
+
+
 def wrapped(text: str, width: int) -> list[str]:
     """Lines of about `width` letters, broken neither at `KEEP` nor inside mathematics.
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from rcstudy.report.cells import Column, Value, cell
+from rcstudy.report.labels import power_of_ten
 
 LONG = 40
 """Tables of more rows become a longtable."""
@@ -120,7 +121,7 @@ def _typeset(row: Mapping[str, Value], column: Column) -> str:
     text, power = cell(row, column)
     if not text or not isinstance(row.get(column.key), int | float):
         return escape(text)
-    number = re.sub(r"e([+-]\d+)$", lambda found: rf"\times10^{{{int(found[1])}}}", text).replace("±", r"\pm")
+    number = power_of_ten(text).replace("±", r"\pm")
     number += rf"\times10^{{{power}}}" if power else ""
     return number if number == text and "-" not in text else f"${number}$"
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rcstudy.quantities import number_text
-from rcstudy.report.views import CaseView, math_number
+from rcstudy.report.views import CaseView, given_text, set_as
 from rcstudy.settings import LENGTH, MODULUS
 
 _SCALES = (f" {LENGTH}", f" {MODULUS}")
@@ -30,17 +29,17 @@ def moduli_text(case: CaseView, *, math: bool = False) -> str:
     if not case.layers:
         return "no layer"
     moduli = [E for E, _ in case.layers]
-    space, number = (r"\,", math_number) if math else (" ", number_text)
+    space = r"\," if math else " "
     names = [_numbered("E", k, math) for k in range(len(moduli))]
     base = case.substrate_modulus
     if not np.isfinite(base) or not _relative_modulus(case):
         unit = r"\mathrm{MPa}" if math else "MPa"
-        texts = [f"{name} = {number(E)}{space}{unit}" for name, E in zip(names, moduli, strict=True)]
+        texts = [f"{name} = {given_text(E, math=math)}{space}{unit}" for name, E in zip(names, moduli, strict=True)]
     else:
         ratios = [f"{moduli[0] / E:.6g}{space}" for E in (*moduli[1:], base)]
         steps = [ratio + symbol for ratio, symbol in zip(ratios, (*names[1:], "E_s" if math else "Es"), strict=True)]
         texts = [" = ".join((names[0], *steps))]
-    return ", ".join(f"${text}$" if math else text for text in texts)
+    return ", ".join(set_as(text, math=math) for text in texts)
 
 
 def ratios_text(case: CaseView, *, math: bool = False) -> str:
@@ -53,8 +52,8 @@ def ratios_text(case: CaseView, *, math: bool = False) -> str:
         return ""
     symbol = r"\nu" if math else "nu"
     names = [symbol] if len(set(ratios)) == 1 else [_numbered(symbol, k, math) for k in range(len(ratios))]
-    texts = [f"{name} = {number_text(nu)}" for name, nu in zip(names, ratios, strict=False)]
-    return ", ".join(f"${text}$" if math else text for text in texts)
+    texts = [f"{name} = {given_text(nu, math=math)}" for name, nu in zip(names, ratios, strict=False)]
+    return ", ".join(set_as(text, math=math) for text in texts)
 
 
 def thickness_text(case: CaseView, *, math: bool = False) -> str:

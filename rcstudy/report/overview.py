@@ -125,7 +125,7 @@ def case_maps(grid: GridView) -> Figure | None:
     figure = maps_figure(cases, _title)
     total = int(np.prod(grid.shape))
     shown = f"The first {MAPS_AT_MOST} of {total} cases." if total > MAPS_AT_MOST else ""
-    what = MAPS_SHOW if any(case.rolling for case in cases) else ""
+    what = f"{MAPS_SHOW}." if any(case.rolling for case in cases) else ""
     caption(figure, _caption(grid, what, stretched(cases), shown))
     return figure
 

@@ -52,7 +52,7 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
         return lines_figure(number, grids[name])
     figure = maps_figure(list(grids[name].cases()), paper_title)
     more = OTHER_PANELS if number == 4 else f" {MODULI}"
-    words = rf"{MAPS_SHOW[:-1]}; spin $\varphi$ in {unit_of('spin')}.{more}"
+    words = rf"{MAPS_SHOW}; spin $\varphi$ in {unit_of('spin')}.{more}"
     caption(figure, f"Fig. {number}. {words} {conditions(grids[name])}")
     return figure
 
@@ -165,7 +165,7 @@ _TITLE_LINE = 0.145  # height of a line of a title, inches
 
 MAPS_SHOW = (
     "Magnitude $|q|$ (colour) and direction (arrows) of the traction on the coated body. Rolling towards $+x$: the "
-    "leading edge is at $+x$. In each panel: area of slip over area of contact."
+    "leading edge is at $+x$. In each panel: area of slip over area of contact"
 )
 
 

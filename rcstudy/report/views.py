@@ -20,9 +20,10 @@ from rcstudy.cube import grids as cube_grids
 from rcstudy.errors import UserError
 from rcstudy.layout import LABEL, MISSING
 from rcstudy.quantities import number_text
+from rcstudy.report.labels import power_of_ten
 from rcstudy.result import Status
 from rcstudy.settings import unit_of
-from rcstudy.spec import starting_scene
+from rcstudy.spec import SceneSpec, starting_scene
 
 
 class GridView:
@@ -56,10 +57,19 @@ class GridView:
     @cached_property
     def substrate_nu(self) -> float | None:
         """Poisson's ratio of the substrate, from the study's text; NaN where cases differ, None if it does not tell."""
-        scene, varied = starting_scene(self.study_text, self.name)
+        scene, varied = self.starting
         if scene is None:
             return None
-        return float("nan") if any(path.split(".")[0] == "substrate" for path in varied) else scene.substrate.nu
+        return float("nan") if "substrate" in varied else scene.substrate.nu
+
+    @cached_property
+    def starting(self) -> tuple[SceneSpec | None, set[str]]:
+        """The scene that the cases start from, by the study's text (None if that is not understood), and keys of it.
+
+        Those are what cases set themselves.
+        """
+        scene, paths = starting_scene(self.study_text, self.name)
+        return scene, {path.split(".")[0] for path in paths}
 
     @property
     def first(self) -> CaseView:
@@ -262,10 +272,14 @@ def short_number(value: float) -> str:
     return f"{value:.4g}"
 
 
-def math_number(value: float) -> str:
-    """A given number in mathematics: `0.25`, `1\\times10^{-7}`."""
-    digits, _, power = number_text(value).partition("e")
-    return rf"{digits}\times10^{{{int(power)}}}" if power else digits
+def given_text(value: float, *, math: bool) -> str:
+    """A given number as people write it: `0.25`, `1e-07`, or that as mathematics."""
+    return power_of_ten(number_text(value)) if math else number_text(value)
+
+
+def set_as(text: str, *, math: bool) -> str:
+    """`text` as it is, or between the signs that make it mathematics."""
+    return f"${text}$" if math else text
 
 
 def creepage_text(case: CaseView, *, math: bool = False, units: bool | None = None) -> str:
@@ -284,7 +298,6 @@ def creepages_text(creepages: Sequence[float], *, math: bool, units: bool) -> st
     parts = []
     for name, value, key in zip(names, creepages, ("longitudinal", "lateral", "spin"), strict=True):
         if value and not np.isnan(value):
-            text = f"{name} = {(math_number if math else number_text)(value)}"
             unit = f" {unit_of(key)}".rstrip() if units else ""
-            parts.append((f"${text}$" if math else text) + unit)
+            parts.append(set_as(f"{name} = {given_text(value, math=math)}", math=math) + unit)
     return ", ".join(parts)
