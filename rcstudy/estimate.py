@@ -10,8 +10,8 @@ the pressure is has that one's; where nothing is seen to slip, `_UNSEEN` of a ce
 leading edge beyond what cells show. Where all cells slip a strip narrower than one may stick, unless they all slip fast
 (`_STRIP`). Where bodies are alike friction takes what creepages put in: by how much it does not, on kalker's cells, is
 an error that is known (`balance_power`). To all estimates comes what the solver's tolerances leave, and what is hidden
-from all meshes alike (`Hidden`): layers and slip zones narrower than cells, what tractions lift, and cusps at the stick
-zone's border.
+from all meshes alike (`Hidden`): layers and slip zones narrower than cells, what tractions lift, cusps at the stick
+zone's border, and what stiff skins gather at the rim. Forces that are none by symmetry have no other (`_vanishes`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rcstudy.fits import ALIGNED, FITS, Fit
+from rcstudy.fits import ALIGNED, ALIKE, FITS, Fit
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.unseen import Unseen
@@ -37,7 +37,8 @@ class Hidden(NamedTuple):
     (full coupling); `softly`: the part of the contact's area that soft layers leave in doubt (`short_of_edges`),
     which aligned cells take off; `cusp_of_pressure`, `cusp_of_tractions`: slopes that jump at the stick
     zone's border, over p0/a, where they are largest there (full coupling); `least_slip`: the smallest
-    slip of all cells over the largest, 1 where it is not known.
+    slip of all cells over the largest, 1 where it is not known; `at_rim`: by what part of itself the largest pressure
+    may be too small under stiff skins (`mechanics/plates.py`).
     """
 
     unsettled: float = 0.0
@@ -48,6 +49,7 @@ class Hidden(NamedTuple):
     cusp_of_pressure: float = 0.0
     cusp_of_tractions: float = 0.0
     least_slip: float = 1.0
+    at_rim: float = 0.0
 
 
 def least_over_largest(slip: np.ndarray) -> float:
@@ -71,11 +73,11 @@ _BY_LAYERS = {
 }
 _SOFTLY = 0.45  # times what edges on soft layers were moved back
 # Over cells a radius: what cells round off of such slopes in pressure and in tractions.
-_CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.75, 0.4)}
+_CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.65, 0.4)}
 _STUCK = {"force_x": 0.18, "force_y": 0.18, "moment_z": 0.55}  # of themselves over cells a radius, where none slip
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
-_UNDER = 1.3  # times what slip zones at the leading edge hide
+_UNDER, _UNDER_SUMS = 1.3, 0.9  # times what slip zones at the leading edge hide: of forces, of moment and power
 _TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
@@ -85,7 +87,7 @@ _UNSEEN = 0.3
 # over the radius: so much of the area over N^(3/2), until the least slip is so many times the largest over N. Slip by
 # pressure, which rises steeply towards the edge, hides more. Tractions there do not go as far, or not that way: so much
 # of all friction can do. Set on 650 contacts near full slip, on 16 to 64 cells; others: `scripts/error_bars.py`.
-_STRIP = 0.22
+_STRIP = 0.25
 _BEYOND, _BEYOND_ALIKE = 2.5, 1.0
 _IN_STRIP = 0.05
 
@@ -109,7 +111,7 @@ def error_estimates(
     if long:
         per_radius = min(per_radius, 0.5 * across)
     case = _Case(scene, levels[0], hidden or Hidden(), per_radius)
-    fits = ALIGNED if scene.discretisation == "aligned" else FITS
+    fits = (ALIGNED if scene.moves_by_pressure else ALIKE) if case.aligned else FITS
     hides = case.parts_hidden()
     bars = {}
     for name, fit in fits.items():
@@ -157,10 +159,19 @@ class _Case:
     def by_meshes(self, name: str, fit: Fit, values: Sequence[float]) -> float:
         """What the `values` of a scalar on the meshes tell, or the number of cells if there is one mesh only."""
         scale = abs(self.scales[name])
+        if self._vanishes(name):
+            return 0.0
         if len(values) == 1:
             return fit.by_cells(scale, self.per_radius)
         pulling = self.scene.friction if self.scene.is_coupled else 0.0
         return fit.by_meshes(values, scale, self.per_radius, self.slipping, pulling)
+
+    def _vanishes(self, name: str) -> bool:
+        """Whether the contact is its own mirror image so that there is no such force or moment, on any mesh."""
+        creepage = self.creepage
+        if name == "force_x":
+            return creepage.longitudinal == 0.0 and not self.scene.moves_by_pressure
+        return name in ("force_y", "moment_z") and creepage.lateral == creepage.spin == 0.0
 
     def add_what_cells_miss(self, bars: dict[str, float]) -> None:
         """By how much a contact of too few cells, or on too narrow ones, differs from the Hertz contact it is about."""
@@ -196,7 +207,7 @@ class _Case:
         return {
             "contact_area": _SOFTLY * hidden.softly,
             "contact_radius": 0.5 * _SOFTLY * hidden.softly,
-            "pressure_max": of_pressure * hidden.cusp_of_pressure + 4.0 * hidden.softly**2,
+            "pressure_max": of_pressure * hidden.cusp_of_pressure + 4.0 * hidden.softly**2 + hidden.at_rim,
             "traction_max": 0.0 if self.at_peak else of_tractions * hidden.cusp_of_tractions,
             "approach": lift + 2.5 * hidden.softly**2,
         }
@@ -209,7 +220,7 @@ class _Case:
         if self.all_slips:
             bars["slip_area"] = bars["contact_area"]
             if self.creepage.turns_within(finest["contact_radius"]):
-                bars["slip_area"] += 2.0 * dx * dy  # that may stick around the pole of spin
+                bars["slip_area"] += dx * dy  # that may stick around the pole of spin
             else:
                 self.add_strip_that_sticks(bars)
         elif slip == missing and finest["traction_max"] > 0.0:  # of what cells show nothing slips
@@ -255,6 +266,9 @@ class _Case:
             bars["traction_max"] = max(bars["traction_max"], math.sqrt(_LEADING * found * bound) - found)
         if slip and self.at_peak:
             bars["traction_max"] = friction * bars["pressure_max"]
+        elif slip and self.hidden.at_rim > 0.0:  # what slips at the rim carries what pressure there is
+            at_rim = friction * finest["pressure_max"] * (1.0 + self.hidden.at_rim)
+            bars["traction_max"] = max(bars["traction_max"], at_rim - finest["traction_max"])
 
     def add_unseen_slip(self, bars: dict[str, float]) -> None:
         """What slip zones at the leading edge hide that are narrower than a cell."""
@@ -263,7 +277,7 @@ class _Case:
             return
         bars["force_x"] += _UNDER * abs(slip.force_x)
         bars["force_y"] += _UNDER * abs(slip.force_y)
-        bars["moment_z"] += _UNDER * abs(slip.moment_z)
-        bars["friction_power"] += _UNDER * (slip.force * self.fastest + slip.power)
+        bars["moment_z"] += _UNDER_SUMS * abs(slip.moment_z)
+        bars["friction_power"] += _UNDER_SUMS * (slip.force * self.fastest + slip.power)
         bars["traction_max"] += 0.5 * slip.force / self.finest["contact_area"]
         bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.area

@@ -173,7 +173,11 @@ def _result(
 
 def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, unseen: Unseen) -> Hidden:
     """What error bars have to know beside the differences between meshes."""
-    hidden = Hidden(by_layers=contact.beyond_edges / contact.area, softly=contact.short_of_edges / contact.area)
+    hidden = Hidden(
+        by_layers=contact.beyond_edges / contact.area,
+        softly=contact.short_of_edges / contact.area,
+        at_rim=contact.missing_at_rim,
+    )
     if rolling is None:
         return hidden
     least = least_over_largest(rolling.s[contact.carrying])

@@ -9,6 +9,7 @@ ratio of estimate to truth, and the true error itself. The truth is that of alig
   as `mesh.size: auto` does, so that its edges lie at the same place between cells in all of them;
 - `full`: as the mild ones, of bodies whose pressure moves their surfaces, under full coupling;
 - `wild`: up to six layers of any stiffness and thickness, ellipses, friction from 0.03 to 1.6, either coupling;
+- `alike`: bodies of the same material without layers, round or long contacts, 0.03 to 2 of what makes all slip;
 - `engineering`: hard and soft coatings on a ball, and wheels on rails, in windows by `auto`;
 - `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip.
 
@@ -94,6 +95,27 @@ def _in_a_window(scene: Scene, rng: np.random.Generator) -> Scene:
     cells = int(rng.integers(20, 65))
     margin = 1.25 if rng.random() < 0.5 else rng.uniform(1.05, 1.6)
     return replace(scene, mesh=Mesh(fitted_size(scene, margin, (cells, cells)), (cells, cells)))
+
+
+def alike_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """Steel on steel without layers: pressure moves no surface along the other."""
+    radius = (50.0, 50.0) if rng.random() < 0.4 else (_power(rng, 1.0, 2.5), _power(rng, 1.0, 2.5))
+    scene = Scene(
+        STEEL,
+        radius,
+        100.0,
+        Mesh((1.0, 1.0), (24, 24)),
+        (),
+        STEEL,
+        _power(rng, -1.3, 0.0),
+        Creepage(),
+        discretisation=discretisation,  # type: ignore[arg-type]
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
+    direction = rng.normal(size=3)
+    if rng.random() < 0.4:
+        direction = np.eye(3)[rng.integers(3)]
+    return _in_a_window(_creeping(scene, direction / np.linalg.norm(direction), 10.0 ** rng.uniform(-1.5, 0.3)), rng)
 
 
 def engineering_scene(rng: np.random.Generator, discretisation: str) -> Scene:
@@ -246,6 +268,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "mild": mild_scene,
     "full": full_scene,
     "wild": wild_scene,
+    "alike": alike_scene,
     "engineering": engineering_scene,
     "sliding": sliding_scene,
 }

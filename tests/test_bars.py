@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contacts import MIDDLING, STEEL, hertz_of, steel
+from contacts import MIDDLING, STEEL, hertz_of, solved, steel
 
 from rcstudy.estimate import Hidden, error_estimates, least_over_largest
 from rcstudy.fits import FITS
@@ -28,8 +28,8 @@ HIDDEN = [
         {
             "force_x": 1.3 * 2.0,
             "force_y": 1.3 * 1.0,
-            "moment_z": 1.3 * 0.5,
-            "friction_power": 1.3 * (3.0 * (0.005 + 0.01 * 0.8) + 0.001),
+            "moment_z": 0.9 * 0.5,
+            "friction_power": 0.9 * (3.0 * (0.005 + 0.01 * 0.8) + 0.001),
             "traction_max": 0.5 * 3.0 / 1.0,
             "slip_area": 0.4 * 0.02,
         },
@@ -62,7 +62,7 @@ HIDDEN = [
         Hidden(lift=-0.5, cusp_of_pressure=0.1, cusp_of_tractions=0.2),
         {
             "approach": 0.03 * CELL * 0.5 * 0.03,
-            "pressure_max": 0.75 * CELL * 0.1 * 100.0,
+            "pressure_max": 0.65 * CELL * 0.1 * 100.0,
             "traction_max": 0.4 * CELL * 0.2 * 50.0,
         },
     ),
@@ -83,6 +83,46 @@ def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float])
         assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
 
 
+def test_estimate_of_pressure_at_the_rim() -> None:
+    """What slips there carries what pressure there is; where nothing slips tractions do not follow."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01), discretisation="aligned")
+    for slip, traction in ((0.2, 100.0 * 1.2 - 50.0), (0.0, None)):
+        levels = [
+            MIDDLING | {"slip_area": slip, "force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2}
+        ] * 2
+        plain, found = (error_estimates(scene, 314, levels, hidden) for hidden in (Hidden(), Hidden(at_rim=0.2)))
+        assert found["pressure_max_error"] - plain["pressure_max_error"] == pytest.approx(0.2 * 100.0)
+        assert found["traction_max_error"] == pytest.approx(traction or plain["traction_max_error"])
+        assert plain["traction_max_error"] < 100.0 * 1.2 - 50.0
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+@pytest.mark.parametrize(
+    ("creepage", "counterbody", "none"),
+    [
+        (Creepage(longitudinal=0.003), STEEL, {"force_y", "moment_z"}),
+        (Creepage(longitudinal=0.003), None, {"force_y", "moment_z"}),
+        (Creepage(lateral=0.003), STEEL, {"force_x"}),
+        (Creepage(spin=0.01), STEEL, {"force_x"}),
+        (Creepage(spin=0.01), None, set()),
+        (Creepage(0.003, 0.0, 1e-4), STEEL, set()),
+        (Creepage(1e-5, 0.003), STEEL, set()),
+    ],
+)
+def test_no_estimate_of_what_is_none_by_symmetry(
+    creepage: Creepage, counterbody: Material | None, none: set[str], discretisation: Any
+) -> None:
+    """But for the tolerance: contacts that are their own mirror images have no such force on any mesh."""
+    scene = steel(
+        Mesh((1.0, 1.2), (21, 24)), creepage=creepage, counterbody=counterbody, tolerance=Tolerance(1e-7, 1e-7)
+    )
+    found = solved(replace(scene, discretisation=discretisation)).scalars
+    of_all = {"force_x": 100.0, "force_y": 100.0, "moment_z": 100.0 * found["contact_radius"]}
+    for name, scale in of_all.items():
+        assert (abs(found[name]) < 1e-7 * scale) == (name in none), name
+        assert (found[f"{name}_error"] < 2e-7 * scale) == (name in none), name
+
+
 def test_estimate_of_cusps_on_kalkers_cells() -> None:
     """They round these off as others do, by less of the pressure's."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01))
@@ -94,9 +134,9 @@ def test_estimate_of_cusps_on_kalkers_cells() -> None:
     assert set(added.values()) == {0.0}
 
 
-@pytest.mark.parametrize(("spin", "cells"), [(0.01, 2.0), (-0.01, 2.0), (0.006, 0.0)])
+@pytest.mark.parametrize(("spin", "cells"), [(0.01, 1.0), (-0.01, 1.0), (0.006, 0.0)])
 def test_estimate_of_the_slip_area_around_a_pole_of_spin(spin: float, cells: float) -> None:
-    """Two cells may stick there, where it lies in the contact, whichever way the bodies turn."""
+    """A cell may stick there, where it lies in the contact, whichever way the bodies turn."""
     scene = steel(Mesh((1.0, 1.5), (24, 24)), creepage=Creepage(0.003, 0.004, spin), tolerance=Tolerance(1e-7, 1e-7))
     found = error_estimates(scene, 314, [MIDDLING | {"slip_area": 1.0}] * 2)
     around = found["slip_area_error"] - found["contact_area_error"]
@@ -118,7 +158,7 @@ def test_estimate_where_all_cells_slip(
     plain, found = (error_estimates(scene, round(100 * np.pi), levels, Hidden(least_slip=n)) for n in (1.0, least))
     strip, forces = left * 10.0**-1.5, 0.05 if discretisation == "aligned" and counterbody is None else 0.0
     assert plain["slip_area_error"] == plain["contact_area_error"]
-    expected = {"slip_area_error": 0.22 * strip, "force_x_error": forces * strip * 100.0 * scene.friction}
+    expected = {"slip_area_error": 0.25 * strip, "force_x_error": forces * strip * 100.0 * scene.friction}
     expected["friction_power_error"] = forces * strip * max(100.0 * scene.friction * 0.003, 0.2)
     for name in found:
         assert found[name] - plain[name] == pytest.approx(expected.get(name, 0.0), rel=0.01, abs=1e-12), name

@@ -53,7 +53,8 @@ def errors_by_mesh() -> list[str]:
 # what scripts/error_bars.py calls them
 CONTACTS = {
     "mild": "up to three layers, any bodies",
-    "full": "the same, full coupling",
+    "alike": "steel on steel, no layers, round to long",
+    "full": "up to three layers, full coupling",
     "engineering": "coatings on balls, rail-like ellipses",
     "sliding": "near full slip",
     "wild": "extreme: ellipses to 1000:1, six layers, skins",

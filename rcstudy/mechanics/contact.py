@@ -36,6 +36,7 @@ from rcstudy.mechanics.kernels import meshes
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
+from rcstudy.mechanics.plates import missing_at_rim
 from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.skins import shift_under_soft_layers
@@ -246,6 +247,12 @@ class NormalContact:
             return 0.0
         by = (side * shift_under_soft_layers(self.influence.normal_response, side) for side in self.scene.mesh.spacing)
         return math.sqrt(math.pi * self.area) * sum(by)
+
+    @cached_property
+    def missing_at_rim(self) -> float:
+        """By what part of itself the largest pressure may be too small under stiff skins (`plates.py`)."""
+        scene, pressures = self.scene, self.solution.p[self.touched.slices]
+        return missing_at_rim(pressures, scene.layers, scene.substrate, min(scene.mesh.spacing))
 
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """What error bars have to know beside the differences between meshes: `aligned.py`."""

@@ -115,7 +115,8 @@ def summit(p: np.ndarray, part: float) -> tuple[float, float, float]:
     """Largest pressure of p [nx, ny] (MPa), and where it is along x and y: the vertex of parabolas through p^2.
 
     Less `part` of 2 p - p_before - p_after along x and along y, by which the largest one of the cells comes out too
-    large; beside the edge of the contact nothing is taken.
+    large; nothing is taken beside the edge of the contact, nor where all that is over half the pressure: of a ridge,
+    such as a stiff skin makes at the rim, no parabola tells what cells do to it.
     """
     nx, ny = p.shape
     i = j = 0
@@ -136,4 +137,5 @@ def summit(p: np.ndarray, part: float) -> tuple[float, float, float]:
         if bend > 0.0:
             height += (after**2 - before**2) ** 2 / (8.0 * bend)
             place[axis] += (after**2 - before**2) / (2.0 * bend)
-    return math.sqrt(height) - (part * excess if inside else 0.0), place[0], place[1]
+    smooth = inside and excess < 0.5 * p[i, j]
+    return math.sqrt(height) - (part * excess if smooth else 0.0), place[0], place[1]

@@ -1,0 +1,78 @@
+"""What stiff skins gather at the contact's rim: which layers make it, how much of it is missing, what bars say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from contacts import STEEL, solved
+
+from rcstudy.mechanics.plates import missing_at_rim, skin
+from rcstudy.mechanics.scene import Layer, Mesh, Scene
+
+HARD = Layer(100.0 * STEEL.E, 0.3, 0.01)
+
+
+def disc(*rings: float) -> np.ndarray:
+    """Pressures around a cell: of it, of its four neighbours, of theirs, and so on."""
+    steps = np.abs(np.arange(-len(rings), len(rings) + 1))
+    return np.array([*rings, *np.zeros(len(rings) + 1)])[steps[:, None] + steps]
+
+
+@pytest.mark.parametrize(
+    ("rings", "side", "missing"),
+    [
+        ((1.0, 1.0, 0.9), 0.005, 0.0),  # 0.7 + 0.2 x 1.3 is less than the largest
+        ((1.0, 1.0, 0.9), 0.03, 0.48),  # 0.7 + 0.2 x 1.3 x 3 - 1
+        ((1.0, 1.0, 1.0), 0.01, 0.09),
+        ((1.0, 1.0, 1.0), 1.0, 0.7 + 0.3 * 1.3 * 8.0 - 1.0),  # no more than eight times
+        ((2.0, 1.5, 1.0, 0.9), 0.03, 0.0),  # 0.7 + 0.2 x 1.3 x 3 is less than 2
+        ((4.0, 3.0, 2.0), 1.0, 0.0),  # as smooth contacts end, or more smoothly
+        ((1.0, 1.0), 0.03, 0.87),  # 0.7 + 0.3 x 1.3 x 3 - 1
+        ((1.0,), 0.03, 0.0),  # none behind the rim
+    ],
+)
+def test_missing_at_rim(rings: tuple[float, ...], side: float, missing: float) -> None:
+    """What rim cells carry beyond 0.7 of those behind them the skin spreads over its thickness, not the cell's."""
+    assert missing_at_rim(disc(*rings), [HARD], STEEL, side) == pytest.approx(missing, abs=1e-12)
+
+
+def test_nothing_is_missing_without_a_stiff_skin() -> None:
+    """Bare, under layers that are softer than what is below, or of one piece with it."""
+    p = disc(1.0, 1.0, 0.9)
+    for layers in ((), (Layer(0.5 * STEEL.E, 0.3, 0.01),), (Layer(STEEL.E, 0.3, 0.01),)):
+        assert missing_at_rim(p, layers, STEEL, 0.1) == 0.0
+
+
+def layers_of(*moduli_and_thicknesses: tuple[float, float]) -> list[Layer]:
+    """From the surface down, moduli over the substrate's."""
+    return [Layer(modulus * STEEL.E, 0.3, thickness) for modulus, thickness in moduli_and_thicknesses]
+
+
+@pytest.mark.parametrize(
+    ("layers", "thickness"),
+    [
+        (layers_of((10.0, 0.02)), 0.02),
+        (layers_of((10.0, 0.2)), 0.1),  # no thinner than a cell
+        (layers_of((0.1, 0.02), (10.0, 0.03)), 0.05),  # a film on it belongs to it
+        (layers_of((10.0, 0.01), (0.1, 0.02), (5.0, 0.04)), 0.07),  # bends less
+        (layers_of((10.0, 0.01), (0.1, 0.02), (5.0, 0.08)), 0.01),  # too deep: cells see it
+        (layers_of((0.1, 0.02), (0.5, 0.2)), 0.0),
+    ],
+)
+def test_skin(layers: list[Layer], thickness: float) -> None:
+    """Down to the bottom of the layer that bends least of those thinner than a cell, if any is stiffer than below."""
+    assert skin(layers, STEEL, 0.1) == pytest.approx(thickness)
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_of_the_largest_pressure_under_a_stiff_skin(discretisation: Any) -> None:
+    """On 24 to 48 cells it is that of the middle, the same on all; on 192 cells a larger one is found at the rim."""
+    layers = (Layer(365.0 * STEEL.E, 0.3, 0.003),)
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((0.64, 0.64), (192, 192)), layers, discretisation="aligned")
+    largest = solved(scene).scalars["pressure_max"]
+    for cells in (24, 32, 48):
+        coarse = solved(replace(scene, mesh=Mesh((0.64, 0.64), (cells, cells)), discretisation=discretisation)).scalars
+        assert 0.1 * largest < largest - coarse["pressure_max"] < coarse["pressure_max_error"] < 1.2 * largest
