@@ -27,7 +27,7 @@ first, tridiagonal along rows: without it a tenth to a third more products.
 That alone would take more and more products the finer the mesh: the displacement ahead of the leading edge is not zero,
 as the sums have it, and at the border of the stick zone d is. GMRES makes use of several preconditioners in turn: along
 rows of 32 cells and more, every other one is right at the leading edge (`slip_operator.from_leading_edge`), and every
-fourth has a quarter of d. So the number of products hardly depends on the mesh: 23 to 25 in the median of the paper's
+fourth has a quarter of d. So the number of products hardly depends on the mesh: 23 to 26 in the median of the paper's
 cases, from 64 to 512 cells (25 to 39 by one and the same).
 """
 
