@@ -18,7 +18,7 @@ STIFF = (Layer(840000.0, 0.3, 0.06), Layer(420000.0, 0.3, 0.06))
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("cells", [64, 96, 128])
+@pytest.mark.parametrize("cells", [64, 96, 128, 256])
 @pytest.mark.parametrize(
     ("layers", "counterbody", "coupling"),
     [((), STEEL, "one-way"), (SOFT, None, "one-way"), (STIFF, None, "one-way"), (SOFT, None, "full")],
@@ -47,9 +47,11 @@ def test_tractions_and_pressure_are_within_the_tolerance(
 
 def test_where_solvers_stop() -> None:
     """Below the tolerance, but not below what rounding allows, and at the tolerance where that is less."""
-    assert pressure_residual(1e-5, 1e-13) == pytest.approx(3e-6)
-    assert pressure_residual(1e-5, 5e-6) == 5e-6
-    assert pressure_residual(1e-5, 1e-4) == 1e-5
-    assert traction_residual(1e-5) == pytest.approx(6.5e-6)
-    assert traction_residual(1.2e-11) == 1e-11
-    assert traction_residual(1e-12) == 1e-12
+    assert pressure_residual(1e-5, 1e-13, 300) == pytest.approx(3e-6)
+    assert pressure_residual(1e-5, 1e-13, 1500 * 256) == pytest.approx(1.5e-6)
+    assert pressure_residual(1e-5, 5e-6, 300) == 5e-6
+    assert pressure_residual(1e-5, 1e-4, 300) == 1e-5
+    assert traction_residual(1e-5, 300) == pytest.approx(6.5e-6)
+    assert traction_residual(1e-5, 1500 * 256) == pytest.approx(1.625e-6)
+    assert traction_residual(1.2e-11, 300) == 1e-11
+    assert traction_residual(1e-12, 300) == 1e-12

@@ -170,9 +170,10 @@ class CoupledSystem:
     @property
     def residual(self) -> float:
         """The larger of the two residuals, in units of those at which to stop."""
-        tolerance = self.scene.tolerance
-        normal = pressure_residual(tolerance.normal, self.attainable)
-        return max(self.residual_normal / normal, self.residual_tangential / traction_residual(tolerance.tangential))
+        tolerance, cells = self.scene.tolerance, len(self.cells)
+        normal = pressure_residual(tolerance.normal, self.attainable, cells)
+        tangential = traction_residual(tolerance.tangential, cells)
+        return max(self.residual_normal / normal, self.residual_tangential / tangential)
 
     @property
     def solved(self) -> bool:

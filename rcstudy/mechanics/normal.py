@@ -133,7 +133,7 @@ def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np
     if influence.once(("bends", box.shape), lambda: _bends(influence, box.shape)):
         solver = RimSolver(operator, gap, p, total)
         if tolerance >= HOPELESS * solver.attainable:
-            first = solver.solve(pressure_residual(tolerance, solver.attainable))
+            first = solver.solve(pressure_residual(tolerance, solver.attainable, int(np.count_nonzero(p))))
             if first.converged or tolerance < first.attainable:
                 return first
             p = first.p
@@ -169,7 +169,7 @@ def _conjugate_gradients(
     inside = p > 0.0
     approach = float(g[inside].mean())
     attainable = operator.attainable(gap, g, p)
-    stop = pressure_residual(tolerance, attainable)
+    stop = pressure_residual(tolerance, attainable, int(np.count_nonzero(inside)))
     zr = 0.0
     residual, patience = np.inf, Patience(_PATIENCE)
     converged = False

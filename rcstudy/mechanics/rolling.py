@@ -289,7 +289,7 @@ def solve_tractions(
     tractions, and the slip, are then right to about that fraction of their own size.
     """
     system = NewtonSystem(operator, cells, bound, w, neighbours)
-    stop = traction_residual(tolerance)
+    stop = traction_residual(tolerance, len(cells))
     state = _Tractions(system, guess, stop)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
     looks, unsettled = _look_again(state)
