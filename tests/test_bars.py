@@ -12,7 +12,7 @@ import pytest
 from contacts import MIDDLING, STEEL, hertz_of, solved, steel
 
 from rcstudy.estimate import Hidden, error_estimates, least_over_largest
-from rcstudy.fits import FITS
+from rcstudy.fits import ALIGNED, FITS
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene, Tolerance
@@ -179,16 +179,107 @@ def test_estimate_of_what_is_wrong_by_a_part_of_a_cell() -> None:
     assert few == pytest.approx(FITS["contact_area"].first * CELL, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("cells", "across", "per_radius", "misses"),
+    [
+        (4, 2, (4 / np.pi) ** 0.5, 1.0),
+        (5, 2, (5 / np.pi) ** 0.5, 0.0),
+        (9, 3, (9 / np.pi) ** 0.5, 0.0),
+        (10, 3, 1.5, 1.0),
+        (40, 4, (40 / np.pi) ** 0.5, 0.0),
+    ],
+)
+def test_estimate_of_what_too_few_cells_miss(cells: int, across: int, per_radius: float, misses: float) -> None:
+    """Fewer than five cells, or a long contact up to three wide: what they differ from Hertz by is in doubt as well."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-7, 1e-7))
+    scalars = {"slip_area": 0.5, "moment_z": 3.0, "approach": 0.03}
+    found = error_estimates(scene, cells, [MIDDLING | scalars], across=across)
+    hertz = hertz_of()
+    area, pressure = abs(math.pi * hertz.radius**2 - 1.0), abs(hertz.p0 - 100.0)
+    moment = 100.0 * scene.friction * 0.8
+    scales = {"contact_area": 1.0, "slip_area": 1.0, "pressure_max": 100.0, "traction_max": 50.0, "moment_z": moment}
+    missed = {
+        "contact_area": area,
+        "slip_area": area,
+        "pressure_max": pressure,
+        "traction_max": scene.friction * pressure,
+    }
+    missed["moment_z"] = 0.6 * moment
+    scales |= {"contact_radius": 0.8, "approach": 0.03}
+    missed["contact_radius"] = abs(hertz.radius - 0.8)
+    missed["approach"] = max(0.5 * missed["contact_radius"] / 0.8 * 0.03, abs(hertz.approach - 0.03))
+    for name, scale in scales.items():
+        fit = FITS[name]
+        usual = max(fit.k0 / per_radius, fit.few[0] * per_radius ** -fit.few[1]) * scale + 1e-7 * scale
+        assert found[f"{name}_error"] == pytest.approx(usual + misses * missed[name], rel=1e-9), name
+
+
+def test_estimate_of_power_beyond_what_creepages_ask_for() -> None:
+    """Slip by pressure takes some, too: what friction takes is the scale of its error, where that is more."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), counterbody=None)
+    asked = 100.0 * scene.friction * 0.003
+    little, as_much, twice = (
+        error_estimates(scene, 314, [MIDDLING | {"friction_power": part * asked}])["friction_power_error"]
+        for part in (0.5, 1.0, 2.0)
+    )
+    assert little == as_much
+    assert twice == pytest.approx(2.0 * as_much, rel=1e-9)
+
+
+def test_estimate_of_slip_where_cells_show_none() -> None:
+    """Whatever area is made up for them; a zone of 0.3 of a cell has the power of its part of the radius, to 3/2."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-7, 1e-7))
+    scene = replace(scene, discretisation="aligned")
+    forces = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
+    for missing in (0.0, 0.01):
+        levels = [MIDDLING | forces | {"slip_area": missing}] * 2
+        found = error_estimates(scene, 314, levels, Hidden(slip=Unseen(missing=missing)))
+        assert found["slip_area_error"] == pytest.approx(0.3 * CELL, rel=1e-9)
+        assert found["friction_power_error"] == pytest.approx((0.3 * CELL) ** 1.5 * 0.3, rel=1e-9)
+
+
+def test_estimate_of_the_largest_traction_where_cells_show_little_slip() -> None:
+    """Area that is made up for them does not count: all but that sticks."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), friction=4.0)
+    expected = math.sqrt(1.2 * 50.0 * 4.0 * 100.0 * math.sqrt(2.0 * CELL)) - 50.0
+    for missing, near in ((0.18, True), (0.16, False)):  # of 0.2; the other 0.02 or 0.04 beside 0.03
+        hidden = Hidden(slip=Unseen(missing=missing))
+        found = error_estimates(scene, 314, [MIDDLING] * 2, hidden)["traction_max_error"]
+        assert (found == pytest.approx(expected, rel=1e-9)) == near
+
+
+def test_estimate_of_the_slip_area_where_some_is_hidden() -> None:
+    """Where all slips nothing slips unseen, unless some of that area is made up."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation="aligned")
+    levels = [
+        MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
+    ] * 2
+    plain, hiding, made_up = (
+        error_estimates(scene, 314, levels, Hidden(slip=Unseen(force=force, area=0.02, missing=missing)))
+        for force, missing in ((0.0, 0.0), (1.0, 0.0), (1.0, 0.01))
+    )
+    assert hiding["slip_area_error"] == plain["slip_area_error"] == plain["contact_area_error"]
+    assert made_up["slip_area_error"] > plain["contact_area_error"] + 0.4 * 0.02
+
+
+def test_estimate_of_the_slip_area_on_one_mesh() -> None:
+    """What so few cells kept holds the error of the contact's own area already."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation="aligned")
+    one = error_estimates(scene, 314, [MIDDLING])["slip_area_error"]
+    assert one == pytest.approx(ALIGNED["slip_area"].by_cells(1.0, 1.0 / CELL), rel=1e-6)
+
+
 @pytest.mark.parametrize("counterbody", [STEEL, None])
 def test_estimate_of_power_that_is_lost(counterbody: Material | None) -> None:
     """Of bodies that are alike: what creepages put in beyond what friction takes, and what forces leave in doubt."""
-    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.0, 0.01), counterbody=counterbody)
-    scalars = {"force_x": -20.0, "force_y": 1.0, "moment_z": -2.0, "approach": 0.03}
-    taken, most = 0.08 * 0.6, 20.0 * 0.003 + 2.0 * 0.01
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(-0.003, 0.0, 0.01), counterbody=counterbody)
+    scalars = {"force_x": 20.0, "force_y": 1.0, "moment_z": -2.0, "approach": 0.03}
+    taken, most = 0.08 * 0.1, 20.0 * 0.003 + 2.0 * 0.01
     found = error_estimates(scene, 314, [MIDDLING | scalars | {"friction_power": taken}] * 2)
     doubt = 0.003 * found["force_x_error"] + 0.01 * found["moment_z_error"]
     usual = error_estimates(scene, 314, [MIDDLING | {"friction_power": taken}] * 2)["friction_power_error"]
-    expected = max(usual, most - taken + doubt) if counterbody else usual
+    assert most - taken > usual
+    expected = most - taken + doubt if counterbody else usual
     assert found["friction_power_error"] == pytest.approx(expected, rel=1e-9)
 
 
