@@ -13,6 +13,7 @@ import pytest
 import synthetic
 import xarray as xr
 
+from rcstudy.build import scene_hertz
 from rcstudy.cases import Case
 from rcstudy.compare import Comparison, _natural_scales, compare
 from rcstudy.cube import open_cube
@@ -346,6 +347,9 @@ def test_vanishing_components_are_not_measured_against_themselves(tmp_path: Path
     assert not np.any(made.results[0][1].fields["traction_y"])
     same = outcome(changed(tmp_path / "small.nc", noise(1e-14), made), reference)
     assert same.same, same.text()
+    hertz = scene_hertz(made.results[0][0].scene)
+    natural = made.results[0][0].scene.friction * hertz.p0
+    assert same.worst["traction_y"].scale == pytest.approx(1e-6 * natural, rel=1e-9)  # a millionth, as documented
     found = outcome(changed(tmp_path / "large.nc", noise(1e-9), made), reference)
     assert {d.variable for d in found.bad} == {"traction_y", "force_y"}
 
@@ -446,6 +450,15 @@ def test_cells_below_the_bound_may_not(tmp_path: Path) -> None:
     found = outcome(changed(tmp_path / "stick.nc", change), changed(tmp_path / "slip.nc", lower))
     assert "state" in {d.variable for d in found.bad}
     assert "0 at the bound" in found.text()
+
+
+def test_cells_below_the_bound_may_not_where_they_stick(tmp_path: Path) -> None:
+    """Whatever they are where they slip, and however far apart tractions may be."""
+    _, change = flip(1, at_bound=False)
+    tolerances = Tolerances(variables={"traction_x": 0.01, "traction_y": 0.01})
+    stick, slip = changed(tmp_path / "stick.nc", change), synthetic.write(tmp_path / "slip.nc", synthetic.small())
+    for pair in ((stick, slip), (slip, stick)):
+        assert "state" in {d.variable for d in outcome(*pair, tolerances).bad}
 
 
 def test_contact_and_exterior_may_not_change_places(tmp_path: Path) -> None:
