@@ -5,14 +5,17 @@ After each of them the same command goes on, and the cube is that of a sweep not
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import cubes
 import numpy as np
@@ -21,6 +24,8 @@ import workers
 from workers import gone
 
 from rcstudy import cli, cube_writer, publish, store, sweep, units
+from rcstudy.cases import expand
+from rcstudy.errors import UserError
 from rcstudy.store import units_folder
 from rcstudy.study import load_study
 from rcstudy.units import read_unit, unit_paths
@@ -289,6 +294,73 @@ def test_ctrl_c_ends_within_two_seconds_and_keeps_all(folder: Path, processes: s
     assert f"{count} of 60 cases are solved already and kept" in err
     assert f", {count} of them before" in out
     cubes.assert_same(folder / "c.nc", folder / "good.nc")
+
+
+# the order in which things reach the disk
+
+
+def test_a_file_is_on_the_disk_before_it_has_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And its name is before anything goes on: a machine may lose its power in between."""
+    steps: list[str] = []
+    sync, rename = publish.sync, Path.replace
+
+    def synced(path: Path) -> None:
+        steps.append("folder" if path.is_dir() else "content")
+        sync(path)
+
+    def renamed(path: Path, target: Path) -> Path:
+        steps.append("name")
+        return rename(path, target)
+
+    monkeypatch.setattr(publish, "sync", synced)
+    monkeypatch.setattr(Path, "replace", renamed)
+    publish.write_whole(tmp_path / "a", [b"b", b"c"])
+    assert steps == ["content", "name", "folder"]
+    assert (tmp_path / "a").read_bytes() == b"bc"
+
+
+def test_units_go_once_the_mark_of_a_fresh_start_is_on_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the old cube would count again. Once the new one is there the mark goes first, else the old units would."""
+    for number in (1, 2):
+        units.write_unit(tmp_path, number, [], "s")
+    seen, unlink = [], Path.unlink
+
+    def noted(path: Path, missing_ok: bool = False) -> None:
+        seen.append((store.starts_over(tmp_path), len(unit_paths(tmp_path))))
+        if path != tmp_path:
+            unlink(path, missing_ok)
+
+    monkeypatch.setattr(store, "sync", noted)
+    store._start_over(tmp_path)
+    assert (seen, unit_paths(tmp_path), store.starts_over(tmp_path)) == ([(True, 2)], [], True)
+    units.write_unit(tmp_path, 3, [], "s")
+    seen.clear()
+    monkeypatch.setattr(Path, "unlink", noted)
+    store.Store.clear(SimpleNamespace(folder=tmp_path))
+    assert (seen, unit_paths(tmp_path)) == ([(True, 1), (False, 1)], [])
+
+
+def test_units_put_together_go_once_the_whole_is_there(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a disk that has no room for both nothing is lost."""
+    study, output = load_study(folder / "s.yaml"), folder / "c.nc"
+    cases, keep = expand(study).cases[:3], sweep.keep_of(study.outputs)
+    write = units.write_unit
+
+    def with_little_room(here: Path, number: int, records: Sequence[tuple[str, bytes]], name: str) -> units.Unit:
+        if len(records) == 3:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(here, number, records, name)
+
+    monkeypatch.setattr(store, "write_unit", with_little_room)
+    monkeypatch.setattr(store, "_PUT_TOGETHER", 3)
+    with store.opened(output, study.name, cases, keep, tell=lambda text: None) as opened:
+        for case, packed in zip(cases, sweep.Packing(workers.made_up, keep)([c.scene for c in cases]), strict=True):
+            opened.add(case.key, packed)
+            with contextlib.nullcontext() if case is not cases[2] else pytest.raises(UserError, match="No space left"):
+                opened.flush()
+    assert kept(folder) == 3
 
 
 # disks
