@@ -15,7 +15,7 @@ import xarray as xr
 
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Case
-from rcstudy.compare import Comparison, _natural_scales, compare
+from rcstudy.compare import TABLE, Comparison, Difference, _natural_scales, _scales_of_a_kind, compare
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.layout import MISSING
@@ -291,8 +291,10 @@ def test_a_missing_or_infinite_scalar(tmp_path: Path, reference: Path) -> None:
     def edit(file: h5py.File) -> None:
         file["force_x"][1, 2] = np.inf
 
-    found = outcome(edited(reference, tmp_path / "b.nc", edit), reference)
-    assert [d.variable for d in found.bad] == ["force_x"]
+    infinite = edited(reference, tmp_path / "b.nc", edit)
+    other_way = edited(infinite, tmp_path / "c.nc", lambda f: f["force_x"].__setitem__((1, 2), -np.inf))
+    for found in (outcome(infinite, reference), outcome(infinite, other_way)):
+        assert [d.variable for d in found.bad] == ["force_x"]
 
 
 @pytest.mark.parametrize(
@@ -443,6 +445,9 @@ def test_three_are_too_many(tmp_path: Path) -> None:
     assert {d.variable for d in found.bad} == {"state", "slip_area"}
     assert "3 at the bound (allowed 2)" in found.text()
     assert outcome(*pair, Tolerances(state_flips=3)).same
+    for match, same in (("*modulus=2 Es, creepage=f", True), ("*creepage=b", False)):
+        rule = Rule(match=match, state_flips=3)
+        assert outcome(*pair, Tolerances(cases=[rule])).same == same
 
 
 def test_cells_below_the_bound_may_not(tmp_path: Path) -> None:
@@ -601,3 +606,30 @@ def test_natural_scales() -> None:
     expected |= dict.fromkeys(("contact_area", "slip_area"), 4.0 * np.pi)
     found = {name: float(values[0]) for name, values in _natural_scales(grid, ("case",)).items()}
     assert found == pytest.approx(expected, rel=1e-12)
+    infinite = _natural_scales(grid.assign(load=("case", [np.inf])), ("case",))  # no scale beside which nothing counts
+    assert infinite["force_x"][0] == 0.0
+
+
+def test_scales_of_numbers_that_may_vanish_beside_others() -> None:
+    """Forces by the largest, moment over Hertz's radius among them; what slips by what touches; power by force."""
+    numbers = {"friction": 0.5, "load": 100.0, "hertz_radius": 4.0, "hertz_pressure": 30.0, "spin": 0.0}
+    numbers |= {"longitudinal": 0.003, "lateral": -0.004, "contact_area": 7.0}
+    numbers |= {"force_x": -3.0, "force_y": 2.0, "moment_z": -20.0}
+    grid = xr.Dataset({name: ("case", [value]) for name, value in numbers.items()})
+    scales = _scales_of_a_kind(grid, ("case",), _natural_scales(grid, ("case",)))
+    found = {name: float(values[0]) for name, values in scales.items() if values[0]}
+    expected = {"force_x": 5.0, "force_y": 5.0, "moment_z": 20.0, "slip_area": 7.0, "friction_power": 5.0 * 0.005}
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_worst_is_what_exceeds_its_own_tolerance_most() -> None:
+    found = Comparison()
+    for label, value, allowed in (("a", 0.1, 1.0), ("b", 0.01, 0.001), ("c", 0.02, 0.01)):
+        found.add(Difference("grid", label, "force_x", value, allowed, 1.0))
+    assert found.worst["force_x"].label == "b"
+    assert [d.label for d in found.bad] == ["b", "c"]
+
+
+def test_differences_are_told_once_where_there_is_a_table(tmp_path: Path, several: Path) -> None:
+    other = changed(tmp_path / "c.nc", with_scalars(approach=1.01), synthetic.several())
+    assert [(d.grid == TABLE, d.variable) for d in outcome(other, several).bad] == [(False, "approach")]
