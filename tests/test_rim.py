@@ -110,6 +110,29 @@ def test_further_than_rounding_allows_is_not_converged(monkeypatch: pytest.Monke
     assert found.converged == (found.residual <= 1e-30)
 
 
+@pytest.mark.parametrize("off, matters", [(0.5, False), (2.0, True)])
+def test_cells_out_of_place_matter_beyond_the_tolerance(off: float, matters: bool) -> None:
+    """Tension over the largest pressure as well as overlap over the approach, each for itself."""
+    scene = CONTACTS["plate"]
+    gap = initial_gap(scene)
+    solver = RimSolver(NormalOperator.of(influence_of(scene), gap.shape), gap, np.ones(gap.shape), 1e5)
+    cell, none = gap == gap[0, 0], np.zeros(gap.shape, dtype=bool)
+    solver.p = np.where(cell, -off * 1e-4 * 300.0, 300.0)
+    solver.approach, solver.g = 0.02, np.where(cell, 0.02 - off * 1e-4 * 0.02, 0.03)
+    assert solver._matters(cell, none, 1e-4) == solver._matters(none, cell, 1e-4) == matters
+    assert not solver._matters(none, none, 1e-4)
+
+
+def test_what_did_not_get_to_its_tolerance_is_not_converged(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rim, "_MAX_STEPS", 2)
+    scene = CONTACTS["plate"]
+    influence, gap = influence_of(scene), initial_gap(scene)
+    near = solve_pressure(scene, influence, gap)
+    operator = NormalOperator.of(influence, gap.shape)
+    found = RimSolver(operator, gap, near.p, float(near.p.sum())).solve(1e-12)
+    assert found.residual > 1e-12 and not found.converged
+
+
 @pytest.mark.heavy
 def test_load_is_kept_and_nothing_pulls() -> None:
     """Also where the pressures to start from are far from it: one cell, or all."""
@@ -124,3 +147,6 @@ def test_load_is_kept_and_nothing_pulls() -> None:
         assert (found.p >= 0.0).all()
         assert found.p.sum() == pytest.approx(total, rel=1e-12)
         np.testing.assert_allclose(found.p, expected.p, atol=1e-8 * expected.p.max())
+        rough = RimSolver(operator, gap, start, total).solve(0.1)  # some cells pull, by less than that
+        assert rough.converged and (rough.p >= 0.0).all()
+        assert rough.p.sum() == pytest.approx(total, rel=1e-12)
