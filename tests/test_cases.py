@@ -12,6 +12,7 @@ from studies import BASE, CONFIGS, load_text
 
 from rcstudy import cases as cases_module
 from rcstudy.cases import case_key, expand, layer_set, normal_problem, scene_record
+from rcstudy.mechanics.exact import contact_modulus, hertz_contact
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.plan import (
@@ -380,6 +381,14 @@ def test_estimated_contact_is_that_of_the_pressure(study):
     for case in expand(plan).cases:
         cells = np.count_nonzero(solve_scene(case.scene).fields["pressure"])
         assert 0.7 < contact_cells(case.scene) / cells < 1.6, case
+
+
+@pytest.mark.parametrize("counterbody", [None, Material(70000.0, 0.33)])
+@pytest.mark.parametrize("radius", [(5.0, 5.0), (50.0, 900.0)])
+def test_estimated_contact_of_bodies_without_layers_is_hertzs(counterbody, radius):
+    scene = dataclasses.replace(SCENE, layers=(), counterbody=counterbody, radius=radius)
+    hertz = hertz_contact(radius, scene.load, contact_modulus(scene.substrate, counterbody))
+    assert estimated_contact(scene) == pytest.approx(hertz.a, rel=1e-12)
 
 
 @pytest.mark.parametrize("modulus", [5.0, 2e6])
