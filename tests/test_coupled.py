@@ -64,6 +64,7 @@ def test_limits_of_the_proof_are_wider_only_where_something_is_coupled(discretis
     coupled_scene = replace(equal, counterbody=None)
     assert coupled_scene.is_coupled
     assert bool(proof.failures(missed, coupled_scene)) == (discretisation == "kalker")
+    assert proof.failures(missed | {"proof_gap": 1.1e-3}, coupled_scene)  # twice what turns may leave, and no more
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -186,3 +186,13 @@ def test_only_solutions_contradict_each_other() -> None:
     assert differ(Status.SOLVED, Status.SOLVED) == "approach"
     assert differ(Status.NOT_CONVERGED, Status.NOT_CONVERGED) == ""
     assert differ(Status.SOLVED, Status.NOT_CONVERGED) == differ(Status.NOT_CONVERGED, Status.SOLVED) == ""
+
+
+def test_contradictions_are_told_in_the_coarser_precision() -> None:
+    """Single precision has seven digits: what it rounds off is none, on either side."""
+    ours = parse(packed(Keep(precision="float32")))
+    for factor, told in ((1.0 + 1e-12, ""), (1.0 + 1e-5, "pressure")):
+        result = synthetic.made_up_result(synthetic.SCENE)
+        result.fields["pressure"] *= factor
+        theirs = parse(packed(Keep(crop=True), result))
+        assert ours.contradicts(theirs) == theirs.contradicts(ours) == told
