@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
+from contacts import steel
 
-from rcstudy.mechanics import newton
+from rcstudy.mechanics import newton, rolling
+from rcstudy.mechanics.aligned import AlignedContact
+from rcstudy.mechanics.contact import solve_normal
 from rcstudy.mechanics.patience import Patience
+from rcstudy.mechanics.scene import Creepage, Mesh
 
 
 class Scripted:
@@ -67,3 +74,41 @@ def test_patience_ends_after_steps_that_get_nowhere(steps: int, part: float, exp
     patience = Patience(steps, part)
     found = [patience.ends(residual) for residual in (9.0, 8.0, 7.0, 0.8, 0.8, 0.9, math.nan, 0.7999)]
     assert found == [bool(end) for end in expected]
+
+
+@pytest.mark.parametrize(
+    ("unsettled", "looks", "left"),
+    [([9e-5], 0, 9e-5), ([2e-4, 9e-5], 1, 9e-5), ([8e-3, 3e-3, 1e-3, 6e-4], 3, 6e-4), ([2e-3, 1.1e-3], 1, 1.1e-3)],
+)
+def test_slip_is_looked_at_again_while_that_halves_what_is_unsettled(
+    unsettled: list[float], looks: int, left: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Down to a ten-thousandth of the bounds; Newton's steps after each look count."""
+    looked = []
+    system = SimpleNamespace(kept=0.0, unsettled=lambda q, s: unsettled[len(looked)])
+    state: Any = SimpleNamespace(system=system, solved=True, q=None, s=None, look_again=lambda: looked.append(1))
+    monkeypatch.setattr(newton, "solve", lambda *_: 4)
+    assert rolling._look_again(state) == (4 * looks, left)
+
+
+def test_nothing_is_unsettled_once_the_slip_itself_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = SimpleNamespace(kept=0.0, unsettled=lambda q, s: 0.01)
+    state: Any = SimpleNamespace(system=system, solved=True, q=None, s=None)
+    state.look_again = lambda: setattr(system, "kept", None)
+    monkeypatch.setattr(newton, "solve", lambda *_: 3)
+    assert rolling._look_again(state) == (3, 0.0)
+
+
+def test_unsettled_tractions_are_measured_by_all_bounds() -> None:
+    """Two slip cells that fall short of theirs by a tenth: a tenth of these two, over the sum of all."""
+    scene = steel(Mesh((1.0, 1.0), (20, 20)), creepage=Creepage(0.002, 0.0, 0.01), friction=0.3)
+    contact = AlignedContact(solve_normal(scene))
+    operator, cells = contact.operator, contact.cells_of_operator
+    bound, w = scene.friction * contact.pressure, contact.known_slip(scene)
+    system = rolling.NewtonSystem(operator, cells, bound, w, contact.neighbours)
+    found = rolling.solve_tractions(operator, cells, bound, w, 1e-10, None, contact.neighbours)
+    system.slip[:] = found.slip
+    assert system.unsettled(found.q, found.s_ahead) < 1e-8
+    q, short = found.q.copy(), np.flatnonzero(found.slip)[[3, 20]]
+    q[short] *= 0.9
+    assert system.unsettled(q, found.s_ahead) == pytest.approx(0.1 * bound[short].sum() / bound.sum(), rel=1e-6)
