@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from contacts import STEEL
 
+from rcstudy.mechanics.contact import solve_normal
+from rcstudy.mechanics.rolling import solve_tractions
 from rcstudy.mechanics.scene import Coupling, Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.stopping import pressure_residual, traction_residual
 from rcstudy.result import Status
@@ -55,3 +57,17 @@ def test_where_solvers_stop() -> None:
     assert traction_residual(1e-5, 1500 * 256) == pytest.approx(1.625e-6)
     assert traction_residual(1.2e-11, 300) == 1e-11
     assert traction_residual(1e-12, 300) == 1e-12
+
+
+def test_residuals_are_relative_to_the_slip_where_all_sticks() -> None:
+    """To the rigid slip by the operator's diagonal: tractions add up along rows, and bounds are never reached."""
+    mesh = Mesh((1.2, 1.2), (40, 40))
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, mesh, (), STEEL, creepage=Creepage(0.002, 0.001), friction=1e4)
+    contact = solve_normal(scene)
+    bound, w = scene.friction * contact.pressure, contact.known_slip(scene)
+    found = solve_tractions(contact.operator, contact.cells, bound, w, 1e-6)
+    assert not found.slip.any()
+    rho = 1.0 / contact.operator.diagonal
+    assert rho * np.linalg.norm(w) < 0.9 * min(np.linalg.norm(found.q), np.linalg.norm(bound))
+    assert found.residual == pytest.approx(np.linalg.norm(found.s) / np.linalg.norm(w), rel=1e-6)
+    assert found.residual <= 1e-6
