@@ -355,3 +355,22 @@ def test_tractions_are_solved_to_their_tolerance_where_turns_end_early(friction:
     assert rolling is not None
     assert rolling.converged
     assert rolling.residual <= 1e-6
+
+
+def test_solutions_count_what_those_before_them_took() -> None:
+    """And keep the coarser mesh's tractions, for error bars, if they did not start from others."""
+    contact = solve_normal(replace(BALL, mesh=Mesh((0.7, 0.7), (24, 24))))
+    assert contact.coarser is not None
+    first = solve_rolling(contact, contact.scene, tolerance=1e-3)
+    further = solve_rolling(contact, contact.scene, first.q, 1e-9)
+    assert first.coarser is not None and further.coarser is None
+    both = further.after(first)
+    assert both.coarser is first.coarser and first.after(replace(first, coarser=None)).coarser is first.coarser
+    assert first.after(replace(first, coarser=first)).coarser is first.coarser
+    assert (both.products, both.iterations) == (
+        further.products + first.products,
+        further.iterations + first.iterations,
+    )
+    pressure, earlier = contact.solution, contact.coarser.solution
+    assert pressure.after(earlier).products == pressure.products + earlier.products
+    assert pressure.after(None) is pressure
