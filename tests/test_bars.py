@@ -320,6 +320,15 @@ def test_cusps_are_where_stick_and_slip_meet(first_stick: float, expected: tuple
     assert _cusps(contact, scene, rolling) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(("first_slip", "expected"), [(0.5, (0.1, 0.1)), (1.5, (0.0, 0.1))])
+def test_cusps_across_the_rows_are_those_of_the_next_ones(first_slip: float, expected: tuple[float, float]) -> None:
+    """Stick zones' borders along x bend the pressure less far."""
+    contact = cells_of((13, 5))
+    rolling: Any = SimpleNamespace(slip=contact.centres[1] > first_slip)
+    scene: Any = SimpleNamespace(friction=0.4, mesh=SimpleNamespace(spacing=(1.0, 1.0)))
+    assert _cusps(contact, scene, rolling) == pytest.approx(expected)
+
+
 @pytest.mark.parametrize(("discretisation", "rel"), [("kalker", 1e-12), ("aligned", 0.05)])
 def test_lift_is_the_mean_under_the_pressure_over_the_approach(discretisation: str, rel: float) -> None:
     """By reciprocity: work of the tractions on displacements by pressure. On moved rows both are approximations."""
