@@ -22,26 +22,47 @@ from rcstudy.solve import solve_scene
 STEEL = steel(Mesh((1.0, 1.0), (8, 8)), counterbody=None).substrate
 
 
-@pytest.mark.parametrize("thickness", [0.002, 0.02, 0.1])
-@pytest.mark.parametrize("modulus", [20000.0, 90000.0, 1e6])
-def test_shift_is_the_integral_of_the_response(modulus: float, thickness: float) -> None:
-    dx, layers = 0.025, (Layer(modulus, 0.25, thickness), Layer(150000.0, 0.3, 2.0 * thickness))
-
-    def response(k: np.ndarray) -> np.ndarray:
-        result: np.ndarray = frequency_response(STEEL, layers, k)[0]
-        return result
+def integral(layers: tuple[Layer, ...], dx: float) -> tuple[float, float]:
+    """The shift by SciPy's quadrature, and by how much more waves at the cut yield than long ones."""
 
     def g(k: float) -> float:
-        return k * float(response(np.array([k]))[0])
+        return k * float(frequency_response(STEEL, layers, np.array([k]))[0, 0])
 
     more = max(1.0, g(EDGES / dx) / g(0.05 / dx))
     low = EDGES * more**0.2 / dx
     parts = [
         quad(lambda s: math.log(g(low * math.exp(s)) / g(low)) * math.exp(-s), *ends)[0] for ends in ((0, 4), (4, 40))
     ]
-    expected = sum(parts) / (math.pi * low * dx)
+    return sum(parts) / (math.pi * low * dx), more
+
+
+@pytest.mark.parametrize("thickness", [0.002, 0.02, 0.1])
+@pytest.mark.parametrize("modulus", [20000.0, 90000.0, 1e6])
+def test_shift_is_the_integral_of_the_response(modulus: float, thickness: float) -> None:
+    dx, layers = 0.025, (Layer(modulus, 0.25, thickness), Layer(150000.0, 0.3, 2.0 * thickness))
+    expected, more = integral(layers, dx)
     assert more < 30.0
-    assert shift_by_layers(response, dx, EDGES) == pytest.approx(expected, rel=2e-2, abs=1e-5)
+    found = shift_by_layers(lambda k: frequency_response(STEEL, layers, k)[0], dx, EDGES)
+    assert found == pytest.approx(expected, rel=2e-2, abs=1e-5)
+
+
+def test_films_that_do_most_of_the_yielding_are_shifted_by_less() -> None:
+    """By the square of 30 over what waves at the cut yield more than long ones."""
+    expected, more = integral((Layer(1e-4 * STEEL.E, 0.45, 0.05),), 0.15)
+    assert more > 35.0 and expected > 1e-3
+    assert shift(1e-4, 0.45, 0.05) == pytest.approx((30.0 / more) ** 2 * expected, rel=2e-2)
+
+
+@pytest.mark.parametrize(("modulus", "nu", "thickness"), [(0.01, 0.499, 0.05), (1e-4, 0.45, 0.05)])
+def test_edges_on_films_that_keep_their_volume_are_moved_back(modulus: float, nu: float, thickness: float) -> None:
+    """By up to 0.4 of a cell, as much as g grows faster than k from 0.5 to 1.5 radians a cell, over 0.55."""
+    layers = (Layer(modulus * STEEL.E, nu, thickness),)
+    all_, few, short = (k * frequency_response(STEEL, layers, np.array([k / 0.15]))[0, 0] for k in (0.05, 0.5, 1.5))
+    faster = math.log(short / few / 3.0) / 0.55
+    assert 0.3 < faster < 0.9
+    expected = 0.011 * math.log(short / few) * math.log(short / all_) + 0.4 * faster
+    found = shift_under_soft_layers(lambda k: frequency_response(STEEL, layers, k)[0], 0.15)
+    assert found == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("coupling", get_args(Coupling))
