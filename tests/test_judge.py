@@ -23,6 +23,12 @@ def test_much_smaller_is_a_tenth_smaller(monkeypatch: pytest.MonkeyPatch) -> Non
     assert [c.holds for c in found] == [False, True]
 
 
+def test_much_larger_is_the_same_the_other_way_round(monkeypatch: pytest.MonkeyPatch) -> None:
+    hardly, much, last = named(monkeypatch, {"a": 0.95, "b": 0.85, "c": 1.0})
+    found = judge.much_larger([(hardly, last), (much, last), (last, much)], lambda view: view)
+    assert [c.holds for c in found] == [False, True, False]
+
+
 def test_the_top_of_the_trailing_end_is_behind_and_above(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measures, "slip_centre", lambda view: view)
     cases = named(monkeypatch, {"a": (-0.3, 0.2), "b": (0.3, 0.2), "c": (-0.3, -0.2), "d": (0.3, -0.2)})
@@ -61,3 +67,10 @@ def test_slip_patterns_are_similar_within_an_angle(monkeypatch: pytest.MonkeyPat
     found = list(judge.similar_patterns([]))
     assert [c.holds for c in found] == [True, False, None]
     assert found[2].undecided == "d has no such cells"
+
+
+def test_what_stays_the_same_neither_grows_nor_shrinks(monkeypatch: pytest.MonkeyPatch) -> None:
+    pair = tuple(named(monkeypatch, {"a": 1.0, "b": 1.0}))
+    for judged in (judge.grows, judge.shrinks):
+        (found,) = judged([pair], lambda view: view)  # type: ignore[list-item]
+        assert found.holds is False

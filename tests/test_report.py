@@ -776,6 +776,7 @@ def by_hand(rows: list[str], qx: np.ndarray | None = None, qy: np.ndarray | None
 def test_slip_behind_stick_counts_rows_with_stick() -> None:
     case = by_hand(["ss..", "sso.", "soos", "sooo"])
     assert measures.slip_behind_stick(case) == pytest.approx(4 / 5)
+    assert measures.slip_behind_stick(by_hand(["soso"])) == pytest.approx(1 / 2)  # behind all of them
 
 
 @pytest.mark.parametrize(("slip_error", "expected"), [(0.02, 0.0), (0.05, 0.025), (math.nan, math.nan)])
@@ -791,6 +792,7 @@ def test_slip_centre_and_quarters() -> None:
     assert measures.slip_centre(case) == pytest.approx((-0.75, 0.5))
     assert measures.trailing_slip(case, upper=True) == pytest.approx(2 / 4)
     assert measures.trailing_slip(case, upper=False) == 0.0
+    assert measures.trailing_slip(by_hand([".s..", "sooo", "oooo", "oooo"]), upper=True) == pytest.approx(2 / 3)
 
 
 def test_asymmetry_is_the_odd_part() -> None:
