@@ -461,3 +461,13 @@ def test_bars_of_slip_areas_near_full_slip() -> None:
         assert abs(levels[0]["slip_area"] - true["slip_area"]) <= found["slip_area_error"], (cells, longitudinal)
         if longitudinal > 0.0039:
             assert found["slip_area_error"] == found["contact_area_error"]
+
+
+@pytest.mark.heavy
+def test_slip_areas_behind_the_stick_zone_of_bodies_that_are_alike() -> None:
+    """Within 0.045 % of the contact in the mean, 0.029 % as measured; borders that bow left out 0.057 %."""
+    alike = {"counterbody": {"E": 210000, "nu": 0.3}, "friction": 0.3, "creepage": {"longitudinal": 0.001}}
+    true = solve_scene(fitted(240, discretisation="aligned", **alike)).scalars
+    found = [solve_scene(fitted(n, discretisation="aligned", **alike)).scalars["slip_area"] for n in range(20, 61, 3)]
+    off = (np.array(found) - true["slip_area"]) / true["contact_area"]
+    assert np.sqrt(np.mean(off**2)) < 4.5e-4
