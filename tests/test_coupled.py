@@ -64,7 +64,6 @@ def test_limits_of_the_proof_are_wider_only_where_something_is_coupled(discretis
     coupled_scene = replace(equal, counterbody=None)
     assert coupled_scene.is_coupled
     assert bool(proof.failures(missed, coupled_scene)) == (discretisation == "kalker")
-    assert proof.failures(missed | {"proof_gap": 1.1e-3}, coupled_scene)  # twice what turns may leave, and no more
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -374,3 +373,15 @@ def test_solutions_count_what_those_before_them_took() -> None:
     pressure, earlier = contact.solution, contact.coarser.solution
     assert pressure.after(earlier).products == pressure.products + earlier.products
     assert pressure.after(None) is pressure
+
+
+def test_nothing_is_solved_where_surfaces_overlap_without_pressure() -> None:
+    """However small the residuals of the cells in contact are."""
+    whole = Box(0, 9, 0, 9)
+    system = CoupledSystem(BALL, influence_of(BALL), whole)
+    contact, rolling = solve_coupled(BALL)
+    system.look(contact.spread(np.stack([*rolling.q.T, contact.pressure])))
+    assert system.settled and system.converged
+    system.rigid[2, 0, 0] = -1.0  # a bump far from the contact
+    system.look(system.stress)
+    assert not system.settled and not system.normal_converged and not system.solved
