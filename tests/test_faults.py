@@ -299,26 +299,6 @@ def test_ctrl_c_ends_within_two_seconds_and_keeps_all(folder: Path, processes: s
 # the order in which things reach the disk
 
 
-def test_a_file_is_on_the_disk_before_it_has_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And its name is before anything goes on: a machine may lose its power in between."""
-    steps: list[str] = []
-    sync, rename = publish.sync, Path.replace
-
-    def synced(path: Path) -> None:
-        steps.append("folder" if path.is_dir() else "content")
-        sync(path)
-
-    def renamed(path: Path, target: Path) -> Path:
-        steps.append("name")
-        return rename(path, target)
-
-    monkeypatch.setattr(publish, "sync", synced)
-    monkeypatch.setattr(Path, "replace", renamed)
-    publish.write_whole(tmp_path / "a", [b"b", b"c"])
-    assert steps == ["content", "name", "folder"]
-    assert (tmp_path / "a").read_bytes() == b"bc"
-
-
 def test_units_go_once_the_mark_of_a_fresh_start_is_on_the_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

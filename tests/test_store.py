@@ -28,15 +28,6 @@ def opened(folder: Path) -> Iterator[tuple[store.Store, Sequence[Case], list[Pac
         yield found, cases, results
 
 
-def test_results_are_final_once_they_are_taken(tmp_path: Path) -> None:
-    """Those that are to be solved, or solved again, are not before."""
-    with opened(tmp_path) as (found, cases, results):
-        found.expect([cases[0].key, cases[1].key])
-        assert [found.is_final(case.key) for case in cases] == [False, False, True, True]
-        found.add(cases[0].key, results[0])
-        assert [found.is_final(case.key) for case in cases] == [True, False, True, True]
-
-
 def test_what_a_disk_could_not_take_still_waits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By its number and by its size."""
     write = store.write_unit
