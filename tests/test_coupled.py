@@ -385,3 +385,19 @@ def test_nothing_is_solved_where_surfaces_overlap_without_pressure() -> None:
     system.rigid[2, 0, 0] = -1.0  # a bump far from the contact
     system.look(system.stress)
     assert not system.settled and not system.normal_converged and not system.solved
+
+
+def test_a_contact_that_did_not_converge_is_not_refused_for_its_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it reaches says nothing: the pressure that it began with is clear of the edge."""
+
+    def astray(system: CoupledSystem, stress: np.ndarray, farthest: float) -> int:
+        system.attainable = 0.0
+        system.look(np.ones(stress.shape) * system.total / stress[0].size)
+        return 1
+
+    monkeypatch.setattr(CoupledSystem, "solve", astray)
+    monkeypatch.setattr(coupled, "_in_turn", lambda scene, influence, stress, gain: (stress, Box(0, 9, 0, 9), 1, 0))
+    contact, _ = solve_coupled(BALL)
+    assert (contact.solution.p > 0.0).all()
+    assert not contact.solution.edge
+    assert solve_scene(BALL).status == Status.NOT_CONVERGED
