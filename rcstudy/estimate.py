@@ -190,7 +190,8 @@ class _Case:
             "moment_z": 0.6 * self.scales["moment_z"],
         }
         for name in bars:
-            bars[name] += missed.get(name, 0.0)
+            if not self._vanishes(name):
+                bars[name] += missed.get(name, 0.0)
 
     def left_by_solver(self, name: str) -> float:
         """What the tolerances leave, unsettled directions of slip, and layers too thin for the cells."""
@@ -208,7 +209,7 @@ class _Case:
             "contact_area": _SOFTLY * hidden.softly,
             "contact_radius": 0.5 * _SOFTLY * hidden.softly,
             "pressure_max": of_pressure * hidden.cusp_of_pressure + 4.0 * hidden.softly**2 + hidden.at_rim,
-            "traction_max": 0.0 if self.at_peak else of_tractions * hidden.cusp_of_tractions,
+            "traction_max": of_tractions * hidden.cusp_of_tractions,
             "approach": lift + 2.5 * hidden.softly**2,
         }
 
@@ -264,7 +265,7 @@ class _Case:
             # where nearly all stick tractions grow like K/sqrt(r) until they meet the bound, p0 sqrt(2 r/a)
             found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
             bars["traction_max"] = max(bars["traction_max"], math.sqrt(_LEADING * found * bound) - found)
-        if slip and self.at_peak:
+        if self.at_peak:
             bars["traction_max"] = friction * bars["pressure_max"]
         elif slip and self.hidden.at_rim > 0.0:  # what slips at the rim carries what pressure there is
             at_rim = friction * finest["pressure_max"] * (1.0 + self.hidden.at_rim)

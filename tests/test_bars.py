@@ -191,7 +191,7 @@ def test_estimate_of_what_is_wrong_by_a_part_of_a_cell() -> None:
 )
 def test_estimate_of_what_too_few_cells_miss(cells: int, across: int, per_radius: float, misses: float) -> None:
     """Fewer than five cells, or a long contact up to three wide: what they differ from Hertz by is in doubt as well."""
-    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-7, 1e-7))
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.001), tolerance=Tolerance(1e-7, 1e-7))
     scalars = {"slip_area": 0.5, "moment_z": 3.0, "approach": 0.03}
     found = error_estimates(scene, cells, [MIDDLING | scalars], across=across)
     hertz = hertz_of()
