@@ -73,7 +73,7 @@ _BY_LAYERS = {
 }
 _SOFTLY = 0.45  # times what edges on soft layers were moved back
 # Over cells a radius: what cells round off of such slopes in pressure and in tractions.
-_CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.65, 0.4)}
+_CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.72, 0.4)}
 _STUCK = {"force_x": 0.18, "force_y": 0.18, "moment_z": 0.55}  # of themselves over cells a radius, where none slip
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
@@ -224,7 +224,9 @@ class _Case:
                 bars["slip_area"] += dx * dy  # that may stick around the pole of spin
             else:
                 self.add_strip_that_sticks(bars)
-        elif slip == missing and finest["traction_max"] > 0.0:  # of what cells show nothing slips
+        elif finest["traction_max"] == 0.0:
+            bars["slip_area"] = self.left_by_solver("slip_area")
+        elif slip == missing:  # of what cells show nothing slips
             bars["slip_area"] = max(bars["slip_area"], _UNSEEN / self.per_radius * finest["contact_area"])
             # and what pressure it has, that goes like the root of the distance from the edge
             unseen = (_UNSEEN / self.per_radius) ** 1.5 * self.power

@@ -62,7 +62,7 @@ HIDDEN = [
         Hidden(lift=-0.5, cusp_of_pressure=0.1, cusp_of_tractions=0.2),
         {
             "approach": 0.03 * CELL * 0.5 * 0.03,
-            "pressure_max": 0.65 * CELL * 0.1 * 100.0,
+            "pressure_max": 0.72 * CELL * 0.1 * 100.0,
             "traction_max": 0.4 * CELL * 0.2 * 50.0,
         },
     ),

@@ -11,7 +11,7 @@ import pytest
 from contacts import MIDDLING, STEEL, TIGHT, hertz_of, solved, steel, window
 
 from rcstudy.estimate import error_estimates
-from rcstudy.fits import ALIGNED, FITS
+from rcstudy.fits import ALIGNED, ALIKE, FITS
 from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import ESTIMATED, VARIABLES, Status
@@ -177,14 +177,15 @@ def test_estimate_far_beyond_the_noise_and_under_full_coupling():
     """What a difference exceeds six times the noise by counts by itself; friction adds to the noise under coupling."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
     scene = replace(scene, discretisation="aligned", counterbody=None, friction=0.5)
-    fit, per_radius = ALIGNED["pressure_max"], np.sqrt(314 / np.pi)
-    noise = fit.k * per_radius**-1.5 * 100.0
-    for coupling, pull in (("one-way", 0.0), ("full", 0.5 * fit.coupled * per_radius**-1.5 * 100.0)):
+    fit, per_radius, all_friction = ALIGNED["force_x"], np.sqrt(314 / np.pi), 0.5 * 100.0
+    noise, most = (part * per_radius**-fit.order * all_friction for part in (fit.rest, 0.5 * fit.coupled))
+    assert fit.k == 0.0 < fit.coupled
+    for coupling, pull in (("one-way", 0.0), ("full", most)):
         for difference in (0.0, 5.9 * noise, 8.0 * noise):
-            levels = [{"pressure_max": p, "contact_radius": 0.3} for p in (100.0, 100.0 + difference, 100.0)]
-            found = error_estimates(replace(scene, coupling=coupling), 314, levels)["pressure_max_error"]
+            levels = [{"force_x": f, "contact_radius": 0.3} for f in (40.0, 40.0 + difference, 40.0)]
+            found = error_estimates(replace(scene, coupling=coupling), 314, levels)["force_x_error"]
             beyond = max(difference - 6.0 * noise, 0.0)
-            expected = np.hypot(fit.c * difference, noise + pull) + fit.excess * beyond + 1e-5
+            expected = np.hypot(fit.c * difference, noise + pull) + fit.excess * beyond + 1e-7 * all_friction
             assert found == pytest.approx(expected, rel=1e-9)
 
 
@@ -237,11 +238,15 @@ def test_estimates_where_friction_is_more_than_is_needed(discretisation):
 
 
 def test_estimate_of_the_slip_area():
-    """On aligned cells its noise goes with the root of what slips, beside the contact's own; all, if all slips."""
-    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
-    scene = replace(scene, discretisation="aligned")
+    """On aligned cells its noise goes with a power of what slips, beside the contact's own; all, if all slips.
 
-    def estimates(area: float) -> dict[str, float]:
+    Of bodies that are alike of what sticks.
+    """
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
+    alike = replace(scene, discretisation="aligned")
+    scene = replace(alike, counterbody=None)
+
+    def estimates(area: float, scene: Scene = scene) -> dict[str, float]:
         levels = [MIDDLING | {"contact_area": 2.0, "slip_area": area}] * 2
         return error_estimates(scene, 314, levels)
 
@@ -249,9 +254,13 @@ def test_estimate_of_the_slip_area():
     everything = estimates(2.0)
     edge = everything["contact_area_error"]
     border = ALIGNED["slip_area"].k * (314 / np.pi) ** -0.75 * 2.0
-    assert small == pytest.approx(np.hypot(border * np.sqrt(0.05) + 2e-7, edge) - 2e-7, rel=1e-12)
-    assert large == pytest.approx(np.hypot(border * np.sqrt(0.2) + 2e-7, edge) - 2e-7, rel=1e-12)
+    assert small == pytest.approx(np.hypot(border * 0.05**0.4 + 2e-7, edge) - 2e-7, rel=1e-12)
+    assert large == pytest.approx(np.hypot(border * 0.2**0.4 + 2e-7, edge) - 2e-7, rel=1e-12)
     assert everything["slip_area_error"] == everything["contact_area_error"] < large
+    border = ALIKE["slip_area"].k * (314 / np.pi) ** -0.75 * 2.0
+    for area in (0.1, 0.4, 1.9999):
+        found, noise = estimates(area, alike)["slip_area_error"], border * max(1.0 - 0.5 * area, 0.01) ** -0.35
+        assert found == pytest.approx(np.hypot(noise + 2e-7, edge), rel=1e-12)
 
 
 @pytest.mark.heavy
