@@ -140,6 +140,20 @@ def test_bend_edges():
     assert moved >= 8
 
 
+@pytest.mark.parametrize(
+    ("squares", "limit"),
+    [([1.0, 2.2, 2.6, 2.1, 1.0], 0.0), ([0.5, 1.0, 2.0, 2.0, 6.0], -0.18), ([1, 1, 2, 4, 4], 0.18)],
+)
+def test_five_cells_are_enough_to_bend_an_edge(squares: list[float], limit: float):
+    """Against the twin; by 0.6 of three tenths of a cell at most, inwards as well as outwards."""
+    p = np.sqrt(np.array(squares))[:, None]
+    edges = np.array([[-0.5], [4.5]])
+    outline.bend_edges(p, np.array([0]), np.array([4]), edges)
+    moved = -0.5 - edges[0, 0]
+    assert moved == pytest.approx(naive_rows.missed_by_a_parabola(np.array(squares), 0.5), abs=1e-12)
+    assert moved == pytest.approx(limit, abs=1e-12) if limit else 0.01 < abs(moved) < 0.18
+
+
 def test_edges_of_bent_profiles():
     """p^2 = x/(1 + 0.15 x), as over a stiff layer: of what parabolas are off, without a mesh's making, a third goes."""
     for place in np.linspace(0.3, 0.8, 6):
