@@ -117,6 +117,13 @@ def test_row_edges(shape: tuple[int, int], seed: int) -> None:
             np.testing.assert_allclose(edges[:, j], expected[j], atol=1e-9)
 
 
+def test_short_rows_are_straight_beside_one_whose_pressure_is_least_in_the_middle() -> None:
+    """p^2 of a parabola that opens upwards never comes to zero; that of two cells, 0.2 and 1, does a quarter ahead."""
+    p = np.sqrt(np.array([[1.0, 0.0], [0.7, 0.2], [0.6, 1.0], [0.7, 0.0], [1.0, 0.0]]))
+    _, _, edges = found_edges(p, AS_SEEN, AS_SEEN)
+    np.testing.assert_allclose(edges[:, 1], [1.0 - 0.25, 2.0 + 1.0], atol=1e-12)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_row_edges_of_what_is_mirrored(seed: int) -> None:
     """Along either axis; of an even number of cells, and of rows as long as each other, neither is the first."""
@@ -532,7 +539,8 @@ def test_peak_at_borders(seed: int) -> None:
 def test_top_of_parabola() -> None:
     """Of a parabola the very top; without one inside, the value in the middle."""
     y = np.array([0.0, -1.0, 1.0, -2.0, 2.0])
-    assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - 0.7) ** 2) == pytest.approx(3.0, rel=1e-12)
+    for top in (0.7, -1.6, 1.9):
+        assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - top) ** 2) == pytest.approx(3.0, rel=1e-12)
     assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - 2.2) ** 2) == 3.0 - 0.5 * 2.2**2
     assert rows.top_of_parabola(y, 1.0 + y**2) == 1.0
     assert rows.top_of_parabola(y[:1], np.array([2.0])) == 2.0
