@@ -185,6 +185,29 @@ def test_every_row_begins_theta_behind_its_edge_and_carries_its_force():
     assert contact.area == pytest.approx(np.pi * a * a, rel=0.005)
 
 
+@pytest.mark.parametrize("cut", range(5))
+@pytest.mark.parametrize("end", ["front", "back", "a row", "a row before"])
+def test_rows_that_there_is_no_room_for_are_not_taken(end: str, cut: int) -> None:
+    """Cells of all rows are in the box, after the contact has lost cells ahead, behind, or a row, or had none there."""
+    scene = steel(window((hertz_of().a[0],) * 2, (17.0, 17.0)))
+    normal = solve_normal(scene)
+    p = normal.solution.p.copy()
+    if end.startswith("a row"):
+        p[:, p.shape[1] // 2 + cut] = 0.0
+    else:
+        touched = np.flatnonzero(p.any(axis=1))
+        p[touched[-cut:] if end == "front" else touched[:cut]] *= 0.0 if cut else 1.0
+    changed = NormalContact(scene, normal.influence, replace(normal.solution, p=p))
+    first, then = (changed, normal) if end == "a row before" else (normal, changed)
+    p, after = then.solution.p, AlignedContact(then, like=AlignedContact(first))
+    rows = after.rows
+    own = np.ascontiguousarray(p[after.box.slices])
+    np.testing.assert_array_equal(rows.count > 0, (own > 0.0).any(axis=0))
+    np.testing.assert_array_equal((rows.index >= 0).sum(axis=0), rows.count)
+    assert len(np.unique(rows.cells, axis=0)) == rows.count.sum() == rows.held.sum()
+    assert after.pressure.sum() == pytest.approx(p.sum(), rel=1e-9)  # cells that carry nothing have 1e-9 of the largest
+
+
 @pytest.mark.parametrize(("counterbody", "cells"), [(STEEL, (1.0, 1.0)), (None, (1.0, 1.0)), (STEEL, (2.0, 1.0))])
 def test_pressure_on_rows_is_not_more_concentrated_than_it_is(
     counterbody: Material | None, cells: tuple[float, float]
