@@ -14,6 +14,7 @@ from rcstudy.estimate import error_estimates
 from rcstudy.fits import ALIGNED, ALIKE, FITS
 from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.window import _extent, _reach, contact_extent, sliding_extent
 from rcstudy.result import ESTIMATED, VARIABLES, Status
 from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
@@ -363,6 +364,39 @@ def test_fitted_windows_without_what_moves_them():
     assert free == width() == width(friction=0.01, creepage={"longitudinal": 0.3})
     steel = {"layers": [], "counterbody": {"E": 210000, "nu": 0.3}}
     assert width(**steel, creepage={"spin": 0.1}) == width(**steel)
+
+
+@pytest.mark.parametrize("room", [0.2, 0.8])
+@pytest.mark.parametrize("ends", [(4.5, 6.5), (6.5, 4.5)])
+def test_how_far_a_contact_reaches(ends, room):
+    """To where p^2, straight at both ends, is nothing within the next cell; on the side that is farther out."""
+    x = np.arange(24.0) - 11.5
+    squares = np.maximum(np.minimum(x + ends[0] + room, ends[1] + room - x), 0.0)
+    assert _reach(x, squares) == pytest.approx(2.0 * (6.5 + room), rel=1e-12)
+
+
+def test_windows_grow_along_the_axis_on_which_they_are_too_small():
+    """A contact of 0.2 x 1 mm: never wider along x, along y by half until it is inside."""
+    sizes = []
+
+    def pressure(trial):
+        assert trial.mesh.size not in sizes
+        sizes.append(trial.mesh.size)
+        x, y = trial.mesh.centres
+        return np.sqrt(np.maximum(1.0 - (x[:, None] / 0.1) ** 2 - (y / 0.5) ** 2, 0.0))
+
+    extent = _extent(steel(window((0.1, 0.1), (8, 8))), (0.3, 0.6), pressure, (np.inf, np.inf))
+    assert sizes == [(0.3, pytest.approx(0.6 * 1.5**k)) for k in range(3)]
+    assert extent == pytest.approx((0.2, 1.0), rel=0.03)
+
+
+def test_a_window_for_sliding_along_either_axis():
+    """What rubber does that slides along x the same does along y: windows of round contacts are square."""
+    scene = scene_from_mapping({**RUBBER, "creepage": {"spin": 0.1}, "mesh": {"size": [9, 9], "cells": [8, 8]}})
+    free = contact_extent(scene)
+    x, y = sliding_extent(scene, free)
+    assert min(x, y) > 1.05 * max(free)
+    assert x == pytest.approx(y, rel=0.01)
 
 
 @pytest.mark.parametrize("load", [338.0, 339.0])
