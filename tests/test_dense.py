@@ -793,6 +793,20 @@ def test_interpolated_pressure_looks_far_enough(seed: int) -> None:
     np.testing.assert_allclose(cascade.interpolated_pressure(p, window), expected, atol=1e-14)
 
 
+def test_contacts_of_few_cells_along_one_axis_have_no_coarser_mesh():
+    """Eight cells across are too few, however many there are along the other axis."""
+    a = estimated_contact(Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (8, 8))))[0]
+    for cells, found in (((30, 30), True), ((30, 10), False), ((10, 30), False)):
+        scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((2.5 * a, 2.5 * a), cells))
+        assert (cascade.coarser_scene(scene) is not None) == found
+
+
+def test_tolerances_on_coarser_meshes():
+    """No tighter than engineering asks for, nor than that on the mesh itself."""
+    assert cascade.coarser_tolerance(Tolerance(1e-8, 1e-8)) == cascade.coarser_tolerance(Tolerance(1e-3, 1e-3))
+    assert cascade.coarser_tolerance(Tolerance(0.02, 0.05)) == Tolerance(0.02, 0.05)
+
+
 @pytest.mark.parametrize("cells", [(28, 26), (27, 25)])
 def test_coarser_scene(cells: tuple[int, int]) -> None:
     """Cells of twice the size about the same centre, so long as there are enough of them in the contact."""
