@@ -58,6 +58,7 @@ def layers_of(*moduli_and_thicknesses: tuple[float, float]) -> list[Layer]:
         (layers_of((10.0, 0.2)), 0.1),  # no thinner than a cell
         (layers_of((0.1, 0.02), (10.0, 0.03)), 0.05),  # a film on it belongs to it
         (layers_of((10.0, 0.01), (0.1, 0.02), (5.0, 0.04)), 0.07),  # bends less
+        (layers_of((30.0, 0.01), (0.1, 0.02), (10.0, 0.02)), 0.05),  # stretches less than the other, but bends more
         (layers_of((10.0, 0.01), (0.1, 0.02), (5.0, 0.08)), 0.01),  # too deep: cells see it
         (layers_of((0.1, 0.02), (0.5, 0.2)), 0.0),
     ],
