@@ -16,7 +16,13 @@ import pytest
 from contacts import LOAD, RADIUS, STEEL, centres, hertz_of, solved, steel, window
 from scipy.integrate import quad
 
-from rcstudy.mechanics.exact import carter_traction, contact_modulus, hertz_contact, thin_layer_contact
+from rcstudy.mechanics.exact import (
+    carter_traction,
+    contact_bounds,
+    contact_modulus,
+    hertz_contact,
+    thin_layer_contact,
+)
 from rcstudy.mechanics.influence import COMPONENTS, Influence
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import CellState, Result, Status
@@ -35,6 +41,23 @@ def worst(result: Result, expected: dict[str, np.ndarray]) -> float:
 
 
 # --- Hertz ---
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
+@pytest.mark.parametrize("radius", [(50.0, 50.0), (50.0, 500.0)])
+def test_bounds_of_contacts_without_layers_are_the_contact(radius: tuple[float, float], nu: float) -> None:
+    """Nothing is stiffer or softer than the one material; a layer of it leaves a round contact's bounds as they are."""
+    body = Material(1000.0, nu)
+    a = hertz_contact(radius, LOAD, contact_modulus(body, STEEL)).a
+    scene = steel(window((1.0, 1.0), (8, 8)), substrate=body, radius=radius)
+    for bounds in contact_bounds(scene):
+        assert bounds == pytest.approx(a, rel=1e-12)
+    layered = contact_bounds(replace(scene, layers=(Layer(1000.0, nu, 0.1),)))
+    for bounds, allowed in zip(layered, (0.2, 5.0), strict=True):
+        factor = (
+            1.0 if radius[0] == radius[1] else allowed
+        )  # ellipses change their shape: the same room along both axes
+        assert bounds == pytest.approx((factor * a[0], factor * a[1]), rel=1e-12)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.0 + 1e-4, 1.5, 12.0, 200.0, 0.05])
