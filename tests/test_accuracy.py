@@ -6,6 +6,7 @@ from dataclasses import replace
 from importlib import import_module
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -19,6 +20,7 @@ from workers import made_up
 from rcstudy import accuracy, cli, sweep
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
+from rcstudy.layout import CASE_KEY
 from rcstudy.mechanics.contact import influence_of
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.report.precision import QUANTITIES, REFERENCE, Row, Setting, schemes, settings
@@ -203,8 +205,8 @@ def test_a_run_that_was_broken_off_goes_on(tmp_path, monkeypatch):
 
 
 def test_of_both_discretisations_on_the_finest_mesh_aligned_cells_are_the_reference(tmp_path):
-    """Whichever comes first; the summary names it."""
-    tight = "{normal: 1.0e-9, tangential: 1.0e-9}"
+    """Whichever comes first, those of the tightest tolerance; the summary names it."""
+    tight = "{normal: 1.0e-4, tangential: 1.0e-4}, {normal: 1.0e-9, tangential: 1.0e-9}"
     axes = f"mesh.cells: [[12, 12], [18, 18]], discretisation: [kalker, aligned], tolerance: [{tight}]"
     path = tmp_path / "both.yaml"
     path.write_text(f"{STUDY.partition('grids:')[0]}grids:\n  both:\n    axes: {{{axes}}}\n")
@@ -212,7 +214,7 @@ def test_of_both_discretisations_on_the_finest_mesh_aligned_cells_are_the_refere
     sweep.run(study, tmp_path / "both.nc", workers=1, solve=made_up)
     with open_cube(tmp_path / "both.nc") as tree:
         rows = accuracy.report_rows(accuracy.measured(study, tree))
-    assert [(r.cells, r.discretisation) for r in rows if r.reference] == [(18, "aligned")]
+    assert [(r.cells, r.discretisation, r.tolerance) for r in rows if r.reference] == [(18, "aligned", 1e-9)]
     assert "(18 cells along a side, `aligned`, 1e-09)" in " ".join(summary_text(rows, settings(rows), []).split())
     rows += [row(16, 1e-5, 0.01, problem=1, reference=True), row(16, 1e-5, 0.01, problem=2)]
     words = (
@@ -241,6 +243,7 @@ def test_problem_is_what_remains_without_the_way_of_solving():
     scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)))
     other = replace(scene, mesh=Mesh((1.0, 1.0), (64, 64)), tolerance=Tolerance(1e-9, 1e-9), method="paper-cg")
     assert accuracy.problem(scene) == accuracy.problem(other)
+    assert accuracy.problem(scene) == accuracy.problem(replace(scene, discretisation="aligned", spin_point=0.5))
     assert accuracy.problem(scene) != accuracy.problem(replace(scene, coupling="full"))
     assert accuracy.problem(scene) != accuracy.problem(replace(scene, load=99.0))
 
@@ -260,6 +263,64 @@ def test_times_are_those_of_whole_solves(monkeypatch):
     assert len(calls) == 2 * accuracy._REPEATS  # nothing is solved in no time: as often as it may
     assert len(set(map(id, made))) == len(calls)
     assert all(0.0 <= r.scalars["solve_seconds"] < 0.1 for r in results)
+
+
+def test_of_several_solves_the_fastest_time_counts(monkeypatch):
+    """Times of 0.05, 0.02 and 0.3 s, whichever is the last."""
+    monkeypatch.setattr(import_module("rcstudy.solve"), "solve_scene", lambda scene: Result(Status.SOLVED))
+    clock = iter([0.0, 0.05, 1.0, 1.02, 2.0, 2.3])
+    monkeypatch.setattr(accuracy.time, "process_time", lambda: next(clock))
+    (result,) = accuracy.timed([Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)))])
+    assert result.scalars["solve_seconds"] == pytest.approx(0.02)
+
+
+def entry(scene, **values):
+    """A case of which nothing is known but its scene and scalars."""
+    return accuracy.Entry(SimpleNamespace(scene=scene), None, values)
+
+
+def test_numbers_that_are_nothing_but_rounding_have_no_error():
+    """A moment of 1e-12 of friction times load times radius; one of 1e-6 of that has."""
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (2, 2)), friction=0.5)
+    stress = np.ones((3, 2, 2))
+    known = ("pressure_max", "traction_max", "force_x", "force_y", "friction_power", "slip_area")
+    for part, found in ((1e-12, np.nan), (1e-6, 0.5)):
+        moment = part * 0.5 * 100.0 * 0.01
+        one, other = (
+            entry(scene, contact_radius=0.01, moment_z=m, **dict.fromkeys(known, 1.0)) for m in (1.5 * moment, moment)
+        )
+        errors = accuracy._differences(one, stress, other, stress)
+        assert errors["moment"] == pytest.approx(found, nan_ok=True)
+        assert errors["force"] == errors["pressure"] == 0.0
+
+
+def test_couplings_are_compared_on_one_mesh_only():
+    """References of both whose meshes are not the same."""
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)))
+    both = [entry(scene), entry(replace(scene, coupling="full", mesh=Mesh((1.0, 1.0), (12, 12))))]
+    for e in both:
+        e.reference = True
+    assert accuracy.coupling_errors(both) == []
+
+
+def test_a_case_is_held_where_the_cube_has_its_key():
+    """Not by a cube of other axes, by none, at a place that it has not, nor under another key."""
+    grid = xr.Dataset({CASE_KEY: (("load", "cells"), [["a", "b"]])}, attrs={"axes": "load cells"})
+
+    def held(dataset, key, *index):
+        return bool(accuracy._holds(dataset, SimpleNamespace(index=index, key=key)))
+
+    assert held(grid, "b", 0, 1)
+    assert not (held(grid, "a", 0, 1) or held(grid, "b", 1, 1) or held(grid, "a", 0) or held(None, "a", 0, 0))
+
+
+def test_products_and_tolerance_of_a_case():
+    """Products on coarser meshes count where there are such (-1: none); of two tolerances that which is looser."""
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)), tolerance=Tolerance(1e-4, 1e-6))
+    assert entry(scene, operator_products=5.0, coarse_products=2.0).products == 7.0
+    assert entry(scene, operator_products=5.0, coarse_products=-1.0).products == 5.0
+    assert entry(scene, operator_products=5.0).products == 5.0
+    assert entry(scene).tolerance == entry(replace(scene, tolerance=Tolerance(1e-6, 1e-4))).tolerance == 1e-4
 
 
 def row(cells, tolerance, error, **others):
