@@ -36,6 +36,7 @@ from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import NewtonSystem, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.slip_operator import SlipOperator, from_leading_edge
+from rcstudy.mechanics.wrapped import positive_tractions
 
 STEEL = Material(210000.0, 0.3)
 SOFT = Material(70000.0, 0.2)
@@ -735,6 +736,28 @@ def test_boxes() -> None:
         np.testing.assert_array_equal(grown, near)
         assert larger.holds(box)
         assert box.holds(larger) == (grown == inside).all()
+
+
+def test_waves_that_the_seam_spoils_take_what_the_bodies_answer():
+    """Under a skin 600 times as stiff: along and across such waves what tractions make, averaged over a cell.
+
+    The answer is looked up in a table, which is good to some 1e-5.
+    """
+    spacing, torus = (0.012, 0.015), (66, 60)
+    bodies = Influence(Material(2000.0, 0.3), (Layer(1.2e6, 0.3, 0.0032),), None, spacing, 4.0)
+    pair = symbols(traction_quadrants(bodies.around(torus)), torus)
+    found = positive_tractions(pair, bodies, torus)
+    kx, ky = np.broadcast_arrays(
+        2.0 * np.pi * np.fft.fftfreq(torus[0], spacing[0]), 2.0 * np.pi * np.fft.rfftfreq(torus[1], spacing[1])[:, None]
+    )
+    spoilt = (found != pair).any(axis=0)
+    assert 100 < np.count_nonzero(spoilt & (kx * ky != 0.0)) < 0.5 * spoilt.size
+    kx, ky, (xx, xy, yy) = kx[spoilt], ky[spoilt], found[:, spoilt].real
+    k = np.hypot(kx, ky)
+    mean = np.sinc(kx * spacing[0] / (2.0 * np.pi)) * np.sinc(ky * spacing[1] / (2.0 * np.pi)) / (torus[0] * torus[1])
+    along, across = bodies.traction_responses(k) * mean
+    np.testing.assert_allclose([xx * kx + xy * ky, xy * kx + yy * ky], along * [kx, ky], rtol=1e-4, atol=1e-20)
+    np.testing.assert_allclose([-xx * ky + xy * kx, -xy * ky + yy * kx], across * [-ky, kx], rtol=1e-4, atol=1e-20)
 
 
 # --- cascade ---
