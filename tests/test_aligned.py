@@ -628,6 +628,32 @@ def test_contact_area_on_layers_a_few_cells_thin():
     assert np.linalg.norm(ours) < 0.6 * np.linalg.norm(by_parabolas)
 
 
+@pytest.mark.parametrize("front", [15.1, 15.3, 15.5, 15.7, 15.9])
+@pytest.mark.parametrize("ahead", [False, True])
+def test_rows_of_a_contact_at_the_windows_edge_stay_within_it(front: float, ahead: bool) -> None:
+    """Such a contact is refused, but not before its rows have been made: none has cells that the window has not."""
+    scene = steel(window((1.0, 1.0), (24, 24)))
+    i, j = np.indices(scene.mesh.cells)
+    square = (
+        1.0 - ((i - 7.0) / (front - 7.0)) ** 2 - ((j - 15.0) / 9.0) ** 2
+    )  # the other edge is one to two cells outside
+    p = np.sqrt(np.maximum(square[::-1] if ahead else square, 0.0))
+    normal = solve_normal(scene)
+    rows = AlignedContact(NormalContact(scene, normal.influence, replace(normal.solution, p=p))).rows
+    np.testing.assert_array_equal((rows.index >= 0).sum(axis=0), rows.count)
+
+
+@pytest.mark.parametrize(("lobes", "smooth"), [(0.005, True), (0.02, False)])
+def test_an_outline_with_five_lobes_is_smooth_if_they_are_small(lobes: float, smooth: bool) -> None:
+    """Four waves of the angle do not have them: those of a tenth of a cell count, or edges would be moved off them."""
+    scene = steel(window((1.0, 1.0), (24, 24)))
+    x, y = scene.mesh.centres[0][:, None], scene.mesh.centres[1]
+    radius = 10.0 * scene.mesh.spacing[0] * (1.0 + lobes * np.cos(5.0 * np.arctan2(y, x)))
+    p = np.sqrt(np.maximum(1.0 - (x * x + y * y) / radius**2, 0.0))
+    outline = Outline(p, scene.mesh.spacing, solve_normal(scene).influence)
+    assert (outline.smooth is not None) == smooth
+
+
 def test_notches_are_outside_the_edges_already():
     """Columns tell the waist of a plate's contact; its rows hold cells without pressure there."""
     a = hertz_of().a[0]
