@@ -1,6 +1,7 @@
 """Reading a study: what is taken, and how everything else is refused, with its place in the file."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -473,6 +474,18 @@ def test_settings_that_clash_are_all_told_where_they_stand(refused, grid):
         "s.yaml:8:13: scene.coupling: full: method paper-cg is for coupling one-way only",
         "s.yaml:9:19: scene.discretisation: aligned: method paper-cg is for discretisation kalker only",
     ]
+
+
+def test_full_coupling_clashes_with_no_method_where_only_the_pressure_is_wanted():
+    scene = {
+        "substrate": {"E": 210000, "nu": 0.3},
+        "radius": 50,
+        "load": 100,
+        "mesh": {"size": [1, 1], "cells": [8, 8]},
+    }
+    stated = scene_from_mapping({**scene, "method": "paper-cg", "coupling": "full"})
+    assert stated.conflicts == {} and not stated.is_coupled
+    assert set(replace(stated, creepage=Creepage()).conflicts) == {"coupling"}
 
 
 def test_settings_that_clash_in_some_cases_are_told_with_those(refused):
