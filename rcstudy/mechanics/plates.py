@@ -31,7 +31,6 @@ def missing_at_rim(p: np.ndarray, layers: Sequence[Layer], substrate: Material, 
     thickness = skin(layers, substrate, side)
     if thickness == 0.0:
         return 0.0
-    p = np.pad(p, 1)
     carrying = p > 0.0
     behind = carrying & _all_around(carrying)
     second = behind & ~_all_around(behind)
@@ -42,7 +41,7 @@ def missing_at_rim(p: np.ndarray, layers: Sequence[Layer], substrate: Material, 
     smooth = _SMOOTH * float(p[second].max())
     beyond = float(p[rim].max()) - smooth
     spread = _SHORT * min(side / thickness, _MOST)
-    return max((smooth + max(beyond, 0.0) * spread) / most - 1.0, 0.0)
+    return max((smooth + beyond * spread) / most - 1.0, 0.0)
 
 
 def skin(layers: Sequence[Layer], substrate: Material, side: float) -> float:
@@ -60,7 +59,7 @@ def skin(layers: Sequence[Layer], substrate: Material, side: float) -> float:
 
 
 def _all_around(flags: np.ndarray) -> np.ndarray:
-    """Where all four neighbours are flagged; none of the outermost cells is."""
+    """Where all four neighbours are flagged; not in the outermost cells, beyond which there are none."""
     within = np.zeros_like(flags)
     within[1:-1, 1:-1] = flags[2:, 1:-1] & flags[:-2, 1:-1] & flags[1:-1, 2:] & flags[1:-1, :-2]
     return within

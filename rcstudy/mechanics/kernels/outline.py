@@ -115,8 +115,8 @@ def summit(p: np.ndarray, part: float) -> tuple[float, float, float]:
     """Largest pressure of p [nx, ny] (MPa), and where it is along x and y: the vertex of parabolas through p^2.
 
     Less `part` of 2 p - p_before - p_after along x and along y, by which the largest one of the cells comes out too
-    large; nothing is taken beside the edge of the contact, nor where all that is over half the pressure: of a ridge,
-    such as a stiff skin makes at the rim, no parabola tells what cells do to it.
+    large. Nothing is taken where all that is over half the pressure, as it is beside the edge of the contact: of a
+    ridge, such as a stiff skin makes at the rim, no parabola tells what cells do to it.
     """
     nx, ny = p.shape
     i = j = 0
@@ -126,16 +126,15 @@ def summit(p: np.ndarray, part: float) -> tuple[float, float, float]:
                 i, j = k, m
     top = p[i, j] ** 2
     height, place = top, np.array([float(i), float(j)])
-    excess, inside = 0.0, True
+    excess = 0.0
     for axis in range(2):
         k, m = (1, 0) if axis == 0 else (0, 1)
         after = p[i + k, j + m] if i + k < nx and j + m < ny else 0.0
         before = p[i - k, j - m] if i >= k and j >= m else 0.0
         excess += 2.0 * p[i, j] - before - after
-        inside = inside and before > 0.0 and after > 0.0
         bend = 2.0 * top - before**2 - after**2
         if bend > 0.0:
             height += (after**2 - before**2) ** 2 / (8.0 * bend)
             place[axis] += (after**2 - before**2) / (2.0 * bend)
-    smooth = inside and excess < 0.5 * p[i, j]
+    smooth = excess < 0.5 * p[i, j]
     return math.sqrt(height) - (part * excess if smooth else 0.0), place[0], place[1]
