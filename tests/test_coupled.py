@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import naive
 import numpy as np
 import pytest
 from contacts import STEEL, solved, steel
 
-from rcstudy.mechanics import coupled, proof
+from rcstudy.mechanics import aligned_coupled, coupled, proof
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
@@ -401,3 +402,34 @@ def test_a_contact_that_did_not_converge_is_not_refused_for_its_window(monkeypat
     assert (contact.solution.p > 0.0).all()
     assert not contact.solution.edge
     assert solve_scene(BALL).status == Status.NOT_CONVERGED
+
+
+def test_products_of_what_turns_began_from_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those on the coarser mesh, and those of turns that did not settle, before others from the mesh's own cells."""
+    scene = replace(BALL, mesh=Mesh((0.7, 0.7), (24, 24)), discretisation="aligned")
+    turns: list[tuple[int, bool]] = []
+    began: list[int] = []
+    take_turns, solve = aligned_coupled._turns, aligned_coupled.solve_rolling
+
+    def noted_turns(*args: Any) -> Any:
+        contact, rolling, settled = take_turns(*args)
+        turns.append((rolling.products, settled))
+        return contact, rolling, settled
+
+    def noted(*args: Any, **more: Any) -> Any:
+        found = solve(*args, **more)
+        began.append(found.coarse_products)
+        return found
+
+    monkeypatch.setattr(aligned_coupled, "_turns", noted_turns)
+    monkeypatch.setattr(aligned_coupled, "solve_rolling", noted)
+    coarse = aligned_coupled.from_coarser(scene, influence_of(scene))[2]
+    _, settled = solve_aligned_coupled(scene)
+    assert coarse is not None and coarse.products > 0 and settled is not None
+    assert settled.coarse_products == began[0] + coarse.products
+    turns.clear()
+    monkeypatch.setattr(aligned_coupled, "_TRIED", 1)
+    _, both = solve_aligned_coupled(scene)
+    (spent, _), (own, _) = turns
+    assert [after for _, after in turns] == [False, True]
+    assert both is not None and both.products == spent + own
