@@ -6,8 +6,8 @@ spread it over themselves, so that the largest pressure is too small by a factor
 nowhere near the rim agree on a wrong one. What cells at the rim carry beyond `_SMOOTH` of what those behind them do, as
 the root of a smooth contact would have it, counts as that force.
 
-Set on 918 random contacts with layers stiffer than what is below, in some twenty of which it matters, against cells four
-times finer, which do not resolve all of it either: hence `_MOST`.
+Set on 918 random contacts with layers stiffer than what is below, in some twenty of which it matters, against cells
+four times finer, which do not resolve all of it either: hence `_MOST`.
 """
 
 from __future__ import annotations
