@@ -634,9 +634,8 @@ def test_rows_of_a_contact_at_the_windows_edge_stay_within_it(front: float, ahea
     """Such a contact is refused, but not before its rows have been made: none has cells that the window has not."""
     scene = steel(window((1.0, 1.0), (24, 24)))
     i, j = np.indices(scene.mesh.cells)
-    square = (
-        1.0 - ((i - 7.0) / (front - 7.0)) ** 2 - ((j - 15.0) / 9.0) ** 2
-    )  # the other edge is one to two cells outside
+    # the other edge is one to two cells outside
+    square = 1.0 - ((i - 7.0) / (front - 7.0)) ** 2 - ((j - 15.0) / 9.0) ** 2
     p = np.sqrt(np.maximum(square[::-1] if ahead else square, 0.0))
     normal = solve_normal(scene)
     rows = AlignedContact(NormalContact(scene, normal.influence, replace(normal.solution, p=p))).rows

@@ -197,21 +197,20 @@ def test_estimate_of_what_too_few_cells_miss(cells: int, across: int, per_radius
     hertz = hertz_of()
     area, pressure = abs(math.pi * hertz.radius**2 - 1.0), abs(hertz.p0 - 100.0)
     moment = 100.0 * scene.friction * 0.8
-    scales = {"contact_area": 1.0, "slip_area": 1.0, "pressure_max": 100.0, "traction_max": 50.0, "moment_z": moment}
-    missed = {
-        "contact_area": area,
-        "slip_area": area,
-        "pressure_max": pressure,
-        "traction_max": scene.friction * pressure,
+    radius = abs(hertz.radius - 0.8)
+    scales_and_missed = {
+        "contact_area": (1.0, area),
+        "slip_area": (1.0, area),
+        "pressure_max": (100.0, pressure),
+        "traction_max": (50.0, scene.friction * pressure),
+        "moment_z": (moment, 0.6 * moment),
+        "contact_radius": (0.8, radius),
+        "approach": (0.03, max(0.5 * radius / 0.8 * 0.03, abs(hertz.approach - 0.03))),
     }
-    missed["moment_z"] = 0.6 * moment
-    scales |= {"contact_radius": 0.8, "approach": 0.03}
-    missed["contact_radius"] = abs(hertz.radius - 0.8)
-    missed["approach"] = max(0.5 * missed["contact_radius"] / 0.8 * 0.03, abs(hertz.approach - 0.03))
-    for name, scale in scales.items():
+    for name, (scale, missed) in scales_and_missed.items():
         fit = FITS[name]
         usual = max(fit.k0 / per_radius, fit.few[0] * per_radius ** -fit.few[1]) * scale + 1e-7 * scale
-        assert found[f"{name}_error"] == pytest.approx(usual + misses * missed[name], rel=1e-9), name
+        assert found[f"{name}_error"] == pytest.approx(usual + misses * missed, rel=1e-9), name
 
 
 def test_estimate_of_power_beyond_what_creepages_ask_for() -> None:

@@ -54,9 +54,8 @@ def test_bounds_of_contacts_without_layers_are_the_contact(radius: tuple[float, 
         assert bounds == pytest.approx(a, rel=1e-12)
     layered = contact_bounds(replace(scene, layers=(Layer(1000.0, nu, 0.1),)))
     for bounds, allowed in zip(layered, (0.2, 5.0), strict=True):
-        factor = (
-            1.0 if radius[0] == radius[1] else allowed
-        )  # ellipses change their shape: the same room along both axes
+        # ellipses change their shape: the same room along both axes
+        factor = 1.0 if radius[0] == radius[1] else allowed
         assert bounds == pytest.approx((factor * a[0], factor * a[1]), rel=1e-12)
 
 

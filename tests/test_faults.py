@@ -6,14 +6,13 @@ After each of them the same command goes on, and the cube is that of a sweep not
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -21,6 +20,7 @@ import cubes
 import numpy as np
 import pytest
 import workers
+from disks import give_room_for
 from workers import gone
 
 from rcstudy import cli, cube_writer, publish, store, sweep, units
@@ -326,14 +326,7 @@ def test_units_put_together_go_once_the_whole_is_there(folder: Path, monkeypatch
     """On a disk that has no room for both nothing is lost."""
     study, output = load_study(folder / "s.yaml"), folder / "c.nc"
     cases, keep = expand(study).cases[:3], sweep.keep_of(study.outputs)
-    write = units.write_unit
-
-    def with_little_room(here: Path, number: int, records: Sequence[tuple[str, bytes]], name: str) -> units.Unit:
-        if len(records) == 3:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(here, number, records, name)
-
-    monkeypatch.setattr(store, "write_unit", with_little_room)
+    give_room_for(2, monkeypatch)
     monkeypatch.setattr(store, "_PUT_TOGETHER", 3)
     with store.opened(output, study.name, cases, keep, tell=lambda text: None) as opened:
         for case, packed in zip(cases, sweep.Packing(workers.made_up, keep)([c.scene for c in cases]), strict=True):

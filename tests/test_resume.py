@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 import signal
@@ -18,6 +17,7 @@ import numpy as np
 import pytest
 import synthetic
 import workers
+from disks import give_room_for
 from studies import CASES, SWEPT
 
 from rcstudy import index, lock, publish, status, store, sweep
@@ -32,7 +32,7 @@ from rcstudy.result import Result, Status
 from rcstudy.status import report
 from rcstudy.store import units_folder
 from rcstudy.study import Study, load_study, study_from_text
-from rcstudy.units import Unit, read_unit, unit_paths, write_unit
+from rcstudy.units import read_unit, unit_paths, write_unit
 
 REPLACED = "; it will be replaced: to keep it, choose another --output"
 
@@ -623,15 +623,8 @@ def test_locks_taken_while_others_leave(tmp_path: Path) -> None:
 
 def test_half_of_what_a_disk_cannot_hold(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of results that do not fit together those that do are kept: else the next sweep would keep none, either."""
-    write = store.write_unit
-
-    def on_a_full_disk(folder: Path, number: int, cases: Sequence[tuple[str, bytes]], study: str) -> Unit:
-        if len(cases) > 2:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(folder, number, cases, study)
-
+    give_room_for(2, monkeypatch)
     monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))
-    monkeypatch.setattr(store, "write_unit", on_a_full_disk)
     sweeps.run(9)
     kept = sweeps.interrupt.solved
     assert sum(len(read_unit(path)[0].entries) for path in unit_paths(sweeps.units)) >= 2

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import errno
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 import workers
+from disks import give_room_for
 from studies import SWEPT
 
 from rcstudy import store, sweep
 from rcstudy.cases import Case, expand
 from rcstudy.record import Packed
 from rcstudy.study import study_from_text
-from rcstudy.units import Unit, unit_paths
+from rcstudy.units import unit_paths
 
 
 @contextmanager
@@ -30,15 +30,8 @@ def opened(folder: Path) -> Iterator[tuple[store.Store, Sequence[Case], list[Pac
 
 def test_what_a_disk_could_not_take_still_waits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By its number and by its size."""
-    write = store.write_unit
-
-    def one_at_a_time(folder: Path, number: int, cases: Sequence[tuple[str, bytes]], study: str) -> Unit:
-        if len(cases) > 1:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(folder, number, cases, study)
-
+    give_room_for(1, monkeypatch)
     monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))
-    monkeypatch.setattr(store, "write_unit", one_at_a_time)
     monkeypatch.setattr(store, "UNIT_BYTES", 100_000)
     with opened(tmp_path) as (found, cases, results):
         for case, result in zip(cases[:3], results, strict=False):
