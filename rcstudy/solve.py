@@ -299,10 +299,10 @@ def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSoluti
 def _rolling_numbers(
     contact: NormalContact, scene: Scene, rolling: RollingSolution, unseen: Unseen
 ) -> dict[str, float]:
-    """Scalars that follow from the tractions on the mesh of `contact`."""
+    """Scalars that follow from the tractions on the mesh of `contact`, without what these are too large by `unseen`."""
     slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
-    resultant = contact.resultant(rolling, scene.friction)
-    force_x, force_y, moment = resultant
+    force_x, force_y, moment = contact.resultant(rolling, scene.friction)
+    force_x, force_y, moment = force_x - unseen.force_x, force_y - unseen.force_y, moment - unseen.moment_z
     creepage = scene.creepage or Creepage()
     return {
         "force_x": force_x,
@@ -310,7 +310,7 @@ def _rolling_numbers(
         "moment_z": moment,
         "slip_area": min(max(slip_area + unseen.missing, 0.0), contact.area),
         "traction_max": peak,
-        "friction_power": contact.friction_power(rolling, creepage, resultant),
+        "friction_power": contact.friction_power(rolling, creepage, (force_x, force_y, moment)) + unseen.work,
         "residual_tangential": rolling.residual,
         "iterations_tangential": rolling.iterations,
         "operator_products": rolling.products,

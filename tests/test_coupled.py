@@ -397,6 +397,7 @@ def test_a_contact_that_did_not_converge_is_not_refused_for_its_window(monkeypat
         return 1
 
     monkeypatch.setattr(CoupledSystem, "solve", astray)
+    monkeypatch.setattr(coupled, "coarser_scene", lambda scene, level: None)
     monkeypatch.setattr(coupled, "_in_turn", lambda scene, influence, stress, gain: (stress, Box(0, 9, 0, 9), 1, 0))
     contact, _ = solve_coupled(BALL)
     assert (contact.solution.p > 0.0).all()

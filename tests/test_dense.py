@@ -817,9 +817,9 @@ def test_interpolated_pressure_looks_far_enough(seed: int) -> None:
 
 
 def test_contacts_of_few_cells_along_one_axis_have_no_coarser_mesh():
-    """Eight cells across are too few, however many there are along the other axis."""
+    """Five cells across are too few, however many there are along the other axis."""
     a = estimated_contact(Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (8, 8))))[0]
-    for cells, found in (((30, 30), True), ((30, 10), False), ((10, 30), False)):
+    for cells, found in (((8, 8), True), ((30, 6), False), ((6, 30), False)):
         scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((2.5 * a, 2.5 * a), cells))
         assert (cascade.coarser_scene(scene) is not None) == found
 
@@ -844,10 +844,11 @@ def test_coarser_scene(cells: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("cells", "coarser"), [(20, []), (40, [20]), (80, [40, 20]), (104, [52, 26]), (200, [100, 50, 25])]
+    ("cells", "coarser"),
+    [(11, []), (12, [6]), (20, [10]), (40, [20]), (80, [40, 20]), (104, [52, 26]), (200, [100, 50, 25])],
 )
 def test_how_coarse_meshes_get(cells: int, coarser: list[int]) -> None:
-    """Two coarser ones while contacts, here half the window, are 12 cells across; others to start from, 24 cells."""
+    """One where contacts, here half the window, are 6 cells across, another while it has 12, others while 24."""
     scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (cells, cells)))
     a = estimated_contact(scene)[0]
     scene = replace(scene, mesh=Mesh((4.0 * a, 4.0 * a), (cells, cells)))

@@ -10,40 +10,56 @@ from rcstudy.mechanics.kernels import leading_slip
 THETA = 0.748
 
 
+def mean_slip(cells: np.ndarray, by_pressure: np.ndarray, length: float) -> np.ndarray:
+    """As `leading_slip.slip_behind`."""
+    weights = np.sqrt(np.maximum(length / (np.arange(cells.size) + THETA) - 1.0, 0.0))
+    return weights @ by_pressure[cells] / weights.sum() if weights.any() else np.zeros(2)
+
+
 def sums_over_rows(
     index: np.ndarray,
-    front: np.ndarray,
+    ends: np.ndarray,
+    normals: np.ndarray,
     x: np.ndarray,
     y: np.ndarray,
     q: np.ndarray,
     slip: np.ndarray,
     pressure: np.ndarray,
+    by_pressure: np.ndarray,
     friction: float,
     k: float,
-    aspect: float,
-    theta: float,
+    along_over_across: float,
+    dx: float,
 ) -> np.ndarray:
-    """As `leading_slip.unseen_rows`, all rows at once; these must lie side by side."""
-    rows = np.flatnonzero(index[0] >= 0)
-    numbers = index[:, rows]
-    held = numbers >= 0
-    slips = np.logical_and.accumulate(held & slip[numbers], axis=0).sum(axis=0)
-    some = slips < held.sum(axis=0)
-    first = numbers[np.where(some, slips, 0), np.arange(rows.size)]
-    slope = np.gradient(front[rows]) * aspect if rows.size > 1 else np.zeros(1)
-    growth = k * np.array([np.ones(rows.size), -slope]) / np.hypot(1.0, slope)
-    v = q[first].T / (friction * pressure[first])
-    along, room = (v * growth).sum(axis=0) / k**2, np.maximum(1.0 - (v * v).sum(axis=0), 0.0) / k**2
-    t = np.minimum(np.sqrt(along**2 + room) - along, 600.0)
-    width = (slips + theta) * np.exp(-t)
-    past = np.minimum((slips - 1 + theta) / width, 1.0)
-    hidden = np.where(some, np.where(slips == 0, width, theta * past**4), 0.0)
-    force = abs(k) * friction * np.where(held, pressure[numbers], 0.0).max(axis=0) * hidden
-    fx, fy = force * (v + t * growth)
-    moment = x[numbers[0]] * fy - y[numbers[0]] * fx
-    cells = np.where(some, np.where(slips == 0, width, past**2), 0.0)
-    missing = np.where(slips == 0, cells, -cells)
-    return np.array([fx.sum(), fy.sum(), force.sum(), moment.sum(), cells.sum(), missing.sum()])
+    """As `leading_slip.unseen_rows`, row by row with vectors."""
+    total = np.zeros(7)
+    for column, (back, front), normal in zip(index.T, ends.T, normals.T, strict=True):
+        cells = column[column >= 0]
+        if not cells.size or slip[cells].all():
+            continue
+        slips = int(np.flatnonzero(~slip[cells])[0])
+        sticks = int(np.flatnonzero(~slip[cells])[-1]) + 1
+        v = q[cells[slips]] / (friction * pressure[cells[slips]])
+        # the larger root of |v + t k n| = 1, a quadratic in t
+        t = min(np.roots([k * k, 2.0 * k * (v @ normal), v @ v - 1.0]).real.max(), 600.0)
+        d = v + t * k * normal
+        tangent = np.array([-normal[1], normal[0]])
+        resistance = np.outer(normal, normal) + along_over_across * np.outer(tangent, tangent)
+        width = (slips + THETA) * np.exp(-t)
+        past = min((slips - 1 + THETA) / width, 1.0) if slips else 0.0
+        hidden = (width, THETA * past**8)[slips] if slips < 2 else 0.0
+        length = min(sticks - 0.5 + THETA, front - back)
+        largest = pressure[cells].max()
+        size = 0.5 * np.pi * friction * largest * np.sqrt(length / (front - back)) * k * (d @ normal) * hidden
+        force = size * resistance @ d / (d @ resistance @ d)
+        lever = np.array([x[cells[0]] + (THETA - 0.5 * length) * dx, y[cells[0]]])
+        total[:2] += force
+        total[2] += lever[0] * force[1] - lever[1] * force[0]
+        total[3] += force @ mean_slip(cells[:sticks], by_pressure, length)
+        total[4] += abs(k) * friction * largest * (THETA * past**4 if slips else width)
+        total[5] += past**2 if slips else width
+        total[6] += -(past**2) if slips else width
+    return total
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -58,11 +74,24 @@ def test_sums_over_rows(seed: int) -> None:
         cells += counts[row]
     pressure, x, y = rng.uniform(1.0, 5.0, (3, cells))
     friction, k = 0.3, rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.5)
-    angle, part = rng.uniform(0.0, 7.0, cells), rng.uniform(0.2, 1.0, cells)
+    angle, part = rng.uniform(0.0, 7.0, cells), rng.uniform(0.2, 0.99, cells)
     slip = rng.random(cells) < 0.4
     part[slip] = 1.0
     q = (friction * part * pressure * np.array([np.cos(angle), np.sin(angle)])).T
-    arguments = index, rng.uniform(8.0, 9.0, 9), x, y, q, slip, pressure, friction, k, 1.3, THETA
-    found = np.zeros(6)
-    leading_slip.unseen_rows(*arguments, found)
-    np.testing.assert_allclose(found, sums_over_rows(*arguments), rtol=1e-11)
+    ends = np.array([np.zeros(9), rng.uniform(2.0, 9.0, 9)])
+    slope = rng.uniform(-1.0, 1.0, 9)
+    normals = np.array([np.cos(slope), np.sin(slope)])
+    of_cells = x, y, q, slip, pressure, rng.normal(size=(cells, 2)), friction, k
+    arguments = index, ends, normals, *of_cells, rng.uniform(0.5, 1.0), 0.1
+    found = np.zeros(7)
+    leading_slip.unseen_rows(*arguments, THETA, found)
+    np.testing.assert_allclose(found, sums_over_rows(*arguments), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("length", [0.5, 2.2, 5.2])
+def test_slip_behind(length: float) -> None:
+    """Of cells beyond the length none counts; where none is within it, there is none."""
+    cells, by_pressure = np.array([4, 1, 3, 0]), np.random.default_rng(3).normal(size=(6, 2))
+    found = leading_slip.slip_behind(cells, by_pressure, length, THETA)
+    np.testing.assert_allclose(found, mean_slip(cells, by_pressure, length), rtol=1e-12)
+    assert (length > THETA) == np.any(found)

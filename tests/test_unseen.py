@@ -67,19 +67,56 @@ def test_slip_areas_are_given_what_cells_miss(friction: float, creepage: Creepag
     assert abs(found - fine) < 0.5 * abs(found - missing - fine)
 
 
+@pytest.mark.parametrize("cells", [24, 32])
+@pytest.mark.parametrize(
+    ("counterbody", "friction", "creepage"),
+    [(None, 0.3, Creepage(0.0, 0.0002)), (None, 0.3, Creepage(-0.0003)), (Material(70000.0, 0.33), 0.1, Creepage())],
+)
+def test_forces_are_freed_of_what_leading_cells_make_too_large(
+    counterbody: Material | None, friction: float, creepage: Creepage, cells: int
+) -> None:
+    """Of what sums of tractions are off a seventh is left, and less."""
+    scene = steel(Mesh((1.0, 1.0), (cells, cells)), counterbody=counterbody, friction=friction, creepage=creepage)
+    scene = replace(scene, discretisation="aligned")
+    contact = AlignedContact(solve_normal(scene))
+    rolling = solve_rolling(contact, scene)
+    unseen = contact.unseen_slip(rolling, scene.friction)
+    found = solve_scene(scene).scalars
+    summed, *_ = contact.resultant(rolling, scene.friction)
+    assert found["force_x"] == pytest.approx(summed - unseen.force_x, rel=1e-4)
+    fine = solve_scene(replace(scene, mesh=Mesh((1.0, 1.0), (256, 256)))).scalars
+    assert abs(found["force_x"] - fine["force_x"]) < 0.2 * abs(summed - fine["force_x"])
+
+
+def test_what_slip_takes_from_tractions() -> None:
+    """In a strip the zone ends at 4 e^-2 of where stick reaches the bound, and tractions fall by w/2 r^(-1/2)."""
+    w = 4.0 * np.exp(-2.0)  # of w0
+    angle = (np.arange(20000) + 0.5) * np.pi / 40000  # r = w sin^2, for roots at both ends
+    r, weight = w * np.sin(angle) ** 2, np.pi / 40000 * 2.0 * np.sqrt(w) * np.sin(angle)  # dr/sqrt(w - r)
+    slope = (0.5 * np.log(1.0 / r) - 1.0) / np.sqrt(r)
+    assert np.sum(slope * weight) == pytest.approx(0.0, abs=2e-4)
+    assert np.sum(np.sqrt(r) * np.log(1.0 / r) * weight) / np.pi == pytest.approx(0.5 * w, rel=1e-4)
+
+
 @pytest.mark.parametrize("counterbody", [None, Material(70000.0, 0.2)])
 def test_hidden_force_is_across_the_edge_on_oblong_cells(counterbody: Material | None) -> None:
-    """An edge at 45 degrees, no tractions behind it; the power is that of a fifth of the slip by the pressure.
+    """An edge at 45 degrees, no tractions behind it: of a row that sticks all along, pi/2 of what is in doubt.
 
-    It is taken, never given, whichever body yields more along the surface.
+    The power in doubt is that of a fifth of the slip by the pressure. It is taken, never given, whichever body yields
+    more along the surface.
     """
     influence = influence_of(steel(Mesh((1.0, 2.0), (50, 50)), counterbody=counterbody))
     assert (influence.slip_under_pressure > 0.0) == (counterbody is None)
     rows = 6
     index, number = np.arange(rows)[None], np.arange(rows, dtype=float)
-    cells = index, 2.0 * number, number, number  # dy is two dx
+    ends, normals = (
+        np.array([2.0 * number - 0.4, 2.0 * number + 0.748]),
+        np.array([[1.0], [-1.0]]) * np.full(rows, 0.5**0.5),
+    )
     pressure = np.linspace(100.0, 200.0, rows)
-    found = unseen_slip(cells, np.zeros((rows, 2)), np.zeros(rows, dtype=bool), pressure, 0.3, 0.748, influence)
+    cells = np.zeros((rows, 2)), np.zeros(rows, dtype=bool), pressure, np.zeros((rows, 2))
+    found = unseen_slip((index, ends, normals), (number, number), *cells, 0.3, 0.748, influence)
     assert found.force_y == pytest.approx(-found.force_x, rel=1e-12)
-    assert np.hypot(found.force_x, found.force_y) == pytest.approx(found.force, rel=1e-12)
+    assert np.hypot(found.force_x, found.force_y) == pytest.approx(0.5 * np.pi * found.force, rel=1e-12)
     assert found.power == pytest.approx(0.2 * found.force * abs(influence.slip_under_pressure) * 200.0, rel=1e-12)
+    assert found.work == 0.0

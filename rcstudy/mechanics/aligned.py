@@ -282,8 +282,9 @@ class AlignedContact(NormalContact):
         """What slip zones hide that are narrower than a cell."""
         if not self.scene.moves_by_pressure:
             return Unseen()
-        of_rows = self.rows.index, self.outline.ends[1], *self.centres
-        return unseen_slip(of_rows, rolling.q, rolling.slip, self.pressure, friction, EDGE, self.influence)
+        of_rows = self.rows.index, self.outline.ends, self.rows.normals
+        of_cells = rolling.q, rolling.slip, self.pressure, self._slip_by_pressure_at_centres
+        return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, self.influence)
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa)."""

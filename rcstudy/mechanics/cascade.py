@@ -17,9 +17,10 @@ from rcstudy.mechanics.kernels import meshes
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
-_COARSEST = 12.0  # cells across the contact: a mesh with fewer has no coarser one
-_WANTED = 2  # coarser meshes that the error estimates want; others are there to start from only
-_WORTH = 24.0  # cells across the contact from which on another of these pays
+# Cells across the contact from which on a mesh has a coarser one: the first one tells error bars most, a second one
+# something, others are there to start from only.
+_COARSEST = 6.0, 12.0
+_WORTH = 24.0
 _TOLERANCE = Tolerance(3e-3, 2e-3)  # of coarser meshes (residuals of 1e-3): well under their discretisation error
 
 
@@ -31,7 +32,7 @@ def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
     """
     dx, dy = scene.mesh.spacing
     ax, ay = estimated_contact(scene)
-    if 2.0 * min(ax / dx, ay / dy) < (_COARSEST if level < _WANTED else _WORTH):
+    if 2.0 * min(ax / dx, ay / dy) < (_COARSEST[level] if level < len(_COARSEST) else _WORTH):
         return None
     nx, ny = ((n + 1) // 2 for n in scene.mesh.cells)
     mesh = Mesh((2.0 * dx * nx, 2.0 * dy * ny), (nx, ny))

@@ -10,63 +10,97 @@ from rcstudy.mechanics.jit import jit
 
 
 @jit
+def slip_behind(cells: np.ndarray, by_pressure: np.ndarray, length: float, theta: float) -> tuple[float, float]:
+    """Mean of slip by_pressure [m, 2] over a row's cells [n] from the leading one on, weighted with sqrt(length/r - 1).
+
+    As tractions are that resist slip at the edge, r behind it, in a stick zone of that length (cells); theta: from the
+    leading cell's centre to the edge.
+    """
+    slip_x = slip_y = weights = 0.0
+    for step in range(cells.size):
+        weight = math.sqrt(max(length / (step + theta) - 1.0, 0.0))
+        slip_x += weight * by_pressure[cells[step], 0]
+        slip_y += weight * by_pressure[cells[step], 1]
+        weights += weight
+    return (slip_x / weights, slip_y / weights) if weights > 0.0 else (0.0, 0.0)
+
+
+@jit
 def unseen_rows(
     index: np.ndarray,
-    front: np.ndarray,
+    ends: np.ndarray,
+    normals: np.ndarray,
     x: np.ndarray,
     y: np.ndarray,
     q: np.ndarray,
     slip: np.ndarray,
     pressure: np.ndarray,
+    by_pressure: np.ndarray,
     friction: float,
     k: float,
-    aspect: float,
+    along_over_across: float,
+    dx: float,
     theta: float,
     out: np.ndarray,
 ) -> None:
-    """Sums over the rows, into out [6], see `unseen.py`: force_x, force_y, |force| (MPa), moment (MPa mm), cells.
+    """Sums over the rows, into out [7], see `unseen.py`.
 
-    Cells twice: without regard to sign, and those that slip unseen less those that are seen to slip by too much.
+    What tractions make too large: force_x, force_y (MPa), moment (MPa mm), power (MPa); forces in doubt (MPa), cells in
+    doubt, cells that slip unseen less those that are seen to slip by too much.
 
-    index [n, ny]: numbers of the cells of each row from the leading one on, -1 beyond its last; front [ny]: leading
-    edge (cells); x, y, pressure, slip [m] and q [m, 2]: of the cells; aspect: dx/dy; theta: from the leading cell's
-    centre to the edge (cells).
+    index [n, ny]: numbers of the cells of each row from the leading one on, -1 beyond its last; ends [2, ny]: between
+    which x its contact lies (cells); normals [2, ny]: of its leading edge; x, y, pressure, slip [m] and q [m, 2]: of
+    the cells, by_pressure [m, 2]: slip by pressure at their centres; along_over_across: what waves yield to tractions
+    along them, over that across; dx: length of the cells (mm); theta: from the leading cell's centre to the edge
+    (cells).
     """
     most, ny = index.shape
     for j in range(ny):
         if index[0, j] < 0:
             continue
-        count, slips, largest = 0, 0, 0.0
+        count, slips, sticks, largest = 0, 0, 0, 0.0
         while count < most and index[count, j] >= 0:
             cell = index[count, j]
             largest = max(largest, pressure[cell])
             if slips == count and slip[cell]:
                 slips += 1
             count += 1
-        if slips == count:
+            if not slip[cell]:
+                sticks = count
+        if sticks == 0:
             continue
-        before = j - 1 if j > 0 and index[0, j - 1] >= 0 else j
-        after = j + 1 if j + 1 < ny and index[0, j + 1] >= 0 else j
-        slope = aspect * (front[after] - front[before]) / max(after - before, 1)
-        growth_x, growth_y = k / math.hypot(1.0, slope), -k * slope / math.hypot(1.0, slope)
+        n_x, n_y = normals[0, j], normals[1, j]
         first = index[slips, j]
         bound = friction * pressure[first]
         v_x, v_y = q[first, 0] / bound, q[first, 1] / bound
-        along = (v_x * growth_x + v_y * growth_y) / k**2
+        along = (v_x * n_x + v_y * n_y) / k
         room = max(1.0 - v_x**2 - v_y**2, 0.0) / k**2
         t = min(math.sqrt(along**2 + room) - along, 600.0)
         width = (slips + theta) * math.exp(-t)
+        # the zone slips against d, and d grows by `growth` for each factor e towards the edge
+        d_x, d_y = v_x + t * k * n_x, v_y + t * k * n_y
+        across_edge, along_edge = d_x * n_x + d_y * n_y, along_over_across * (d_y * n_x - d_x * n_y)
+        growth = k * across_edge
+        length = max(ends[1, j] - ends[0, j], 1e-3)
+        sticking = min(sticks - 0.5 + theta, length)
+        unit = 0.5 * math.pi * friction * largest * math.sqrt(sticking / length)
         if slips == 0:
-            hidden, cells, missing = width, width, width
+            hidden, doubtful, cells, missing = width, width, width, width
         else:
             past = min((slips - 1 + theta) / width, 1.0)
-            hidden, cells, missing = theta * past**4, past**2, -(past**2)
-        force = abs(k) * friction * largest * hidden
-        force_x, force_y = force * (v_x + t * growth_x), force * (v_y + t * growth_y)
+            hidden = theta * past**8 if slips == 1 else 0.0
+            doubtful, cells, missing = theta * past**4, past**2, -(past**2)
+        # tractions that resist such slip, of the component along d that is too large
+        size = unit * growth * hidden / (across_edge**2 + along_edge**2 / along_over_across)
+        force_x = size * (across_edge * n_x - along_edge * n_y)
+        force_y = size * (across_edge * n_y + along_edge * n_x)
         leading = index[0, j]
+        lever = x[leading] + (theta - 0.5 * sticking) * dx
         out[0] += force_x
         out[1] += force_y
-        out[2] += force
-        out[3] += x[leading] * force_y - y[leading] * force_x
-        out[4] += cells
-        out[5] += missing
+        out[2] += lever * force_y - y[leading] * force_x
+        slip_x, slip_y = slip_behind(index[:sticks, j], by_pressure, sticking, theta)
+        out[3] += force_x * slip_x + force_y * slip_y
+        out[4] += abs(k) * friction * largest * doubtful
+        out[5] += cells
+        out[6] += missing
