@@ -12,7 +12,7 @@ import pytest
 from contacts import MIDDLING, STEEL, hertz_of, solved, steel
 
 from rcstudy.estimate import Hidden, error_estimates, least_over_largest
-from rcstudy.fits import ALIGNED, FITS
+from rcstudy.fits import ALIGNED, ALIKE, FITS
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene, Tolerance
@@ -26,8 +26,8 @@ HIDDEN = [
     (
         Hidden(slip=Unseen(force_x=-2.0, force_y=1.0, force=3.0, moment_z=-0.5, area=0.02, power=0.001)),
         {
-            "force_x": 1.3 * 2.0,
-            "force_y": 1.3 * 1.0,
+            "force_x": 0.9 * 2.0,
+            "force_y": 0.9 * 1.0,
             "moment_z": 0.9 * 0.5,
             "friction_power": 0.9 * (3.0 * (0.005 + 0.01 * 0.8) + 0.001),
             "traction_max": 0.5 * 3.0 / 1.0,
@@ -121,6 +121,33 @@ def test_no_estimate_of_what_is_none_by_symmetry(
     for name, scale in of_all.items():
         assert (abs(found[name]) < 1e-7 * scale) == (name in none), name
         assert (found[f"{name}_error"] < 2e-7 * scale) == (name in none), name
+
+
+def test_nothing_makes_what_is_none_by_symmetry_uncertain() -> None:
+    """Layers that cells do not see, slip that they hide, or too few cells: of forces that are nil they tell nothing."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation="aligned")
+    scene = replace(scene, tolerance=Tolerance(1e-6, 1e-6))
+    scalars = {"force_x": -40.0, "force_y": 1e-9, "moment_z": -1e-9, "friction_power": 0.1}
+    hidden = Hidden(unsettled=0.01, by_layers=0.01, slip=Unseen(force_y=0.1, moment_z=0.1, force=1.0))
+    for cells, meshes in ((314, 3), (3, 1)):
+        found = error_estimates(scene, cells, [MIDDLING | scalars] * meshes, hidden)
+        assert found["force_y_error"] == pytest.approx(1e-6 * 100.0, rel=1e-9)
+        assert found["moment_z_error"] == pytest.approx(1e-6 * 100.0 * 0.8, rel=1e-9)
+        assert found["force_x_error"] > 0.2
+
+
+@pytest.mark.parametrize(("discretisation", "times"), [("kalker", 1.15), ("aligned", 1.4)])
+def test_one_coarser_mesh_of_few_cells_tells_less(discretisation: Any, times: float) -> None:
+    """Of contacts of fewer than six cells a radius; a second coarser one makes up for it."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation=discretisation)
+    scene = replace(scene, tolerance=Tolerance(1e-12, 1e-12))
+    fit = (ALIKE | ALIGNED if discretisation == "aligned" else FITS)["approach"]
+    for cells, meshes, factor in ((112, 2, times), (112, 3, 1.0), (114, 2, 1.0)):
+        values = [0.03, 0.031, 0.032][:meshes]
+        levels = [MIDDLING | {"approach": value} for value in values]
+        bar = error_estimates(scene, cells, levels)["approach_error"]
+        told = fit.by_meshes(values, 0.03, math.sqrt(cells / math.pi), MIDDLING["slip_area"], 0.0)
+        assert bar == pytest.approx(factor * told, rel=1e-6)
 
 
 def test_estimate_of_cusps_on_kalkers_cells() -> None:
