@@ -78,7 +78,7 @@ _BY_LAYERS = {
 _SOFTLY = 0.45  # times what edges on soft layers were moved back
 # Over cells a radius: what cells round off of such slopes in pressure and in tractions.
 _CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.72, 0.4)}
-_STUCK = {"force_x": 0.18, "force_y": 0.18, "moment_z": 0.55}  # of themselves over cells a radius, where none slip
+_STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # of themselves over cells a radius, where none slip
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
 _UNDER = 0.9  # times what slip zones at the leading edge hide, and is made up for
@@ -257,14 +257,17 @@ class _Case:
                     bars[name] += _IN_STRIP * part * self.scales[name]
 
     def balance_power(self, bars: dict[str, float]) -> None:
-        """On kalker's cells, which lose some of it: what creepages put into bodies that are alike goes somewhere."""
+        """What creepages put into bodies that are alike goes somewhere; on kalker's cells, which lose some, not all."""
         creepage, finest = self.scene.creepage, self.finest
-        if self.aligned or self.scene.moves_by_pressure or creepage is None or not bars.keys() >= _BY_FRICTION:
+        if self.scene.moves_by_pressure or creepage is None or not bars.keys() >= _BY_FRICTION:
             return
         lost = abs(finest["friction_power"] + creepage.power(finest["force_x"], finest["force_y"], finest["moment_z"]))
         sizes = Creepage(abs(creepage.longitudinal), abs(creepage.lateral), abs(creepage.spin))
         doubt = sizes.power(bars["force_x"], bars["force_y"], bars["moment_z"])
-        bars["friction_power"] = max(bars["friction_power"], lost + doubt)
+        if self.aligned:
+            bars["friction_power"] = min(bars["friction_power"], doubt)
+        else:
+            bars["friction_power"] = max(bars["friction_power"], lost + doubt)
 
     def raise_largest_traction(self, bars: dict[str, float]) -> None:
         """The largest traction where nearly all sticks, and where it is that of the largest pressure."""

@@ -299,10 +299,13 @@ def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSoluti
 def _rolling_numbers(
     contact: NormalContact, scene: Scene, rolling: RollingSolution, unseen: Unseen
 ) -> dict[str, float]:
-    """Scalars that follow from the tractions on the mesh of `contact`, without what these are too large by `unseen`."""
+    """Scalars that follow from the tractions on the mesh of `contact`, which are too large by `unseen`."""
     slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
     force_x, force_y, moment = contact.resultant(rolling, scene.friction)
-    force_x, force_y, moment = force_x - unseen.force_x, force_y - unseen.force_y, moment - unseen.moment_z
+    ending = contact.ending(rolling, scene.friction)
+    force_x += ending.force_x - unseen.force_x
+    force_y += ending.force_y - unseen.force_y
+    moment += ending.moment_z - unseen.moment_z
     creepage = scene.creepage or Creepage()
     return {
         "force_x": force_x,

@@ -72,7 +72,8 @@ HIDDEN = [
 @pytest.mark.parametrize(("hidden", "added"), HIDDEN)
 def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float]) -> None:
     """What it adds to the bars, and to no others."""
-    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01), discretisation="aligned")
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01), counterbody=None)
+    scene = replace(scene, discretisation="aligned")
     scalars = {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}
     plain, found = (error_estimates(scene, 314, [MIDDLING | scalars] * 2, h) for h in (Hidden(), hidden))
     area, before = found["contact_area_error"], plain["contact_area_error"]  # the slip area's has it in quadrature
@@ -127,7 +128,7 @@ def test_nothing_makes_what_is_none_by_symmetry_uncertain() -> None:
     """Layers that cells do not see, slip that they hide, or too few cells: of forces that are nil they tell nothing."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation="aligned")
     scene = replace(scene, tolerance=Tolerance(1e-6, 1e-6))
-    scalars = {"force_x": -40.0, "force_y": 1e-9, "moment_z": -1e-9, "friction_power": 0.1}
+    scalars = {"force_x": -40.0, "force_y": 1e-9, "moment_z": -1e-9, "friction_power": 0.1, "approach": 0.03}
     hidden = Hidden(unsettled=0.01, by_layers=0.01, slip=Unseen(force_y=0.1, moment_z=0.1, force=1.0))
     for cells, meshes in ((314, 3), (3, 1)):
         found = error_estimates(scene, cells, [MIDDLING | scalars] * meshes, hidden)
@@ -148,6 +149,18 @@ def test_one_coarser_mesh_of_few_cells_tells_less(discretisation: Any, times: fl
         bar = error_estimates(scene, cells, levels)["approach_error"]
         told = fit.by_meshes(values, 0.03, math.sqrt(cells / math.pi), MIDDLING["slip_area"], 0.0)
         assert bar == pytest.approx(factor * told, rel=1e-6)
+
+
+def test_estimate_of_power_of_bodies_alike_on_aligned_cells() -> None:
+    """Friction takes what creepages put in, so it is no more uncertain than forces times these."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(-0.003, 0.004, 0.01), discretisation="aligned")
+    levels = [
+        MIDDLING | {"force_x": 40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "slip_area": 0.0}
+    ] * 2
+    found = error_estimates(scene, 314, levels)
+    forces = (found[f"{name}_error"] for name in ("force_x", "force_y", "moment_z"))
+    doubt = sum(size * bar for size, bar in zip((0.003, 0.004, 0.01), forces, strict=True))
+    assert found["friction_power_error"] == pytest.approx(doubt, rel=1e-12)
 
 
 def test_estimate_of_cusps_on_kalkers_cells() -> None:
@@ -255,7 +268,7 @@ def test_estimate_of_power_beyond_what_creepages_ask_for() -> None:
 def test_estimate_of_slip_where_cells_show_none() -> None:
     """Whatever area is made up for them; a zone of 0.3 of a cell has the power of its part of the radius, to 3/2."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-7, 1e-7))
-    scene = replace(scene, discretisation="aligned")
+    scene = replace(scene, discretisation="aligned", counterbody=None)
     forces = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
     for missing in (0.0, 0.01):
         levels = [MIDDLING | forces | {"slip_area": missing}] * 2

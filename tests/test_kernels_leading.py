@@ -1,11 +1,13 @@
-"""Kernels of slip zones at the leading edge against plain NumPy."""
+"""Kernels of what rows' leading and trailing ends hide against plain NumPy."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
 
-from rcstudy.mechanics.kernels import leading_slip
+from rcstudy.mechanics.kernels import leading_slip, trailing_stick
 
 THETA = 0.748
 
@@ -95,3 +97,47 @@ def test_slip_behind(length: float) -> None:
     found = leading_slip.slip_behind(cells, by_pressure, length, THETA)
     np.testing.assert_allclose(found, mean_slip(cells, by_pressure, length), rtol=1e-12)
     assert (length > THETA) == np.any(found)
+
+
+def sums_of_endings(
+    index: np.ndarray,
+    ends: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    q: np.ndarray,
+    slip: np.ndarray,
+    pressure: np.ndarray,
+    friction: float,
+    dx: float,
+) -> np.ndarray:
+    """As `trailing_stick.ending_rows`, by the formulas of `trailing.py`."""
+    total = np.zeros(3)
+    for column, (back, front) in zip(index.T, ends.T, strict=True):
+        cells = column[column >= 0]
+        if not cells.size or slip[cells[-1]]:
+            continue
+        length = front - back
+        amplitude = q[cells[-1]] / math.gamma(0.5)
+        zone = 2.0 * np.hypot(*amplitude) / (friction * 2.0 * pressure[cells].max() / np.sqrt(length))
+        force = 0.5 * np.pi * amplitude * (length - cells.size - 0.5 * zone) / np.sqrt(length)
+        lever = x[cells[0]] + (THETA - 1.5 * length) * dx
+        total += force[0], force[1], lever * force[1] - y[cells[0]] * force[0]
+    return total
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_sums_of_endings(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(1, 7, 9)
+    counts[4] = 0  # no contact there
+    index = np.full((7, 9), -1)
+    cells = 0
+    for row in np.flatnonzero(counts):
+        index[: counts[row], row] = np.arange(cells, cells + counts[row])
+        cells += counts[row]
+    pressure, x, y = rng.uniform(1.0, 5.0, (3, cells))
+    ends = np.array([np.zeros(9), counts + rng.uniform(-0.5, 0.5, 9)])
+    arguments = index, ends, x, y, rng.normal(size=(cells, 2)), rng.random(cells) < 0.4, pressure, 0.3, 0.1
+    found = np.zeros(3)
+    trailing_stick.ending_rows(*arguments, THETA, found)
+    np.testing.assert_allclose(found, sums_of_endings(*arguments), rtol=1e-12)

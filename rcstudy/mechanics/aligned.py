@@ -44,6 +44,7 @@ from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SlipOperator
 from rcstudy.mechanics.slip_zone import SlipZones
+from rcstudy.mechanics.trailing import Ending, ending_of_rows
 from rcstudy.mechanics.unseen import Unseen, unseen_slip
 
 _SPIN_POINT = 0.5  # in cells ahead of the centre
@@ -285,6 +286,11 @@ class AlignedContact(NormalContact):
         of_rows = self.rows.index, self.outline.ends, self.rows.normals
         of_cells = rolling.q, rolling.slip, self.pressure, self._slip_by_pressure_at_centres
         return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, self.influence)
+
+    def ending(self, rolling: RollingSolution, friction: float) -> Ending:
+        """What rows carry too little that stick up to their trailing end."""
+        of_cells = self.centres, rolling.q, rolling.slip
+        return ending_of_rows(self.rows, self.outline.ends, *of_cells, friction, self.scene.mesh.spacing, EDGE)
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa)."""

@@ -41,6 +41,7 @@ from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractio
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.skins import shift_under_soft_layers
 from rcstudy.mechanics.slip_operator import SlipOperator
+from rcstudy.mechanics.trailing import Ending
 from rcstudy.mechanics.unseen import Unseen
 
 
@@ -257,6 +258,10 @@ class NormalContact:
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """What error bars have to know beside the differences between meshes: `aligned.py`."""
         return Unseen()
+
+    def ending(self, rolling: RollingSolution, friction: float) -> Ending:
+        """What is known that rows carry too little which stick up to their trailing end: `aligned.py`."""
+        return Ending()
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), that of its cells, and the largest traction (MPa)."""

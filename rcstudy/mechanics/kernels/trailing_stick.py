@@ -1,0 +1,50 @@
+"""Rows that stick up to their trailing end (`trailing.py`)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def ending_rows(
+    index: np.ndarray,
+    ends: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    q: np.ndarray,
+    slip: np.ndarray,
+    pressure: np.ndarray,
+    friction: float,
+    dx: float,
+    theta: float,
+    out: np.ndarray,
+) -> None:
+    """Sums of force_x, force_y (MPa) and moment (MPa mm) that such rows carry less than contacts do, into out [3].
+
+    See `trailing.py`. index [n, ny]: numbers of the cells of each row from the leading one on, -1 beyond its last;
+    ends [2, ny]: between which x its contact lies (cells); x, y, pressure, slip [m] and q [m, 2]: of the cells; dx:
+    their length (mm); theta: from the leading cell's centre to the edge (cells).
+    """
+    most, ny = index.shape
+    for j in range(ny):
+        count, largest = 0, 0.0
+        while count < most and index[count, j] >= 0:
+            largest = max(largest, pressure[index[count, j]])
+            count += 1
+        if count == 0:
+            continue
+        leading, last = index[0, j], index[count - 1, j]
+        length = ends[1, j] - ends[0, j]
+        if slip[last] or length <= 0.0:
+            continue
+        size = math.hypot(q[last, 0], q[last, 1])
+        slips = size * math.sqrt(length / math.pi) / (friction * largest)
+        part = 0.5 * math.sqrt(math.pi / length) * (length - count - 0.5 * slips)
+        lever = x[leading] + (theta - 1.5 * length) * dx
+        out[0] += part * q[last, 0]
+        out[1] += part * q[last, 1]
+        out[2] += part * (lever * q[last, 1] - y[leading] * q[last, 0])
