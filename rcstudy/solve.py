@@ -151,7 +151,7 @@ def _result(
         if not rolling.converged:
             status = Status.NOT_CONVERGED
             reasons.append(
-                f"tractions: residual {rolling.residual:.3g} after {rolling.iterations} iterations, "
+                f"tractions: residual {rolling.residual:.4g} after {rolling.iterations} iterations, "
                 f"tolerance {scene.tolerance.tangential:g}"
             )
     proof = proof_of_pressure or prove_normal(contact, scene, None if rolling is None else rolling.q)

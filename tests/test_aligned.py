@@ -19,6 +19,7 @@ from rcstudy.mechanics.rolling import NewtonSystem, within
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Tolerance
 from rcstudy.result import CellState, Status
 from rcstudy.solve import solve_group, solve_scene
+from rcstudy.study import scene_from_mapping
 
 SLOPING = Creepage(0.002, 0.001, 0.01)
 TOLERANCE = Tolerance(1e-7, 1e-7)
@@ -706,3 +707,24 @@ def test_levers_are_the_middles_of_the_cells_forces():
     bound = 1e-7 * scene.mesh.spacing[0] * contact.pressure.max()
     assert moments.max() < bound < 1e-3 * by_centres.max()
     np.testing.assert_array_equal(contact.levers[1], contact.centres[1])
+
+
+@pytest.mark.parametrize(
+    ("modulus", "thickness", "longitudinal", "spin"),
+    [(0.63, 0.0484, 0.0028667, 0.02), (1.5874, 0.0677, 0.00073333, 0.02), (2.93947, 0.3622, 0.0002, 0.04)],
+)
+def test_contacts_with_spin_that_take_long(modulus: float, thickness: float, longitudinal: float, spin: float) -> None:
+    """They took 63 to 66 Newton steps, and 60 were allowed."""
+    scene = scene_from_mapping(
+        {
+            "substrate": {"E": 210000, "nu": 0.3},
+            "layers": [{"E": f"{modulus} Es", "nu": 0.3, "thickness": thickness}],
+            "radius": 50,
+            "load": 100,
+            "friction": 0.4,
+            "creepage": {"longitudinal": longitudinal, "spin": spin},
+            "mesh": {"size": [1.6, 1.6], "cells": [64, 64]},
+            "discretisation": "aligned",
+        }
+    )
+    assert solve_scene(scene).status == Status.SOLVED

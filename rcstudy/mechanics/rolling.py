@@ -47,7 +47,7 @@ from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SHIFT, SlipOperator
 from rcstudy.mechanics.stopping import traction_residual
 
-_MAX_NEWTON = 60
+_MAX_NEWTON = 100  # of 6000 aligned contacts with spin 99 % took 35 or fewer, the last ones 66
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
 _SETTLED = 1e-4  # part of their bound that tractions may be off by what centring keeps adding
