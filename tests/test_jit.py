@@ -91,6 +91,42 @@ def test_a_turn_is_held_until_it_has_been_given_back_as_often_as_taken(tmp_path)
     other.give_back()
 
 
+FAILS = """
+import numpy as np
+import pytest
+from numba.core import caching, event
+from rcstudy.mechanics import jit
+from rcstudy.mechanics.kernels.arrays import bounds, norm2
+
+class Interrupt(event.Listener):
+    def on_start(self, event):
+        raise KeyboardInterrupt
+
+    def on_end(self, event):
+        pass
+
+with event.install_listener("numba:compile", Interrupt()), pytest.raises(KeyboardInterrupt):
+    norm2(np.ones((2, 2)))
+[turn] = jit._turns.values()
+other = jit._Turn(turn._path.parent)
+assert other.take()
+other.give_back()
+check, caching.CompileResultCacheImpl.check_cachable = caching.CompileResultCacheImpl.check_cachable, lambda *_: False
+assert norm2(np.ones((2, 2))) == 2.0  # compiled and not saved
+caching.CompileResultCacheImpl.check_cachable = check
+assert other.take()
+other.give_back()
+assert bounds(np.ones((2, 3), dtype=bool)) == (0, 2, 0, 3)
+assert sum(bounds.stats.cache_misses.values()) == 1
+"""
+
+
+@compiled
+def test_a_process_that_fails_to_compile_or_save_a_kernel_gives_its_turn_back(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", FAILS], env=environment, check=True, timeout=120)
+
+
 def test_everyone_has_a_turn_where_nothing_can_be_written(tmp_path):
     (tmp_path / "cache").write_text("a file")
     assert jit._Turn(str(tmp_path / "cache")).take()

@@ -74,31 +74,35 @@ _turns: dict[str, _Turn] = {}
 class _CheckedFiles(IndexDataCacheFile):
     """A kernel's files on the disk, an index and machine code for each signature, with their SHA-256 at their ends."""
 
+    _taken = 0  # turns for this kernel that were not given back yet
+
     def load(self, key: Any) -> Any:
         """What was saved under `key`; None if there is nothing, or nothing whole: then it is this process's to compile.
 
-        Numba compiles and saves what it could not load, at once and in one thread.
+        Numba compiles and saves what it could not load, at once and in one thread; `give_back` is for when it has, or
+        has failed to.
         """
         found = self._loaded(key)
         if found is not None:
             return found
         turn, until = self._turn(), time.monotonic() + _PATIENCE
-        while not turn.take() and time.monotonic() < until:
+        while not (taken := turn.take()) and time.monotonic() < until:
             time.sleep(_LOOK)
             found = self._loaded(key)
             if found is not None:
                 return found
-        found = self._loaded(key)  # somebody may have saved it just before this process had its turn
-        if found is not None:
-            turn.give_back()
-        return found
+        self._taken += taken
+        return self._loaded(key)  # somebody may have saved it just before this process had its turn
 
     def save(self, key: Any, data: Any) -> None:
         """Save, unless that fails: then the next process compiles once more."""
-        try:
-            with contextlib.suppress(OSError):
-                super().save(key, data)
-        finally:
+        with contextlib.suppress(OSError):
+            super().save(key, data)
+
+    def give_back(self) -> None:
+        """Give back the turns that were taken for this kernel."""
+        while self._taken > 0:
+            self._taken -= 1
             self._turn().give_back()
 
     def _turn(self) -> _Turn:
@@ -150,13 +154,29 @@ class _Quick(FunctionCache):
             return self._load_overload(sig, target_context)
 
 
+def _in_turn(compiling: Callable[[Any], Any], files: _CheckedFiles) -> Callable[[Any], Any]:
+    """`compiling`, which loads a kernel from `files` or compiles it; the turn taken for that ends with it.
+
+    Not with saving: that is not reached if compiling is interrupted, and all others would wait for this process.
+    """
+
+    def compiling_in_turn(signature: Any) -> Any:
+        try:
+            return compiling(signature)
+        finally:
+            files.give_back()
+
+    return compiling_in_turn
+
+
 def jit(function: F) -> F:
     """Compile `function` in nopython mode, cached on disk, with strict IEEE arithmetic, releasing the GIL."""
-    compiled = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)
+    compiled: Any = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)
     cache = getattr(compiled, "_cache", None)
     if type(cache) is FunctionCache:
         cache.__class__ = _Quick
     files = getattr(cache, "_cache_file", None)
     if type(files) is IndexDataCacheFile:
         files.__class__ = _CheckedFiles
+        compiled.compile = _in_turn(compiled.compile, cast(_CheckedFiles, files))
     return cast(F, compiled)
