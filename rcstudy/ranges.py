@@ -14,6 +14,7 @@ from rcstudy.yamltree import REFUSED, Node, Problems, child_path
 
 MAX_VALUES = 1000
 _DIGITS = 6  # of the values in between, unless they are closer to each other
+_ROUNDING = 1e-12  # of the larger end: what is left of a value in between that is zero on paper
 
 
 class _End:
@@ -39,13 +40,15 @@ class RangeSpec(Spec):
     spacing: Literal["linear", "log"] = "linear"
 
     def values(self) -> list[Quantity]:
-        """The values, rounded to six digits but for the ends, if six tell them apart."""
+        """The values, rounded to six digits but for the ends, if six tell them apart; zero is zero."""
         one, other, steps = self.first.value, self.last.value, self.count - 1
         if self.spacing == "log":
             sign, logs = math.copysign(1.0, one), (math.log(abs(one)), math.log(abs(other)))
             between = [sign * math.exp(logs[0] + (logs[1] - logs[0]) * (k / steps)) for k in range(1, steps)]
         else:
             between = [one * (1.0 - k / steps) + other * (k / steps) for k in range(1, steps)]
+            rounding = _ROUNDING * max(abs(one), abs(other))
+            between = [0.0 if abs(value) <= rounding else value for value in between]
         rounded = [float(f"{value:.{_DIGITS}g}") for value in between]
         if len({one, *rounded, other}) == self.count:
             between = rounded

@@ -166,6 +166,16 @@ def test_axes_by_their_ends(load):
     assert grid.shape == (5, 4, 3, 3)
 
 
+@pytest.mark.parametrize("count", range(3, 41))
+def test_a_range_across_zero_has_zero_itself(count):
+    """Whatever rounding leaves of it would be a label."""
+    for k in range(1, count - 1):
+        ends = {"first": -0.001 * k, "last": 0.001 * (count - 1 - k)}
+        values = [value.value for value in RangeSpec.model_validate({**ends, "count": count}).values()]
+        assert str(values[k]) == "0.0"
+        assert values == pytest.approx(np.linspace(*ends.values(), count), rel=1e-5, abs=1e-15)
+
+
 def test_a_case_of_a_list_is_named_where_the_shared_mesh_is_wrong_for_it(load):
     base = BASE + "  g:\n    cases:\n      - {label: light, load: 100}\n      - {label: heavy, load: 20000}\n"
     with pytest.raises(UserError, match=r"scene\.mesh\.size: \[2, 2\]: a window larger .* \(case heavy\)$"):
