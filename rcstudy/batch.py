@@ -93,7 +93,7 @@ def _kind(scene: Scene) -> tuple[object, ...]:
         scene.creepage is None,
         bool(scene.layers),
         other is None,
-        other is not None and quasi_identical(scene.substrate, other),
+        quasi_identical(scene.substrate, other),
     )
 
 

@@ -699,7 +699,7 @@ def test_displacements_of_a_contact() -> None:
 
 
 def test_moves_by_pressure() -> None:
-    """All pairs but those of equal (1 - 2 nu)/G, two incompressible ones among them."""
+    """All pairs but those of equal (1 - 2 nu)/G: 0 of incompressible bodies and of rigid ones."""
     like_steel = Material(2.0 * 1.2 * STEEL.G * 0.6 / 0.4, 0.2)
     expected = [
         (STEEL, (), None, True),
@@ -707,6 +707,8 @@ def test_moves_by_pressure() -> None:
         (STEEL, (), SOFT, True),
         (STEEL, (), like_steel, False),
         (Material(1e5, 0.5), (), Material(3e3, 0.5), False),
+        (Material(1e5, 0.5), (), None, False),
+        (Material(1e5, 0.5), COATED, None, True),
         (STEEL, COATED, STEEL, True),
     ]
     for substrate, layers, counterbody, moves in expected:

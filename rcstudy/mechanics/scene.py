@@ -36,9 +36,12 @@ class Material:
         return (1.0 - self.nu**2) / self.E
 
 
-def quasi_identical(one: Material, other: Material) -> bool:
-    """Whether pressure displaces the surfaces of both half-spaces alike, so that neither moves along the other."""
-    beta = tuple((1.0 - 2.0 * body.nu) / body.G for body in (one, other))
+def quasi_identical(one: Material, other: Material | None) -> bool:
+    """Whether pressure displaces the surfaces of both half-spaces alike, so that neither moves along the other.
+
+    `other` None is rigid: like it are bodies that keep their volume (`nu` 0.5).
+    """
+    beta = tuple(0.0 if body is None else (1.0 - 2.0 * body.nu) / body.G for body in (one, other))
     return math.isclose(*beta, rel_tol=1e-14)
 
 
@@ -151,7 +154,7 @@ class Scene:
     @property
     def moves_by_pressure(self) -> bool:
         """Whether pressure displaces the surfaces along each other: not so for quasi-identical bodies."""
-        return bool(self.layers) or self.counterbody is None or not quasi_identical(self.substrate, self.counterbody)
+        return bool(self.layers) or not quasi_identical(self.substrate, self.counterbody)
 
     @property
     def is_coupled(self) -> bool:
