@@ -391,6 +391,15 @@ def test_largest_tractions_on_soft_layers(longitudinal):
     assert abs(np.mean(found) / fine - 1.0) < 0.0015
 
 
+def test_no_traction_is_larger_than_friction_times_the_largest_pressure():
+    """Also where no cell slips: on five cells the largest was 3.6 % larger."""
+    mesh = Mesh((0.2048028639809404, 0.2048028639809404), (5, 5))
+    scene = steel(mesh, counterbody=None, load=0.86, friction=0.2135, creepage=Creepage(0.0, -1e-7))
+    result = solved(replace(scene, discretisation="aligned", tolerance=Tolerance()))
+    assert not (result.fields["state"] == CellState.SLIP).any()
+    assert result.scalars["traction_max"] == pytest.approx(0.2135 * result.scalars["pressure_max"], rel=1e-12)
+
+
 def test_layers_move_the_border_of_the_stick_zone():
     """Ahead on stiff layers, back on soft ones, as they do the contact's edge."""
 

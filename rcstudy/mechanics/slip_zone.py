@@ -42,7 +42,7 @@ class SlipZones:
         of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
         largest, sticking, backwards, across = stick.rooms_and_speeds(*of_cells, room, speed)
         if not slip.any():
-            return 0.0, largest
+            return 0.0, min(largest, friction * outline.summit[0])
         ny = cells.count.size
         length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
         of_rows = cells.index, cells.start, cells.count, outline.ends
