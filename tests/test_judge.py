@@ -69,6 +69,14 @@ def test_slip_patterns_are_similar_within_an_angle(monkeypatch: pytest.MonkeyPat
     assert found[2].undecided == "d has no such cells"
 
 
+@pytest.mark.parametrize(("slips", "part"), [((0.0, 0.0), 0.0), ((0.0, 0.2), 1.0), ((0.15, 0.2), 0.25)])
+def test_spread_is_a_part_of_the_largest(slips: tuple[float, float], part: float) -> None:
+    """Nothing of nothing, where no case slips."""
+    cases = [SimpleNamespace(view=SimpleNamespace(slip=slip, solved=True)) for slip in slips]
+    (found,) = judge.spread(cases, lambda view: view.slip, 0.2, "slip")
+    assert (found.left, found.holds) == (pytest.approx(part), part > 0.2)
+
+
 def test_what_stays_the_same_neither_grows_nor_shrinks(monkeypatch: pytest.MonkeyPatch) -> None:
     pair = tuple(named(monkeypatch, {"a": 1.0, "b": 1.0}))
     for judged in (judge.grows, judge.shrinks):

@@ -84,7 +84,7 @@ def spread(cases: Iterable[PaperCase], measure: Measure, least: float, what: str
     """Whether `measure` varies over the solved cases by more than `least` of its largest value; by how much it does."""
     values = [measure(c.view) for c in cases if c.view.solved]
     if len(values) > 1:
-        part = 1.0 - min(values) / max(values)
+        part = 1.0 - min(values) / max(values) if any(values) else 0.0
         yield Comparison(what, part, least, part > least, bound=True)
 
 
