@@ -23,6 +23,7 @@ from rcstudy.errors import UserError
 from rcstudy.layout import CASE_KEY
 from rcstudy.mechanics.contact import influence_of
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
+from rcstudy.report import precision_summary
 from rcstudy.report.precision import QUANTITIES, REFERENCE, Row, Setting, schemes, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import errors_table, mesh_table, settings_table, summary_text
@@ -412,6 +413,17 @@ def test_each_discretisation_and_coupling_has_settings_of_its_own():
         ("full", "aligned", "32 x 32"),
     ]
     assert [r["scheme"] for r in errors_table(rows)[2]] == [r.discretisation for r in rows]
+
+
+def test_quantities_out_of_reach_are_listed_by_the_cells_that_they_need():
+    """Those that are reached or of unknown need, between them, do not change their order."""
+    asked = Setting("one-way", "kalker", "force", 0.01, finest=64)
+    needs = {"force": 900.0, "moment": np.nan, "slip_area": 300.0, "friction_power": np.nan, "traction_max": 100.0}
+    chosen = [replace(asked, quantity=name, needed=needed) for name, needed in needs.items()]
+    chosen[3] = replace(chosen[3], cells=32, tolerance=1e-5, radius=(8.0, 8.0))
+    words = precision_summary._sentence(chosen).partition("not reached: ")[2]
+    names = [QUANTITIES[name] for name in ("traction_max", "slip_area", "force", "moment")]
+    assert names == [text.partition(":")[0] for text in words.split("; ")]
 
 
 def test_what_the_reference_may_be_off_by_counts():

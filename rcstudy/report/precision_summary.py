@@ -244,7 +244,7 @@ def _sentence(chosen: Sequence[Setting]) -> str:
     """Quantities by the setting that they take, cheapest first, then those that no setting keeps to the target."""
     reached: dict[tuple[int, float], list[Setting]] = {}
     missed: dict[str, list[Setting]] = {}
-    for s in sorted(chosen, key=lambda s: s.needed):
+    for s in sorted(chosen, key=lambda s: (np.isnan(s.needed), s.needed)):
         if s.cells:
             reached.setdefault((s.cells, s.tolerance), []).append(s)
         else:
