@@ -17,7 +17,7 @@ import numpy as np
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import outline as kernel
 from rcstudy.mechanics.kernels import rows, smooth
-from rcstudy.mechanics.skins import EDGES, shift_by_layers, shift_under_soft_layers
+from rcstudy.mechanics.skins import shift_by_layers, shift_under_soft_layers
 
 # Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
 # and where the contact ends in truth: the two-dimensional contact of a cylinder on many cells, moved over the mesh.
@@ -87,7 +87,7 @@ class Outline:
     @cached_property
     def beyond_edges(self) -> float:
         """Area (mm^2) between the edges that cells find and those that layers make (`skins.py`); that of an ellipse."""
-        return self._along_outline(_shift_by_layers)
+        return self._along_outline(shift_by_layers)
 
     @cached_property
     def short_of_edges(self) -> float:
@@ -195,11 +195,6 @@ def fit_outline(u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
         return None
-
-
-def _shift_by_layers(response: Callable[[np.ndarray], np.ndarray], side: float) -> float:
-    """`shift_by_layers` of edges."""
-    return shift_by_layers(response, side, EDGES)
 
 
 def _crossings(

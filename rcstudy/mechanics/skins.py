@@ -52,7 +52,7 @@ _LOGS, _WEIGHTS = np.polynomial.laguerre.laggauss(16)
 _OVER = np.exp(np.minimum(np.concatenate(([0.0], _LOGS)), 30.0))
 
 
-def shift_by_layers(response: Callable[[np.ndarray], np.ndarray], spacing: float, cut: float) -> float:
+def shift_by_layers(response: Callable[[np.ndarray], np.ndarray], spacing: float, cut: float = EDGES) -> float:
     """By how many cells of length `spacing` (mm) the edge lies farther out than cells find it.
 
     `response`: displacement by stress (mm/MPa) at wave numbers [n] (1/mm); `cut`: see above, of bodies without layers.
