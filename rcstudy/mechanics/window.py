@@ -79,7 +79,7 @@ def _pressure(scene: Scene) -> np.ndarray:
 def _sliding_pressure(scene: Scene, along: int) -> np.ndarray:
     """Pressure [nx, ny] (MPa) where all of the contact slips along x (0) or y (1), in turn with its lift."""
     influence, gap = influence_of(scene), initial_gap(scene)
-    lift, mixing = np.zeros(gap.shape), Mixing()
+    lift, mixing, whole = np.zeros(gap.shape), Mixing(), Box(0, gap.shape[0], 0, gap.shape[1])
     solution = solve_pressure(scene, influence, gap)
     for _ in range(_TURNS):
         if solution.edge:
@@ -87,19 +87,13 @@ def _sliding_pressure(scene: Scene, along: int) -> np.ndarray:
         contact = NormalContact(scene, influence, solution)
         q = np.zeros((len(contact.cells), 2))
         q[:, along] = scene.friction * contact.pressure
-        change = contact.lift(q, _whole(scene)) - lift
+        change = contact.lift(q, whole) - lift
         touched = solution.p > 0.0
         if np.ptp(change[touched]) <= _ENOUGH * solution.approach:
             break
         lift = mixing.following(lift, change, touched)
         solution = solve_pressure(scene, influence, gap + lift, solution.p)
     return solution.p
-
-
-def _whole(scene: Scene) -> Box:
-    """The box of all cells."""
-    nx, ny = scene.mesh.cells
-    return Box(0, nx, 0, ny)
 
 
 def _reach(x: np.ndarray, squares: np.ndarray) -> float:
