@@ -54,14 +54,6 @@ def test_upwind_difference(padded: tuple[int, int], parity: tuple[int, int]) -> 
     np.testing.assert_allclose(out, naive.torus_difference(quadrant, parity, 0.3, padded), rtol=1e-14)
 
 
-@pytest.mark.parametrize(("shape", "length"), [((1, 1), 1), ((3, 4), 4), ((4, 3), 8), ((1, 5), 9), ((5, 1), 2)])
-def test_pad(shape: tuple[int, int], length: int) -> None:
-    field = np.random.default_rng(3).normal(size=shape)
-    out = np.full((shape[0], length), np.nan)
-    arrays.pad(field, out)
-    np.testing.assert_array_equal(out, np.pad(field, ((0, 0), (0, length - shape[1]))))
-
-
 @pytest.mark.parametrize("share", [0.0, 0.02, 0.1, 0.7])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (12, 7)])
 def test_bounds(shape: tuple[int, int], share: float) -> None:

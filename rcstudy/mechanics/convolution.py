@@ -358,12 +358,14 @@ def sharp_difference(px: int, dx: float) -> np.ndarray:
 
 def convolve(hat: np.ndarray, padded: tuple[int, int], field: np.ndarray) -> np.ndarray:
     """Product of the operator with symbol `hat` [py//2+1, px] and `field` [nx, ny], on the same cells."""
-    plan = transform(padded, 1, field.shape[0])
-    arrays.pad(field, plan.real[0])
+    nx, ny = field.shape
+    plan = transform(padded, 1, nx)
+    plan.real[0, :, :ny] = field
+    plan.real[0, :, ny:] = 0.0
     plan.forward()
     plan.hat[0] *= hat
     plan.backward()
-    return plan.real[0, :, : field.shape[1]].copy()
+    return plan.real[0, :, :ny].copy()
 
 
 TRACTION_PARITY = ((1, (1, 1)), (3, (-1, -1)), (2, (1, 1)))  # component of a coefficient array and parity: xx, xy, yy

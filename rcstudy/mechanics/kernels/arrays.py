@@ -84,17 +84,6 @@ def bounds(mask: np.ndarray) -> tuple[int, int, int, int]:
 
 
 @jit
-def pad(field: np.ndarray, out: np.ndarray) -> None:
-    """Copy field [nx, ny] into out [nx, py], zeros beyond ny."""
-    nx, ny = field.shape
-    for i in range(nx):
-        for j in range(ny):
-            out[i, j] = field[i, j]
-        for j in range(ny, out.shape[1]):
-            out[i, j] = 0.0
-
-
-@jit
 def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
     """Multiply the pair hat [2, waves, 2 waves], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy).
 
