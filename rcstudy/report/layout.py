@@ -26,14 +26,17 @@ LINE_SPACING: dict[str, Any] = {"handlelength": 3.0, "columnspacing": 1.2}
 """Spacing of a legend of lines: long enough to show their dashes."""
 
 
-def panels(rows: int, columns: int, height: float, *, width: float = WIDTH) -> tuple[Figure, np.ndarray]:
-    """A figure of width x height inches with rows x columns axes, [rows, columns]; no pyplot, no global state."""
+def panels(rows: int, columns: int, height: float, *, width: float = WIDTH, **shared: Any) -> tuple[Figure, np.ndarray]:
+    """A figure of width x height inches with rows x columns axes, [rows, columns]; no pyplot, no global state.
+
+    `shared`: `sharex` and `sharey`, as matplotlib takes them.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    return figure, figure.subplots(rows, columns, squeeze=False)
+    return figure, figure.subplots(rows, columns, squeeze=False, **shared)
 
 
 def share_limits(axes: np.ndarray) -> None:
@@ -103,7 +106,7 @@ def conditions(grid: GridView, *, friction: bool = True) -> str:
 
     Empty if they share none of it. Without `friction` where it has no part in what is shown.
     """
-    case = next(grid.cases())
+    case = grid.first
     texts = []
     for name, form in (
         ("load", "$P$ = {} N"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rcstudy.report.layout import caption
+from rcstudy.report.layout import caption, panels
 from rcstudy.report.precision import (
     QUANTITIES,
     SOLVER,
@@ -16,7 +16,7 @@ from rcstudy.report.precision import (
     shown_tolerance,
     worst_of,
 )
-from rcstudy.report.style import BLUE, DPI, LINES, VERMILLION, WIDTH
+from rcstudy.report.style import BLUE, LINES, VERMILLION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,13 +38,12 @@ def work_precision(rows: Sequence[Row]) -> Figure:
 
     Lines are medians over the problems of one discretisation and coupling; dots are the one-way problems.
     """
-    figure = _figure(4.6)
-    panels = figure.subplots(2, 3, sharex=True, sharey=True)
+    figure, axes = panels(2, 3, 4.6, sharex=True, sharey=True)
     rows = [r for r in rows if r.compared and (r.solved or r.method != "newton")]
     if not rows:
-        return _nothing_on(figure, panels.flat)
+        return _nothing_on(figure, axes.flat)
     tolerances = {name: shown_tolerance([r for r in rows if r.scheme == name]) for name in schemes(rows)}
-    for k, (ax, quantity) in enumerate(zip(panels.flat, _SHOWN, strict=True)):
+    for k, (ax, quantity) in enumerate(zip(axes.flat, _SHOWN, strict=True)):
         for scheme, tolerance in tolerances.items():
             own = [r for r in rows if r.scheme == scheme and r.tolerance == tolerance]
             for coupling in sorted({r.coupling for r in own}, reverse=True):
@@ -52,11 +51,11 @@ def work_precision(rows: Sequence[Row]) -> Figure:
         ax.set(xscale="log", yscale="log", ylim=(0.7 * _LEAST, 1.0))
         ax.set_title(f"({'abcdef'[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
-    for ax in panels[1]:
+    for ax in axes[1]:
         ax.set_xlabel(_SECONDS)
-    for ax in panels[:, 0]:
+    for ax in axes[:, 0]:
         ax.set_ylabel("relative error")
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5, handlelength=3.6)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5, handlelength=3.6)
     each = _by_scheme({name: f"{tolerance:.0e}" for name, tolerance in tolerances.items()})
     caption(
         figure,
@@ -64,13 +63,6 @@ def work_precision(rows: Sequence[Row]) -> Figure:
         f"one-way coupling, where its error is {_LEAST:.0e} or more. Tolerance: {each}.",
     )
     return figure
-
-
-def _figure(height: float) -> Figure:
-    """An empty figure of full width, `height` inches high."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
 
 
 def _by_scheme(words: dict[str, str]) -> str:
@@ -114,8 +106,7 @@ def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[flo
 
 def tolerances_figure(rows: Sequence[Row]) -> Figure:
     """Solver's error along the tolerances against seconds and products: medians over the problems of one coupling."""
-    figure = _figure(3.3)
-    axes = figure.subplots(1, 2, sharey=True)
+    figure, (axes,) = panels(1, 2, 3.3, sharey=True)
     usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0]
     usable = [r for r in usable if r.coupling == shown_coupling(usable)]
     if not usable:
@@ -161,11 +152,10 @@ def quantities_figure(rows: Sequence[Row]) -> Figure:
     tolerance = shown_tolerance(newton)
     newton = [r for r in newton if r.tolerance == tolerance]
     names = schemes(newton)
-    figure = _figure(3.4)
-    panels = figure.subplots(1, max(len(names), 1), sharey=True, squeeze=False)[0]
+    figure, (axes,) = panels(1, max(len(names), 1), 3.4, sharey=True)
     if not names:
-        return _nothing_on(figure, panels)
-    for ax, name, letter in zip(panels, names, "abcd", strict=False):
+        return _nothing_on(figure, axes)
+    for ax, name, letter in zip(axes, names, "abcd", strict=False):
         own = [r for r in newton if r.scheme == name]
         groups = [[r for r in own if r.cells == n] for n in sorted({r.cells for r in own})]
         x = [median(r.radius for r in group) for group in groups]
@@ -174,14 +164,14 @@ def quantities_figure(rows: Sequence[Row]) -> Figure:
         ax.set(xscale="log", yscale="log", xlabel="cells per contact radius, median")
         ax.set_title(f"({letter}) {name}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
-    panels[0].set_ylabel(f"worst error, tolerance {tolerance:.0e}")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.6)
+    axes[0].set_ylabel(f"worst error, tolerance {tolerance:.0e}")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.6)
     return figure
 
 
-def _nothing_on(figure: Figure, panels: Iterable[Axes]) -> Figure:
+def _nothing_on(figure: Figure, axes: Iterable[Axes]) -> Figure:
     """The figure, saying that the study has no cases for it."""
-    for ax in panels:
+    for ax in axes:
         ax.set_axis_off()
     figure.text(0.5, 0.5, "no two cases of this study tell of it", ha="center", va="center")
     return figure
