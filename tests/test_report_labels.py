@@ -332,7 +332,7 @@ def test_values_have_units_in_labels_and_titles(tmp_path: Path) -> None:
         grid = grids(tree)["g"]
         assert grid.axis_values("radius") == ["60 x 50 mm", "40 mm"]
         assert grid.axis_values("spin") == ["0.01 rad/mm", "0.02 rad/mm"]
-        assert grid.case(0, 1, 0).title == "radius=60 x 50 mm, spin=0.02 rad/mm, load=20 N"
+        assert ", ".join(grid.case(0, 1, 0).settings) == "radius=60 x 50 mm, spin=0.02 rad/mm, load=20 N"
         figure = overview_figure(grid)
         ax = figure.axes[0]
         assert (ax.get_xlabel(), ax.get_xscale()) == ("load (N)", "log")

@@ -215,13 +215,8 @@ class CaseView:
         return str(self.at(LABEL))
 
     @property
-    def title(self) -> str:
-        """The case in words with units: `thickness=0.05 mm, creepage=a`; its label in a list of cases."""
-        return ", ".join(self.settings)
-
-    @property
     def settings(self) -> list[str]:
-        """The parts of the title, one for each axis."""
+        """The case in words with units, one for each axis: `thickness=0.05 mm`; its label in a list of cases."""
         values = [(axis, self.grid.value(axis, i)) for axis, i in zip(self.grid.axes, self.index, strict=True)]
         return [value if axis == "case" else f"{axis}={value}" for axis, value in values]
 
