@@ -43,7 +43,7 @@ class Owner:
 
     def runs_here(self) -> bool:
         """Whether this very process runs on this machine now."""
-        return self.boot == _boot_id() and _started(self.pid) not in (0, -1) and _started(self.pid) == self.started
+        return self.boot == _boot_id() and 0 < self.started == _started(self.pid)
 
     def __str__(self) -> str:
         return f"process {self.pid} on {self.host}"
