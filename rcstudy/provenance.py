@@ -16,14 +16,14 @@ from rcstudy.threads import available_cores
 _LIBRARIES = ("numpy", "scipy", "numba", "pyfftw", "h5py", "h5netcdf", "xarray")
 
 
-def collect(command: str | None = None) -> dict[str, str | int | float]:
-    """Provenance of a run started now; `command` defaults to this process's own command line.
+def collect() -> dict[str, str | int | float]:
+    """Provenance of a run started now, by this process's command line.
 
     A revision is given only when rcstudy itself runs from a git checkout, with ``+changes`` when files differ from it.
     """
     found: dict[str, str | int | float] = {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": command if command is not None else _command(),
+        "command": _command(),
         "rcstudy_version": version("rcstudy"),
         "solver_version": SOLVER_VERSION,
         "python_version": platform.python_version(),

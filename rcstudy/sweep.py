@@ -87,7 +87,6 @@ def run(
     processes: pool.Pool | None = None,
     scheduler: cluster.Scheduler | None = None,
     progress: Progress | None = None,
-    command: str | None = None,
     solve: pool.Solve | None = None,
     fresh: bool = False,
     series: bool = False,
@@ -106,7 +105,7 @@ def run(
     `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
     over to as many workers as there are processors if what is left is worth their start; with `scheduler` the workers
     of a Dask cluster solve all instead. `processes` are workers that may have been started already. `progress` gets
-    each case, `tell` what is to be reported to the user; `command` goes to the provenance; `solve` takes the place of
+    each case, `tell` what is to be reported to the user; `solve` takes the place of
     :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch goes on.
 
     Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
@@ -159,7 +158,7 @@ def run(
             attributes: dict[str, str | int | float] = {}
 
             def meanwhile() -> None:
-                attributes.update(provenance.collect(command))
+                attributes.update(provenance.collect())
                 if cube is not None:
                     cube.begin()
 

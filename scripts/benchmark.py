@@ -633,7 +633,7 @@ def main() -> None:
     options.cells = options.cells + ([1024] if options.large else [])
     load = os.getloadavg()
     found: dict[str, Any] = {
-        "cpu": str(provenance.collect("benchmark").get("machine_cpu", platform.machine())),
+        "cpu": str(provenance.collect().get("machine_cpu", platform.machine())),
         "cores": available_cores(),
         "load_average_before": load,
     }

@@ -72,7 +72,7 @@ def test_cube_document_names_enumerations_and_attributes() -> None:
     text = CUBE.read_text(encoding="utf-8")
     for member in (*Status, *CellState):
         assert f"| {member.value} | {member.name.lower()} |" in text, member
-    for name in (*provenance.collect("rcstudy"), SCHEMA_ATTRIBUTE, LABEL, CASE_KEY, "study_text", "study_sha256"):
+    for name in (*provenance.collect(), SCHEMA_ATTRIBUTE, LABEL, CASE_KEY, "study_text", "study_sha256"):
         assert f"`{name}`" in text or name.endswith("_version"), name
 
 

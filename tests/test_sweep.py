@@ -87,13 +87,14 @@ def test_workers_change_no_number(study: Study, tmp_path: Path) -> None:
         assert compare(one, two).same
 
 
-def test_provenance_is_in_the_cube(study: Study, tmp_path: Path) -> None:
-    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up, command="rcstudy sweep study.yaml")
+def test_provenance_is_in_the_cube(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["/somewhere/rcstudy", "sweep", "a study.yaml"])
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
     with open_cube(tmp_path / "c.nc") as tree:
         attrs = tree.attrs
         assert attrs["study_text"] == SWEPT
         assert attrs["study_sha256"] == study.sha256
-        assert attrs["command"] == "rcstudy sweep study.yaml"
+        assert attrs["command"] == "rcstudy sweep 'a study.yaml'"
         for name in ("numpy", "scipy", "numba", "pyfftw", "h5py", "xarray", "python", "hdf5"):
             assert attrs[f"{name}_version"][0].isdigit(), name
         for name in ("created", "solver_version", "rcstudy_version", "machine_cpu", "machine_os"):
@@ -106,7 +107,7 @@ def test_revision_only_of_rcstudy_itself(tmp_path: Path, monkeypatch: pytest.Mon
     elsewhere = tmp_path / "provenance.py"
     elsewhere.touch()
     monkeypatch.setattr(provenance, "__file__", str(elsewhere))
-    assert "git_revision" not in provenance.collect("")
+    assert "git_revision" not in provenance.collect()
 
 
 def test_a_worker_that_dies_costs_its_case_only(study: Study, tmp_path: Path) -> None:
