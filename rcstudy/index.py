@@ -133,7 +133,8 @@ class Index:
 
     def take_written(self, unit: Unit, statuses: Iterable[Status]) -> None:
         """Note the cases of a unit that has just been written, with their statuses."""
-        self._add(unit, [(*e[:1], s, *e[1:]) for e, s in zip(unit.entries, statuses, strict=True)])
+        entries = zip(unit.entries, statuses, strict=True)
+        self._add(unit, [(key, status, offset, length) for (key, offset, length), status in entries])
 
     def _add(self, unit: Unit, found: Iterable[tuple[str, Status, int, int]]) -> None:
         number = len(self._units)
