@@ -172,7 +172,7 @@ def test_number_cells_and_row_neighbours(seed: int) -> None:
             assert neighbours[side, m] == (places.index(other) if other in places else m)
 
 
-def test_ease_leading_cells() -> None:
+def test_correct_leading_cells() -> None:
     """By the normal of the edge, n: n_x n times part p; other cells keep theirs."""
     count, leading = np.array([0, 2, 3, 1, 2, 0, 1]), np.array([0, 4, 5, 3, 4, 0, 4])
     _, of_cells, index = numbered(leading, count, 6)
@@ -182,7 +182,7 @@ def test_ease_leading_cells() -> None:
     s = before.copy()
     normals = np.full((2, 7), np.nan)
     row_cells.edge_normals(front, index, 0.8, normals)
-    row_cells.ease_leading_cells(normals, index, pressure, 0.3, s)
+    row_cells.correct_leading_cells(normals, index, pressure, 0.3, s)
     slopes = {1: front[2] - front[1], 2: (front[3] - front[1]) / 2, 3: (front[4] - front[2]) / 2}
     slopes |= {4: front[4] - front[3], 6: 0.0}  # a row alone shows no direction
     for m, (i, j) in enumerate(of_cells):
@@ -798,30 +798,31 @@ def test_centred_slip_residual() -> None:
         np.testing.assert_allclose(out, alone, rtol=1e-12, atol=1e-13)
 
 
-def test_turn_is_classify_when_the_slip_is_the_same() -> None:
+def test_update_directions_is_classify_when_the_slip_is_the_same() -> None:
     """As it is where slip does not change along x; what belongs to stick cells stays."""
     c = MovedCells()
     q, bound, rho = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.2, 2.0, size=c.m), 0.6
     s = np.stack([0.3 + 0.1 * c.cells[:, 1], np.full(c.m, -0.8)], axis=1)
-    by_classify, by_turn = ((np.full((c.m, 2), 7.0), np.full(c.m, 7.0)) for _ in range(2))
+    by_classify, updated = ((np.full((c.m, 2), 7.0), np.full(c.m, 7.0)) for _ in range(2))
     weight, centred = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
     _, square, _ = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
     tractions.centre(s, c.slip, c.neighbours, weight, centred)
     before = c.slip.copy()
-    assert tractions.turn(q, centred, bound, rho, c.slip, *by_turn) == pytest.approx(square, rel=1e-14)
+    miss = tractions.update_directions(q, centred, bound, rho, c.slip, *updated)
+    assert miss == pytest.approx(square, rel=1e-14)
     assert 0 < c.slip.sum() < c.m
     np.testing.assert_array_equal(c.slip, before)
-    for found, expected in zip(by_turn, by_classify, strict=True):
+    for found, expected in zip(updated, by_classify, strict=True):
         np.testing.assert_array_equal(found, expected)
 
 
-def test_turn() -> None:
+def test_update_directions() -> None:
     """Any slip: slip cells go to the circle, be they within it or not, stick cells into it; states are not changed."""
     c = MovedCells(1)
     q, bound, rho = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.5, 3.0, size=c.m), 0.6
     normal, share = np.full((c.m, 2), 7.0), np.full(c.m, 7.0)
     before, expected = c.slip.copy(), 0.0
-    square = tractions.turn(q, c.s, bound, rho, c.slip, normal, share)
+    square = tractions.update_directions(q, c.s, bound, rho, c.slip, normal, share)
     np.testing.assert_array_equal(c.slip, before)
     seen = set()
     for k in range(c.m):
@@ -840,12 +841,12 @@ def test_turn() -> None:
 # --- phases ---
 
 
-def test_turn_of_waves() -> None:
+def test_multiply_phases() -> None:
     """Columns without a factor are left alone."""
     rng = np.random.default_rng(4)
     hat = rng.normal(size=(2, 5, 9)) + 1j * rng.normal(size=(2, 5, 9))
     factor = rng.normal(size=(5, 6)) + 1j * rng.normal(size=(5, 6))
     expected = hat.copy()
     expected[:, :, :6] *= factor
-    arrays.turn(hat, factor)
+    arrays.multiply_phases(hat, factor)
     np.testing.assert_allclose(hat, expected, rtol=1e-14)

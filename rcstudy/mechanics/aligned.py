@@ -115,16 +115,16 @@ class AlignedContact(NormalContact):
         hat = self.influence.once(("by pressure, x first", padded), make)
         plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self._phase)
         slips = self._convolved(self.pressure, hat, plan, plan)[:, self.cells[:, 0], self.cells[:, 1]]
-        return self.eased(np.ascontiguousarray(slips.T))
+        return self.corrected_at_leading_edge(np.ascontiguousarray(slips.T))
 
-    def eased(self, s: np.ndarray) -> np.ndarray:
+    def corrected_at_leading_edge(self, s: np.ndarray) -> np.ndarray:
         """Slips `s` [m, 2] by pressure, changed in place, without what leading cells make too much of them."""
         part = _LEADING * self.influence.slip_under_pressure
-        row_cells.ease_leading_cells(self.rows.normals, self.rows.index, self.pressure, part, s)
+        row_cells.correct_leading_cells(self.rows.normals, self.rows.index, self.pressure, part, s)
         return s
 
     @cached_property
-    def _crossing(self) -> tuple[np.ndarray, np.ndarray]:
+    def _cross_slip_terms(self) -> tuple[np.ndarray, np.ndarray]:
         """Numbers [n] of the rows' leading cells, and what slip across them a unit of traction causes there besides."""
         rows = self.rows
         held = rows.count > 0
@@ -134,7 +134,7 @@ class AlignedContact(NormalContact):
 
     def cross_slip(self, q: np.ndarray) -> np.ndarray:
         """Slips [m, 2] that leading cells' tractions `q` [m, 2] cause across them beside their displacements."""
-        leading, part = self._crossing
+        leading, part = self._cross_slip_terms
         s = np.zeros(q.shape)
         s[leading] = part[:, None] * q[leading, ::-1]
         return s
@@ -194,7 +194,7 @@ class AlignedContact(NormalContact):
     @cached_property
     def operator(self) -> SlipOperator:
         """Slip by tractions on the moved rows, as far as these have cells."""
-        leading, part = self._crossing
+        leading, part = self._cross_slip_terms
         operator = SlipOperator.of(self.influence, self.rows.reach, sharp=True)
         return operator.moved(self._phase, self.cells_of_operator[leading], part)
 

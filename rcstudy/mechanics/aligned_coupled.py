@@ -99,8 +99,8 @@ def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContac
     The contact alone if that has no solution.
     """
     own = scene.tolerance
-    eased = replace(scene, tolerance=Tolerance(max(own.normal, _START), max(own.tangential, _START)))
-    start, rolling = solve_coupled(eased, influence)
+    loosened = replace(scene, tolerance=Tolerance(max(own.normal, _START), max(own.tangential, _START)))
+    start, rolling = solve_coupled(loosened, influence)
     if start.solution.edge or not start.solution.converged:
         return NormalContact(scene, influence, start.solution)
     contact = AlignedContact(start)

@@ -165,7 +165,7 @@ class NormalContact:
         padded = padded_shape(p.shape)
         return np.stack([convolve(hat, padded, p) for hat in along_by_pressure(self.influence, padded)])
 
-    def eased(self, s: np.ndarray) -> np.ndarray:
+    def corrected_at_leading_edge(self, s: np.ndarray) -> np.ndarray:
         """Slips `s` [m, 2] by pressure, corrected for discretisation in leading cells: `aligned.py`."""
         return s
 
@@ -328,8 +328,8 @@ def solve_rolling(
     interpolated: np.ndarray | None = None
     if guess is None and contact.coarser is not None:
         of_neighbour = None if neighbour is None else neighbour.coarser
-        eased = coarser_tolerance(scene.tolerance).tangential
-        coarse = solve_rolling(contact.coarser, scene, tolerance=eased, neighbour=of_neighbour)
+        loosened = coarser_tolerance(scene.tolerance).tangential
+        coarse = solve_rolling(contact.coarser, scene, tolerance=loosened, neighbour=of_neighbour)
         guess = interpolated = interpolated_tractions(contact.coarser, coarse, contact, scene.friction)
         if neighbour is not None and neighbour.interpolated is not None:
             guess = within(interpolated + (neighbour.q - neighbour.interpolated), bound)

@@ -209,14 +209,14 @@ class ShiftedTransform(Transform):
         """From `real` to `hat`."""
         self._rows()
         if self._there is not None:
-            arrays.turn(self._first, self._there)
+            arrays.multiply_phases(self._first, self._there)
         self._columns()
 
     def backward(self) -> None:
         """From `hat` to `real`."""
         self._columns_back()
         if self._back is not None:
-            arrays.turn(self._last, self._back)
+            arrays.multiply_phases(self._last, self._back)
         self._rows_back()
 
     def shifted(self, phase: np.ndarray, symbol: np.ndarray | None = None) -> ShiftedTransform:

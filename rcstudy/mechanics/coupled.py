@@ -347,11 +347,11 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
         if error > gain * before:
             break
         tolerance = Tolerance(max(own.normal, _TURN * error), max(own.tangential, _TURN * error))
-        eased = replace(scene, tolerance=tolerance)
-        pressure = solve_pressure(eased, influence, gap + lift, stress[2])
+        loosened = replace(scene, tolerance=tolerance)
+        pressure = solve_pressure(loosened, influence, gap + lift, stress[2])
         contact = NormalContact(scene, influence, pressure)
         q = np.ascontiguousarray(contact.gather(stress[:2]).T)
-        rolling = solve_rolling(contact, eased, within(q, scene.friction * contact.pressure))
+        rolling = solve_rolling(contact, loosened, within(q, scene.friction * contact.pressure))
         products += pressure.products + rolling.products
         stress = _stresses(contact, rolling.q)
         if not box.holds(contact.box):

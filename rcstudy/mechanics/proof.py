@@ -65,7 +65,7 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
         return s
 
     result = contact.rigid_slip(scene.creepage, scene.spin_point)
-    result += contact.eased(slip(contact.displacement_by_pressure))
+    result += contact.corrected_at_leading_edge(slip(contact.displacement_by_pressure))
     result += slip(contact.displacement.on_box(rolling.q, contact.cells)) + contact.cross_slip(rolling.q)
     return (
         result

@@ -159,9 +159,9 @@ class NewtonSystem:
         self._slipping, miss, square = tractions.classify(q, self.lawful, *of_law)
         if looking is not None:
             self.lawful = looking.look(s, self.slip)
-            miss = tractions.turn(q, self.lawful, *of_law)
+            miss = tractions.update_directions(q, self.lawful, *of_law)
         operator = self.operator
-        coupling = operator.diagonal * operator.spacing[0] / operator.compliance
+        coupling = operator.diagonal * operator.spacing[0] / operator.own_displacement
         largest = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
         over = (1.0 / largest - 1.0) / SHIFT if largest > 0.0 else 1.0
         self._power = round(math.log(min(max(over, 1.0), _LARGEST), 4.0))

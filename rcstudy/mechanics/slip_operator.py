@@ -53,7 +53,7 @@ class SlipOperator:
         coefficients = traction_quadrants(quadrant)
         # diagonal of B: (A(0) - A(1))/dx
         self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
-        self.compliance = float(quadrant[1, 0, 0])
+        self.own_displacement = float(quadrant[1, 0, 0])  # u_x of a cell by unit q_x on it (mm/MPa)
         # displacements by tractions, in cells
         self.symbol = real_symbols(coefficients, padded, x_first=sharp) / spacing[0]
         self.plan: Transform
@@ -72,7 +72,7 @@ class SlipOperator:
         self._torus, self._difference = torus, difference
         self._shifted: dict[int, np.ndarray] = {}
         # of moved rows: places of the leading cells and of those ahead, `cross` of `moved`, and room for tractions
-        self._crossing: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._cross_slip_terms: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
         self.torus_plan = pair_transform(torus)
         self.edge = np.zeros((torus[1], 2))
 
@@ -86,7 +86,7 @@ class SlipOperator:
         other = copy(self)
         other.plan = self.plan.shifted(phase)
         places = other.plan.places(leading)
-        other._crossing = places, places + other.ahead, cross, np.zeros((2, len(places)))
+        other._cross_slip_terms = places, places + other.ahead, cross, np.zeros((2, len(places)))
         return other
 
     def torus_shifted(self, power: int) -> np.ndarray:
@@ -102,14 +102,14 @@ class SlipOperator:
 
         The slip in a cell is what its own is more than that of the cell ahead, `ahead` places on in `plan.flat`.
         """
-        if self._crossing is not None:
-            leading, _, _, q = self._crossing
+        if self._cross_slip_terms is not None:
+            leading, _, _, q = self._cross_slip_terms
             row_cells.tractions_at(self.plan.flat, leading, q)
         self.plan.forward()
         arrays.multiply_2x2(self.plan.numbers, self.symbol)
         self.plan.backward()
-        if self._crossing is not None:
-            _, ahead, cross, q = self._crossing
+        if self._cross_slip_terms is not None:
+            _, ahead, cross, q = self._cross_slip_terms
             row_cells.add_cross_slip(q, cross, ahead, self.plan.flat)
 
 

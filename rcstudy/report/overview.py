@@ -255,7 +255,7 @@ def _remarks(grid: GridView, along: str, across: str, lines: int) -> str:
     if nil:
         remarks.append(f"Nil in all cases: {', '.join(nil)}.")
     rest = [axis for axis in grid.axes if axis not in (along, across)]
-    held = [f"{axis} = {literal(shortened(grid.axis_values(axis)[:1], 60)[0])}" for axis in rest]
-    if held:
-        remarks.append(f"Shown for {', '.join(held)}.")
+    fixed = [f"{axis} = {literal(shortened(grid.axis_values(axis)[:1], 60)[0])}" for axis in rest]
+    if fixed:
+        remarks.append(f"Shown for {', '.join(fixed)}.")
     return " ".join(remarks)

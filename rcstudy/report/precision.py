@@ -141,8 +141,8 @@ def settings(rows: Sequence[Row], quantities: Iterable[str] = tuple(QUANTITIES))
 
 def schemes(rows: Iterable[Row]) -> list[str]:
     """The discretisations of Newton cases, kalker first, then other methods."""
-    newton = {r.scheme: r.method != "newton" for r in rows}
-    return sorted(newton, key=lambda name: (newton[name], name != "kalker", name))
+    is_other = {r.scheme: r.method != "newton" for r in rows}
+    return sorted(is_other, key=lambda name: (is_other[name], name != "kalker", name))
 
 
 def _setting(asked: Setting, whole: Groups) -> Setting:

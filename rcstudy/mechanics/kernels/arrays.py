@@ -155,7 +155,7 @@ def scale_packed(hat: np.ndarray, k: np.ndarray) -> None:
 
 
 @jit
-def turn(hat: np.ndarray, factor: np.ndarray) -> None:
+def multiply_phases(hat: np.ndarray, factor: np.ndarray) -> None:
     """Multiply hat [fields, k, >= rows], in place, by factor [k, rows]."""
     for i in range(factor.shape[0]):
         for f in range(hat.shape[0]):

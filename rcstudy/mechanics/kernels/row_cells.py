@@ -83,7 +83,7 @@ def edge_normals(front: np.ndarray, index: np.ndarray, aspect: float, out: np.nd
 
 
 @jit
-def ease_leading_cells(
+def correct_leading_cells(
     normals: np.ndarray, index: np.ndarray, pressure: np.ndarray, part: float, s: np.ndarray
 ) -> None:
     """Take from slips by pressure s [m, 2] of rows' leading cells what these make too large, in place.

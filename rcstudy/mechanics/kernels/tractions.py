@@ -209,7 +209,7 @@ def gather_centred_slip(
 
 
 @jit
-def turn(
+def update_directions(
     q: np.ndarray,
     s: np.ndarray,
     bound: np.ndarray,
