@@ -62,7 +62,7 @@ def solve_batch(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
 
 
 def solve_series(scenes: Sequence[Scene]) -> Iterator[Result]:
-    """The same, those of close creepages starting from one another."""
+    """As `solve_batch`; a case starts from the tractions of the nearest creepage solved before it, if near enough."""
     return solve_batch(scenes, series=True)
 
 

@@ -24,7 +24,10 @@ _OPEN_FILES = 32
 
 
 class Index:
-    """The places of the results of `cases`, as far as they hold what is to be kept of them; by key."""
+    """Where the result of each of `cases` is, by the case's key.
+
+    Results that lack something of what is to be kept (`keep`) do not count.
+    """
 
     def __init__(self, cases: Iterable[Case], keep: Keep) -> None:
         self.keep = keep

@@ -58,11 +58,11 @@ class _Batch:
 class _Worker:
     process: Any
     connection: Connection
-    told: bool = False  # what solves
-    ready: bool = False  # has loaded that
+    told: bool = False  # has been sent the function that solves
+    ready: bool = False  # has loaded it
     batches: deque[_Batch] = field(default_factory=deque)  # the one being solved, and the next one
-    quick: bool = False  # at the last one
-    since: float = 0.0  # is at this one
+    quick: bool = False  # solved its last batch within _AHEAD_SECONDS
+    since: float = 0.0  # when it began its present batch (monotonic)
 
     def give(self, batch: _Batch) -> None:
         """Note that a batch is sent to it."""

@@ -39,7 +39,8 @@ def solve_scene(scene: Scene) -> Result:
 def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Result]:
     """Solve scenes that share one normal problem, the pressure once (where tractions act on it each has its own).
 
-    `series`: those of close creepages start from one another. Results then depend on their order, within the tolerance.
+    `series`: those of close creepages start from one another. Results then depend on their order: with `kalker` within
+    the tolerance, with `aligned` see docs/scaling.md.
 
     Yields a :class:`Result` a scene, in order. Whatever goes wrong becomes a status with its reason; the seconds of
     the shared pressure are charged to the first scene. Threads of one process take turns, scene by scene.
@@ -196,10 +197,10 @@ def _lift(contact: NormalContact, rolling: RollingSolution) -> float:
 
 
 def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tuple[float, float]:
-    """Slope mu |beta| p0/a by which pressure bends at the stick zone's border, over p0/a, if it is largest there.
+    """Jumps of slope at the stick zone's border, over p0/a, in the pressure and in the tractions; cells round them off.
 
-    And the same for tractions, which are largest there as a rule. Friction presses where slip begins or ends: cells
-    round that off.
+    Friction presses where slip begins or ends. mu |beta| in the pressure, 0 unless it is largest there; mu |beta| in
+    the tractions, which as a rule are. Both 0 without a border.
     """
     slip = rolling.slip
     if slip.all() or not slip.any():

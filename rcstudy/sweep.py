@@ -98,15 +98,15 @@ def run(
 
     Cases that an earlier run solved, for this study or as it was before it was edited, are taken over; failed ones are
     solved again. `fresh`: none are. `series`: cases of close creepages start from one another, which is faster where
-    they are many; results then depend on their order, within the tolerance. `shard` (i, n): solve the i-th of n parts
-    only and leave the results for :func:`rcstudy.merge.merge`; no cube is written. `take_over`: go on even if another
-    machine left its lock.
+    they are many; results then depend on their order: with `kalker` within the tolerance, with `aligned` see
+    docs/scaling.md. `shard` (i, n): solve the i-th of n parts only and leave the results for
+    :func:`rcstudy.merge.merge`; no cube is written. `take_over`: go on even if another machine left its lock.
 
     `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
     over to as many workers as there are processors if what is left is worth their start; with `scheduler` the workers
     of a Dask cluster solve all instead. `processes` are workers that may have been started already. `progress` gets
-    each case, `tell` what is to be reported to the user; `solve` takes the place of
-    :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch goes on.
+    each case, `tell` what is to be reported to the user; `solve` takes the place of :func:`rcstudy.solve.solve_group`.
+    A case that fails gets its status and reason, and the batch goes on.
 
     Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
     interrupted; the cube that was there before then stays as it was, and what is solved is kept beside it.

@@ -49,9 +49,10 @@ from rcstudy.mechanics.unseen import Unseen, unseen_slip
 
 _SPIN_POINT = 0.5  # in cells ahead of the centre
 # Pressure causes slip on the spot in proportion (Johnson 1985, 2.25a), so that it goes like the root of the distance
-# from the edge, too. What tractions make of slips is their sum with weights of nearly Gamma(j + 1/2)/Gamma(j + 1), by
-# which equal ones come out right. Slips by such a pressure come out too large, by what this part of it does in the
-# leading cell. Where the edge is at an angle they point along its normal and are smaller by its component along x.
+# from the edge, too. Tractions follow from slips by sums with weights of nearly Gamma(j + 1/2)/Gamma(j + 1). These are
+# right for constant slip and too large for one that falls like a root at the edge; taking this part of the pressure's
+# slip off in the leading cell makes up for it. Where the edge is at an angle that slip points along its normal and is
+# smaller by its component along x.
 _LEADING = 0.0264
 # Where the leading edge is at an angle tractions of the leading cells make too little of the slip across them: by the
 # product of the components of the edge's normal times so much of what waves of wave number 1/dx along them yield more
@@ -63,8 +64,8 @@ _CROSS = 0.07
 class AlignedContact(NormalContact):
     """A contact for the tractions on rows of cells that begin where the contact begins.
 
-    In place of the mesh's cells in contact it has those of moved rows, `rows`. `coarser`: other than made from that of
-    `contact`. `like`: rows have the places and cells that they have there, as far as they can.
+    Its cells are those of the moved rows `rows`. `coarser`: the coarser contact to use instead of one made from
+    `contact.coarser`. `like`: a contact whose rows keep their places and cells here, where that is possible.
     """
 
     def __init__(

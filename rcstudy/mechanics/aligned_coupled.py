@@ -32,10 +32,10 @@ from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene, Tolerance
 
 _START = 1e-4  # tolerance of pressure and tractions on cells as they are
-_FIRST = 1e-2  # of the first tractions on aligned cells
-_MAX_TURNS = 30
-_TRIED = 12  # of them, from the coarser mesh's solution
-_MOVING = 5  # of them, in which rows go to where the contact begins
+_FIRST = 1e-2  # tolerance of the first tractions on aligned cells
+_MAX_TURNS = 30  # turns at most, from the mesh's own cells
+_TRIED = 12  # turns at most, from the coarser mesh's solution
+_MOVING = 5  # turns after which rows stay where they are
 _ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, over the approach, when turns end
 _GAIN = 0.4  # part of that which a turn leaves of it, as a rule; where it leaves more, `KEPT` has to do
 _TURN = 1e-2  # how far tractions of a turn that is not the last are solved, over what is left

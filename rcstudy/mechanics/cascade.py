@@ -40,7 +40,7 @@ def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
 
 
 def coarser_tolerance(own: Tolerance) -> Tolerance:
-    """The tolerance on coarser meshes of a scene whose `own` one is that."""
+    """Tolerances on the coarser meshes of a scene with tolerances `own`: never tighter than `_TOLERANCE`."""
     return Tolerance(max(_TOLERANCE.normal, own.normal), max(_TOLERANCE.tangential, own.tangential))
 
 

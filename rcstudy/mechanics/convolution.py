@@ -59,7 +59,7 @@ class Box:
         return box
 
     def wider(self, part: int, window: tuple[int, int]) -> Box:
-        """This box with one of `part` parts of it, and two cells, more on each side, cut to the window."""
+        """This box grown on each side by 1/`part` of its cells plus two, cut to the window."""
         nx, ny = self.shape
         return self.grown(nx // part + 2, ny // part + 2, window)
 
@@ -246,7 +246,7 @@ def shifted_transform(padded: tuple[int, int], fields: int, rows: int) -> Shifte
 
 @lru_cache(maxsize=1024)
 def good_length(n: int) -> int:
-    """A transform length of at least `n` and at most a quarter more, chosen for speed.
+    """A transform length of at least `n` and at most a quarter more, or four, chosen for speed.
 
     Cost per point and log(length): 2 is the best factor, 3, 5 and 7 cost a little more each, 11 and 13 a third, and a
     length that is not a multiple of 4 costs the vector units half their speed or more (measured over all lengths to

@@ -64,7 +64,8 @@ class Outline:
     """The outline of the contact whose cells, of sides `spacing` (mm), have pressures `p` [nx, ny] (MPa).
 
     Rows are along x. `low`, `high` [ny]: the first and last cell in contact of each (`high` < `low` if there are none);
-    `ends` [2, ny]: where its contact ends, in cells from the first one's centre. `influence`: of the bodies.
+    `ends` [2, ny]: where its contact begins and ends, in cells from the centre of cell 0 of `p`. `influence`: of the
+    bodies.
     """
 
     def __init__(self, p: np.ndarray, spacing: tuple[float, float], influence: Influence) -> None:

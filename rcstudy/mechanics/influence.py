@@ -34,7 +34,8 @@ from rcstudy.mechanics.scene import Layer, Material
 
 T = TypeVar("T")
 
-# Components of a coefficient array, in this order: displacement, then stress. All by tests/reference/ic.json.
+# Components of a coefficient array, in this order: zz is u_z by p; xx and yy are u_x by q_x and u_y by q_y; xy is u_x
+# by q_y (and u_y by q_x); xp and yp are u_x and u_y by p. Signs as in tests/reference/ic.json.
 COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
 
 _LOG_STEP = 0.03  # of the grids of alpha and r
@@ -84,12 +85,11 @@ def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) 
 
 
 class Influence:
-    """Influence coefficients of the difference u1 - u2 (u_z: of the approach) on one mesh, computed as far as asked
-    for.
+    """Influence coefficients of both bodies on one mesh, computed as far as they are asked for.
 
-    Body 1 is `layers` (from the surface down) on `substrate`, body 2 a half-space or rigid (None). `spacing` dx, dy
-    (mm);
-    `reach` (mm): the largest distance that will ever be asked for.
+    Along the surface: of u1 - u2; along the normal: of the sum, by which the gap opens. Body 1 is `layers` (from the
+    surface down) on `substrate`, body 2 a half-space or rigid (None). `spacing`: dx, dy (mm); `reach`: the largest
+    distance (mm) that will ever be asked for.
     """
 
     def __init__(
@@ -156,8 +156,8 @@ class Influence:
     def slip_under_pressure(self) -> float:
         """Slip (u_i - u_(i+1))/dx by a unit of pressure on the spot (1/MPa), in plane strain.
 
-        (1 - 2 nu)/(2 G) of the one surface less that of the other (Johnson 1985, 2.25a). What the spot is to layers,
-        waves of wave number 1/dx tell: for them those thicker than a few cells are half-spaces.
+        (1 - 2 nu)/(2 G) of the one surface less that of the other (Johnson 1985, 2.25a). With layers alpha b(alpha) at
+        alpha = 1/dx takes its place: a layer a few cells thick is a half-space to such short waves.
         """
 
         def made() -> float:

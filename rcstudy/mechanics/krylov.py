@@ -64,11 +64,11 @@ def gmres(
     max_steps: int,
     extra: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Solve A x = b to ||b - A x|| <= relative * ||b||, from x = 0, by flexible GMRES (Saad 1993).
+    """Solve A x = b by flexible GMRES (Saad 1993) from x = 0.
 
-    `apply(v, out)` and `precondition(v, out)` write products into `out`. Right preconditioning keeps the residual
-    that of the system itself. `apply` may have `extra` more rows, that are no part of the system: returns x and these
-    rows' product with x.
+    It ends at ||b - A x|| <= relative * ||b||, or after `max_steps` steps. `apply(v, out)` and `precondition(v, out)`
+    write products into `out`. Right preconditioning keeps the residual that of the system itself. `apply` may have
+    `extra` more rows, that are no part of the system: returns x and these rows' product with x.
     """
     beta = arrays.norm2(b[None])
     if beta == 0.0:

@@ -31,7 +31,10 @@ EDGE = 0.7480
 """theta: distance from the leading cell's centre to where the contact seems to begin, in cells."""
 
 HALFWAY = 1e-3
-"""In cells: closer to the middle between two, either or both are taken, whatever rounding says."""
+"""In cells: what lies this close to the middle between two cells counts as a tie.
+
+It is decided the same way every time, or both are taken, so that rounding does not choose.
+"""
 
 # By how much the cell beside the outermost one is pressed more than its centre in the true contact, of that
 # cylinder of which `edges.TRUE` is.
@@ -47,8 +50,8 @@ _LEAST = 1e-9  # least pressure of a cell, over the largest
 class MovedRows:
     """Rows of cells along x in a `box` of the window, moved so that they begin at the edges that `outline` has.
 
-    `window` [nx, ny] (MPa): pressure on the mesh's own cells; `like`: rows have the places and cells that they have
-    there, as far as they can.
+    `window` [nx, ny] (MPa): pressure on the mesh's own cells; `like`: rows that keep their places and cells here,
+    where that is possible.
 
     Of each row, `start` [ny]: where its leading cell's centre is (in cells from that of the box's first one), `count`
     [ny]: of how many cells it is, `shift` [ny]: by how many it is moved. Of the cells, `cells` [m, 2]: their indices in

@@ -45,9 +45,9 @@ def text_of(value: Value, form: str) -> str:
 
 
 def cell(row: Mapping[str, Value], column: Column) -> tuple[str, int]:
-    """The number or text of a column as people read it, with its error if that is known, and a power of ten.
+    """Text of one cell, the number with its error if that is known, and a power of ten k.
 
-    That is 0 but for small numbers with small errors, which stand in brackets: both are to be multiplied by it.
+    k is 0, or, where number and error are both small, the text is `(number ± error)` and stands for that times 10^k.
     """
     value, error = row.get(column.key, ""), row.get(column.error, math.nan)
     if not isinstance(value, float) or not isinstance(error, float) or math.isnan(value) or not 0.0 < error < math.inf:

@@ -92,9 +92,9 @@ class Row:
 class Setting:
     """The coarsest mesh with the loosest tolerance whose worst error is within `target`, and what it costs.
 
-    `cells` 0: none is; then `needed` cells would be, with the `order` at which the error falls over all meshes, if
-    that is more than `finest`, the finest mesh that was tried. That goes by the errors alone: what the reference may be
-    off by is the same on all meshes, and would make the order look smaller.
+    `cells` is 0 if no mesh that was tried keeps to it. Then `needed` is the number of cells along a side by a power law
+    of order `order` through all meshes, meaningful if larger than `finest`, the finest mesh tried. That goes by the
+    errors alone: what the reference may be off by is the same on all meshes, and would make the order look smaller.
     """
 
     coupling: str

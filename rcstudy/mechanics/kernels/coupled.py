@@ -15,12 +15,12 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def multiply_3x3(hat: np.ndarray, pair: np.ndarray, along: np.ndarray, dx: float, gap: np.ndarray) -> None:
-    """Displacements by stresses: multiply the triple hat [3, py//2+1, 2 px], in place, by the symmetric block of pair,
-    i along; -i dx along, gap.
+    """Displacements by stresses: multiply hat [3, py//2+1, 2 px] = (qx, qy, p), in place, wave by wave by a matrix.
 
-    hat: real and imaginary parts side by side; pair [3, py//2+1, 2 px], each number twice: displacements xx, xy, yy
-    along the surface by tractions; along [2, py//2+1, px]: the same by pressure, both in cells of length dx; by
-    reciprocity u_z by tractions is the negative of that; gap [py//2+1, px]: u_z by pressure.
+    That is [[xx, xy, i x], [xy, yy, i y], [-i dx x, -i dx y, z]]. hat: real and imaginary parts side by side; xx, xy,
+    yy: pair [3, py//2+1, 2 px], each number twice, displacements along the surface by tractions; x, y: along
+    [2, py//2+1, px], the same by pressure, both in cells of length dx; by reciprocity u_z by tractions is the negative
+    of that; z: gap [py//2+1, px], u_z by pressure.
     """
     for i in range(hat.shape[1]):
         for j in range(gap.shape[1]):

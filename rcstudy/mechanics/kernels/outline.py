@@ -27,7 +27,8 @@ def bend_edges(p: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarr
             v1, v2 = p[first + inward, j] ** 2, p[first + 2 * inward, j] ** 2
             v3, v4 = p[first + 3 * inward, j] ** 2, p[first + 4 * inward, j] ** 2
             t = (first - edges[side, j]) * inward
-            # at the edge, by the parabola through the second to fourth cells
+            # at the edge, by the parabola through the second to fourth cells; the bounds 0.3 here and below are guards
+            # against one that hardly rises there and against pressures that are not smooth
             slope = max(v2 - v1 - (v3 - 2.0 * v2 + v1) * (t + 1.5), 0.3 * (v2 - v1))
             if slope > 0.0:
                 missed = -(v4 - 3.0 * v3 + 3.0 * v2 - v1) * t * (t + 1.0) * (t + 2.0) / (6.0 * slope)

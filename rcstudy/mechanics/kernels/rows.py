@@ -147,6 +147,7 @@ def row_profile(
             length = x - knots[n - 1]
             knots[n] = 0.5 * (knots[n - 1] + x)
             straight = 0.5 * (squares[n - 1] + value)
+            # no less than a quarter, as a guard: where p^2 bends up much more than it rises it would turn negative
             squares[n] = max(straight - bend * length * length / 6.0, 0.25 * straight)
             n += 1
         knots[n], squares[n] = x, value

@@ -129,6 +129,8 @@ def smooth_ends(
             v = (j - y0) / height
             back = across(terms, v, -1.0)
             ends[0, j], ends[1, j] = x0 + width * back, x0 + width * across(terms, v, 1.0)
+            # a quarter of a cell at least, as a guard: near a tip the end may lie at the middle or beyond it, and the
+            # slope be infinite
             slopes[j] = width / height * v / max(-back, 0.25 / width)
     return low, high
 
