@@ -25,14 +25,14 @@ def border_by_rooms(ratio: float, cells: int) -> float:
 
     From the ratio of the room there to that in the next cell ahead: see `border_behind`.
     """
-    part = min(0.5 * ratio * math.sqrt((cells - 1.0) / (cells - 0.5)), 5.0 / 13.0)
+    part = min(0.5 * ratio * math.sqrt((cells - 1.0) / (cells - 0.5)), 5.0 / 13.0)  # its value at d = 1
     return (2.25 * part - 0.25) / (1.0 - part)
 
 
 @jit
 def border_by_slips(ratio: float, cells: int) -> float:
     """The same between -1/4 and 3/4 of a cell, from the ratio of the first two slips behind the stick cells."""
-    part = min(0.5 * max(ratio, 0.0) * math.sqrt((cells + 1.0) / (cells + 0.5)), 1.0 / 3.0)
+    part = min(0.5 * max(ratio, 0.0) * math.sqrt((cells + 1.0) / (cells + 0.5)), 1.0 / 3.0)  # its value at d = -1/4
     return (0.75 - 2.75 * part) / (1.0 - part)
 
 
@@ -52,8 +52,9 @@ def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells:
 
     With d from the last stick cell to the border its residues, the rooms, are as (2 k - 1)/(k - 1) (d + 1/4)/(d + 9/4),
     the slips behind as (2 k + 1)/(k + 1) (3/4 - d)/(11/4 - d); both with 2 in front in a zone without end. In contacts
-    the zone's end did half as much (the root of it), of 1 to 25 cells. Of the two each is the closer one where it goes
-    to zero. A few cells' rooms tell less than their slips; a single one's nothing.
+    the zone's end did half as much (the root of it), of 1 to 25 cells. Of the two each tells more where it goes to
+    zero, and counts three quarters there, the other a quarter. A few cells' rooms tell less than their slips; a single
+    one's nothing.
     """
     if slips[1] > 0.0 and (rooms[1] <= 0.0 or cells < 4):
         return border_by_slips(slips[0] / slips[1], cells)
@@ -63,7 +64,7 @@ def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells:
     if slips[1] <= 0.0:
         return by_rooms
     by_slips = border_by_slips(slips[0] / slips[1], cells)
-    share = min(0.375 + 0.25 * (by_rooms + by_slips), 1.0)
+    share = 0.375 + 0.25 * (by_rooms + by_slips)
     return by_rooms + share * (by_slips - by_rooms)
 
 
