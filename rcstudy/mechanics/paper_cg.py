@@ -68,7 +68,7 @@ def solve_paper_cg(
         stick = np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12)
         square = float(np.sum(r[stick] ** 2))  # Eq. 19
         if square < square_old:  # Eq. 20; else the old direction is kept
-            t = r + (square / square_old if np.isfinite(square_old) else 0.0) * t
+            t = r + square / square_old * t
         curvature = float(np.sum(t * displaced(t)[0]))  # Eq. 21
         new = within(q - (square / curvature if curvature > 0.0 else 0.0) * t, bound)  # Eqs 22, 23
         norm = arrays.norm2(new)
