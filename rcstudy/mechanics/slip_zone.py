@@ -40,7 +40,7 @@ class SlipZones:
         slip, cells, outline = rolling.slip, self._cells, self._outline
         room, speed = np.zeros((2, slip.size))
         of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
-        largest, sticking, backwards, across = stick.rooms_and_speeds(*of_cells, room, speed)
+        largest, backwards, across = stick.rooms_and_speeds(*of_cells, room, speed)
         if not slip.any():
             return 0.0, min(largest, friction * outline.summit[0])
         ny = cells.count.size
@@ -55,7 +55,7 @@ class SlipZones:
             there = borders[:found].copy()
             there[last[last >= 0], 0] -= self.border_shift
             squares = rows.squares_at_borders(*cells.profiles, there)
-            peaks += [friction * rows.peak_at_borders(squares, there), sticking]
+            peaks.append(friction * rows.peak_at_borders(squares, there))
         area = self._area_behind((borders, last, length), slip, backwards / friction, across)
         if area is None:
             area = self._area_around(length)

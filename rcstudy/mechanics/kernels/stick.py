@@ -77,14 +77,14 @@ def rooms_and_speeds(
     pressure: np.ndarray,
     room: np.ndarray,
     speed: np.ndarray,
-) -> tuple[float, float, float, float]:
+) -> tuple[float, float, float]:
     """Room [m] that tractions q [m, 2] (MPa) leave up to friction times pressure [m], and speed [m] of slips s [m, 2].
 
-    The latter is against the traction, 0 without one. Returns the largest traction of all and of the stick cells, and
-    of the slip cells' tractions what part points backwards (the sum of -q_x over that of |q|) and what part of their
-    squares is across (q_y^2); 0 if none slip.
+    The latter is against the traction, 0 without one. Returns the largest traction, and of the slip cells' tractions
+    what part points backwards (the sum of -q_x over that of |q|) and what part of their squares is across (q_y^2); 0 if
+    none slip.
     """
-    largest = sticking = 0.0
+    largest = 0.0
     backwards = sizes = across = squares = 0.0
     for m in range(room.size):
         size = math.sqrt(q[m, 0] * q[m, 0] + q[m, 1] * q[m, 1])
@@ -96,11 +96,9 @@ def rooms_and_speeds(
             sizes += size
             across += q[m, 1] * q[m, 1]
             squares += size * size
-        else:
-            sticking = max(sticking, size)
     if sizes == 0.0:
-        return largest, sticking, 0.0, 0.0
-    return largest, sticking, backwards / sizes, across / squares
+        return largest, 0.0, 0.0
+    return largest, backwards / sizes, across / squares
 
 
 @jit
