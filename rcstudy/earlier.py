@@ -7,7 +7,6 @@ match is not taken over. Fields are copied as they were compressed.
 from __future__ import annotations
 
 import contextlib
-import math
 import mmap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -132,10 +131,13 @@ class EarlierCube:
             path for group in names for name in sorted(names[group]) if (path := f"{group}/{name}") not in self._file
         ]
 
-    def record(self, grid: int, flat: int, scene: Scene) -> Record:
-        """The record of a case, whose scene is `scene`. Raises DamagedRecord when there is something wrong with it."""
+    def record(self, grid: int, flat: int, scene: Scene, *, checked: bool = False) -> Record:
+        """The record of a case, whose scene is `scene`. Raises DamagedRecord when there is something wrong with it.
+
+        `checked`: it is solved and was read before without an error, so its fields are copied and not looked into.
+        """
         try:
-            return self.grids[grid].record(flat, scene)
+            return self.grids[grid].record(flat, scene, checked)
         except DamagedRecord:
             raise
         except Exception as error:  # whatever h5py and NumPy make of a damaged or hostile file
@@ -154,8 +156,11 @@ class _EarlierGrid:
         self.keys: list[str] = list(texts[CASE_KEY])
         self.reasons: list[str] = list(texts["status_reason"])
         self.statuses = [Status(status) for status in numbers.pop("status").tolist()]
-        self.scalars = numbers
+        self.numbers = np.stack([_as_doubles(numbers.get(name), len(self.keys)) for name in SCALARS], axis=-1)
         self.fields = {name: group[name] for name in FIELDS if name in group}
+        # of coordinates that all cases share, one mesh each; of others, one for each case, what HDF5 reads them by
+        self._centres = {name: group[name] for name in ("x_centre", "y_centre") if name in group}
+        self._regions: dict[Mesh, Region] = {}
         for dataset in self.fields.values():
             _check_chunks(dataset, len(self.shape))
 
@@ -166,34 +171,31 @@ class _EarlierGrid:
             return Keep(fields=False)
         return Keep(precision="float64" if self.fields["pressure"].dtype == np.float64 else "float32")
 
-    def record(self, flat: int, scene: Scene) -> Record:
-        index = np.unravel_index(flat, self.shape)
+    def record(self, flat: int, scene: Scene, checked: bool) -> Record:
+        index = tuple(map(int, np.unravel_index(flat, self.shape)))
         status = self.statuses[flat]
-        numbers = tuple(self._number(name, flat) for name in SCALARS)
+        numbers = tuple(self.numbers[flat].tolist())
         nx, ny = scene.mesh.cells
         region = self._region(index, scene.mesh) if self.fields else (0, nx, 0, ny)
         fields = {}
         for name in FIELDS if self.fields else ():
             if scene.creepage is None and VARIABLES[name].tangential:
                 continue
-            packed = _field(self.fields[name], index, region) if name in self.fields else None
+            packed = _field(self.fields[name], index, region, checked) if name in self.fields else None
             if packed is not None:
                 fields[name] = packed
             elif status == Status.SOLVED:
                 raise DamagedRecord(f"{name} is missing")
         return Record(status, self.reasons[flat], scene.mesh.cells, region, numbers, fields)
 
-    def _number(self, name: str, flat: int) -> float:
-        values = self.scalars.get(name)
-        if values is None or (values.dtype.kind == "i" and values[flat] == MISSING):
-            return math.nan
-        return float(values[flat])
-
     def _region(self, index: tuple[Any, ...], mesh: Mesh) -> Region:
         """The cells of the window that a case's fields hold, from the coordinates of their centres."""
+        if mesh in self._regions:
+            return self._regions[mesh]
         found = []
         for k, dim in enumerate("xy"):
-            centres = self.group[f"{dim}_centre"][index] if f"{dim}_centre" in self.group else self.group[dim][...]
+            own = self._centres.get(f"{dim}_centre")
+            centres = self.group[dim][...] if own is None else own[index]
             centres = centres[~np.isnan(centres)]
             window = mesh.centres[k]
             first = int(np.searchsorted(window, centres[0]))
@@ -201,7 +203,17 @@ class _EarlierGrid:
                 raise DamagedRecord("its coordinates are not those of its mesh")
             found += [first, first + centres.size]
         i0, i1, j0, j1 = found
+        if not self._centres:  # else another case of that mesh may say something else
+            self._regions[mesh] = i0, i1, j0, j1
         return i0, i1, j0, j1
+
+
+def _as_doubles(values: np.ndarray | None, count: int) -> np.ndarray:
+    """A number of `count` cases as records hold it: NaN where there is none."""
+    if values is None:
+        return np.full(count, np.nan)
+    found = values.astype(np.float64)
+    return np.where(values == MISSING, np.nan, found) if values.dtype.kind == "i" else found
 
 
 def _check_chunks(dataset: h5py.Dataset, case_dims: int) -> None:
@@ -212,15 +224,22 @@ def _check_chunks(dataset: h5py.Dataset, case_dims: int) -> None:
         raise ValueError("its fields are not stored as this version stores them")
 
 
-def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region) -> PackedField | None:
-    """A case's field, checked to its last byte; None where nothing but missing values stands."""
-    _, stream = dataset.id.read_direct_chunk((*(int(i) for i in index), 0, 0))
+def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region, checked: bool) -> PackedField | None:
+    """A case's field, checked to its last byte unless it was before; None where nothing but missing values stands."""
+    _, stream = dataset.id.read_direct_chunk((*index, 0, 0))
     shape = dataset.shape[-2:]
     dtype = dataset.dtype.str[1:]
+    held = (region[1] - region[0], region[3] - region[2])
+    if checked and held == shape:
+        return PackedField(dtype, bytes(stream))
     region_of_all = (0, shape[0], 0, shape[1])
     whole = Record(Status.SOLVED, "", shape, region_of_all, (), {"": PackedField(dtype, stream)}).values("")
-    held = (region[1] - region[0], region[3] - region[2])
     inner = whole[: held[0], : held[1]]
-    if (np.isnan(inner) if dtype.startswith("f") else inner == MISSING).all():
+    if _is_missing(inner[:1, :1]) and _is_missing(inner):  # most are not, as their first cell tells
         return None
     return PackedField(dtype, bytes(stream) if held == shape else compress(np.ascontiguousarray(inner)))
+
+
+def _is_missing(values: np.ndarray) -> bool:
+    """Whether nothing but missing values stands in a field."""
+    return bool((np.isnan(values) if values.dtype.kind == "f" else values == MISSING).all())

@@ -32,6 +32,7 @@ class Index:
     def __init__(self, cases: Iterable[Case], keep: Keep) -> None:
         self.keep = keep
         self.cube: EarlierCube | None = None
+        self._checked = False  # whether all solved cases that are taken from the cube were read
         self._leaving: set[str] = set()  # solved cases that are there and not among these
         self._scenes: dict[str, Scene] = {}
         for case in cases:
@@ -63,6 +64,11 @@ class Index:
     def in_cube(self, key: str) -> bool:
         """Whether the result of a case is that of the earlier cube."""
         return key in self._places and self._places[key][1] < 0
+
+    @property
+    def in_cube_count(self) -> int:
+        """How many cases have their result in the earlier cube."""
+        return sum(place[1] < 0 for place in self._places.values())
 
     def is_at(self, key: str, path: Path, offset: int) -> bool:
         """Whether the result of a case is the one in the unit at `path` and `offset`."""
@@ -102,6 +108,7 @@ class Index:
                     damaged.append(key)
         for key in damaged:
             del self._places[key]
+        self._checked = True
         return len(damaged)
 
     def take_unit(self, unit: Unit, data: bytes, *, thoroughly: bool = False) -> int:
@@ -153,10 +160,11 @@ class Index:
 
     def record(self, key: str) -> Record:
         """The record of a case. Raises KeyError where there is none, DamagedRecord or OSError if it cannot be read."""
-        _, unit, first, second = self._places[key]
+        status, unit, first, second = self._places[key]
         if unit < 0:
             assert self.cube is not None
-            return self.cube.record(first, second, self._scenes[key])
+            checked = self._checked and status == Status.SOLVED
+            return self.cube.record(first, second, self._scenes[key], checked=checked)
         body = os.pread(self._descriptor(unit), second, first)
         return parse(body, self._units[unit][1])
 

@@ -20,7 +20,7 @@ import workers
 from disks import give_room_for
 from studies import CASES, SWEPT
 
-from rcstudy import index, lock, publish, status, store, sweep
+from rcstudy import index, lock, publish, record, status, store, sweep
 from rcstudy.cases import expand, scene_record
 from rcstudy.cube import case_table, grids, open_cube
 from rcstudy.errors import UserError
@@ -400,6 +400,18 @@ def test_a_damaged_cube_is_no_source(sweeps: Sweeps) -> None:
         cubes.assert_same(sweeps.output, good)
     assert min(solved) == 3
     assert max(solved) > 3
+
+
+def test_cases_of_a_cube_are_looked_into_once(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When they are checked; then they are copied. Looking twice made taking them cost nearly as much as solving."""
+    sweeps.run()
+    sweeps.write(SWEPT.replace("80]", "80, 90]"))
+    streams: list[bytes] = []
+    decompress = record.decompress
+    monkeypatch.setattr(record, "decompress", lambda stream, size: streams.append(stream) or decompress(stream, size))
+    assert len(sweeps.run()) == 3
+    assert len(streams) == 12 * 6 + 2  # fields of rolling contacts, and pressures of the others
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
 
 
 @pytest.mark.parametrize(
