@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+import threading
 import time
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Protocol, TextIO
 
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
     from rich.progress import TaskID
+
+
+_SETTLED_SECONDS, _SETTLED_CASES = 4.0, 3  # after the first case, before a rate and the time left are told
+LATE_SECONDS = 2.0  # of silence
 
 
 class Progress(Protocol):
@@ -43,6 +50,39 @@ class Silent:
         """Nothing."""
 
 
+@contextlib.contextmanager
+def told_late(tell: Callable[[str], None], text: str) -> Iterator[None]:
+    """Have `tell` say `text`, from a thread of its own, if the block takes longer than LATE_SECONDS."""
+    timer = threading.Timer(LATE_SECONDS, tell, [text])
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+class _Pace:
+    """How fast cases are done, without the first one: whoever solves loads or compiles the kernels before it."""
+
+    def __init__(self) -> None:
+        self.done = 0
+        self._first = 0.0
+
+    def advance(self, now: float) -> None:
+        """One more is done."""
+        if self.done == 0:
+            self._first = now
+        self.done += 1
+
+    def seconds_per_case(self, now: float) -> float | None:
+        """Seconds from one case to the next; None while there are too few to tell."""
+        since = now - self._first
+        if self.done <= _SETTLED_CASES or since < _SETTLED_SECONDS:
+            return None
+        return since / (self.done - 1)
+
+
 class Bar:
     """A bar with the number done, rate, time left and number failed, on standard error."""
 
@@ -50,8 +90,7 @@ class Bar:
         self._bar: RichProgress | None = None
         self._task: TaskID | None = None
         self._failed = 0
-        self._done = 0
-        self._started = 0.0
+        self._pace = _Pace()
 
     def begin(self, total: int) -> None:
         """Show the bar."""
@@ -71,17 +110,17 @@ class Bar:
             console=Console(stderr=True),
         )
         self._bar.start()
-        self._started = time.monotonic()
         self._task = self._bar.add_task("solving", total=total, failed=0, rate="")
 
     def advance(self, *, failed: bool) -> None:
         """Move the bar."""
         if self._bar is None or self._task is None:
             return
-        self._done += 1
         self._failed += failed
-        rate = _rate(self._done, time.monotonic() - self._started)
-        self._bar.update(self._task, advance=1, failed=self._failed, rate=rate)
+        now = time.monotonic()
+        self._pace.advance(now)
+        each = self._pace.seconds_per_case(now)
+        self._bar.update(self._task, advance=1, failed=self._failed, rate="" if each is None else _rate(each))
 
     def end(self) -> None:
         """Leave the bar as it stands."""
@@ -90,12 +129,16 @@ class Bar:
 
 
 class Lines:
-    """A line at the start, one every `interval` seconds, one at the end."""
+    """A line at the start, one every `interval` seconds, one at the end.
+
+    The rate and the time left are those of the cases after the first, once there are some; at the end the rate of all.
+    """
 
     def __init__(self, stream: TextIO, interval: float = 10.0) -> None:
         self._stream = stream
         self._interval = interval
-        self._total = self._done = self._failed = 0
+        self._total = self._failed = 0
+        self._pace = _Pace()
         self._started = self._told = 0.0
 
     def begin(self, total: int) -> None:
@@ -106,18 +149,19 @@ class Lines:
 
     def advance(self, *, failed: bool) -> None:
         """Say how far, if the last line is `interval` seconds old or this was the last case."""
-        self._done += 1
         self._failed += failed
         now = time.monotonic()
-        if now - self._told < self._interval and self._done < self._total:
+        self._pace.advance(now)
+        done = self._pace.done
+        if now - self._told < self._interval and done < self._total:
             return
         self._told = now
-        elapsed = now - self._started
-        left = elapsed / self._done * (self._total - self._done)
-        self._print(
-            f"{self._done}/{self._total} cases, {_rate(self._done, elapsed)}, {duration(left)} left, "
-            f"{self._failed} failed"
-        )
+        parts = [f"{done}/{self._total} cases"]
+        if done == self._total:
+            parts.append(_rate((now - self._started) / done))
+        elif (each := self._pace.seconds_per_case(now)) is not None:
+            parts += [_rate(each), f"{duration(each * (self._total - done))} left"]
+        self._print(", ".join([*parts, f"{self._failed} failed"]))
 
     def end(self) -> None:
         """Nothing: the last case's line has been printed."""
@@ -126,9 +170,9 @@ class Lines:
         print(text, file=self._stream, flush=True)
 
 
-def _rate(done: int, seconds: float) -> str:
-    rate = done / max(seconds, 1e-9)
-    return f"{rate:.1f} cases/s" if rate >= 1 else f"{1 / rate:.1f} s/case"
+def _rate(seconds: float) -> str:
+    rate = 1.0 / max(seconds, 1e-9)
+    return f"{rate:.1f} cases/s" if rate >= 1 else f"{seconds:.1f} s/case"
 
 
 def counted(number: int, thing: str) -> str:

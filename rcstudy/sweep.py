@@ -20,7 +20,7 @@ from rcstudy.assemble import Assembly
 from rcstudy.batch import make_batches, solve_batch, solve_series, warm_up_scenes
 from rcstudy.errors import UserError
 from rcstudy.layout import case_label, lay_out
-from rcstudy.progress import Progress, Silent
+from rcstudy.progress import Progress, Silent, counted, told_late
 from rcstudy.record import Keep, Packed, Packer, Packing
 from rcstudy.result import Result, Status
 from rcstudy.steady import interrupts_remembered
@@ -121,6 +121,8 @@ def run(
     if fresh and shard is not None:
         raise UserError("--fresh cannot be used with --shard: delete the units folder first")
     say = tell or (lambda text: None)
+    # what takes long is told of where progress is
+    patiently = partial(told_late, (lambda text: None) if isinstance(progress, Silent | None) else say)
     packing = Packing(solve or (solve_series if series else solve_batch), keep_of(study.outputs))
     with contextlib.ExitStack() as stack:
         if processes is None:
@@ -144,7 +146,9 @@ def run(
         )
         pending = unsolved(cases, store.index)
         if pending or not _is_published(store, study, expansion, shard, say):
-            if damaged := store.index.check_cube():
+            with patiently(f"reading {counted(store.index.in_cube_count, 'case')} in {output} that are solved already"):
+                damaged = store.index.check_cube()
+            if damaged:
                 say(f"{output}: {damaged} of its cases are damaged and solved again")
                 pending = unsolved(cases, store.index)
             if shard is None:
@@ -167,7 +171,8 @@ def run(
                 _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube, meanwhile)
             summary.failures = failures(expansion, cases, store.index)
             if cube is not None:
-                cube.finish(attributes, started, check_interrupts)
+                with patiently(f"writing {output}"):
+                    cube.finish(attributes, started, check_interrupts)
                 store.clear()
         else:
             summary.kept = len(cases)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import signal
@@ -20,7 +21,7 @@ import workers
 from disks import give_room_for
 from studies import CASES, SWEPT
 
-from rcstudy import index, lock, publish, record, status, store, sweep
+from rcstudy import index, lock, progress, publish, record, status, store, sweep
 from rcstudy.cases import expand, scene_record
 from rcstudy.cube import case_table, grids, open_cube
 from rcstudy.errors import UserError
@@ -412,6 +413,19 @@ def test_cases_of_a_cube_are_looked_into_once(sweeps: Sweeps, monkeypatch: pytes
     assert len(sweeps.run()) == 3
     assert len(streams) == 12 * 6 + 2  # fields of rolling contacts, and pressures of the others
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_a_long_look_at_a_cube_is_told(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing was shown meanwhile; nor is it if progress is not wanted."""
+    sweeps.run()
+    monkeypatch.setattr(progress, "LATE_SECONDS", 0.0)
+    check = index.Index.check_cube
+    monkeypatch.setattr(index.Index, "check_cube", lambda self: (time.sleep(0.2), check(self))[1])
+    text = f"reading {CASES} cases in {sweeps.output} that are solved already"
+    for quiet in (True, False):
+        sweeps.write(SWEPT + f"# edited {quiet}\n")
+        sweeps.run(progress=progress.Silent() if quiet else progress.Lines(io.StringIO()))
+        assert (text in sweeps.told) is not quiet
 
 
 @pytest.mark.parametrize(
