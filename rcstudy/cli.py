@@ -32,6 +32,11 @@ if TYPE_CHECKING:
     from rcstudy.sweep import Summary
 
 _SHOWN_FAILURES = 10
+_SHOWN_FAULTS = 20
+_REPAIR = (
+    "rcstudy sweep solves these cases again once the study file is edited, if only by a comment: all others are taken "
+    "from the cube"
+)
 
 app = typer.Typer(
     help="Batch parameter studies of rolling contact of bodies with elastic layers.",
@@ -308,12 +313,26 @@ def plan(spec: SpecPath) -> None:
 
 @app.command()
 @_guarded
-def show(cube: CubePath) -> None:
-    """Print a summary of a cube."""
+def show(
+    cube: CubePath,
+    check: Annotated[
+        bool, typer.Option("--check", help="Read all fields too, and say which are damaged (exit code 2).")
+    ] = False,
+) -> None:
+    """Print a summary of a cube. Its numbers are checked; fields, which may be large, only with --check."""
+    from rcstudy.cube import illegible
+    from rcstudy.progress import told_late
     from rcstudy.show import summary
 
     with _opened(cube) as (tree,):
-        text = summary(tree)
+        text = summary(tree, checked=check)
+    if check:
+        with told_late(_say, f"reading all of {cube}"):
+            faults = list(illegible(cube))
+        if faults:
+            listed = [f"  {fault}" for fault in faults[:_SHOWN_FAULTS]]
+            listed += [f"  {len(faults) - _SHOWN_FAULTS} more"] if len(faults) > _SHOWN_FAULTS else []
+            raise UserError("\n".join([f"{cube}: damaged, cannot be read:", *listed, _REPAIR]))
     print(text)
 
 

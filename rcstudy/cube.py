@@ -113,30 +113,51 @@ def reading(*paths: Path | str) -> Iterator[None]:
 
 
 def _at_fault(paths: Iterable[Path | str]) -> str:
-    """Those of the cubes `paths` that cannot be read to their end, any of them if all can."""
+    """Those of the cubes `paths` that cannot be read to their end and what in them; all if that is not found."""
     given = list(dict.fromkeys(map(str, paths)))
-    return " or ".join([path for path in given if len(given) > 1 and not _is_legible(path)] or given)
+    found = {path: next(illegible(path), None) for path in given}
+    at_fault = [f"{path}: {fault}" if fault else path for path, fault in found.items() if fault is not None]
+    return " or ".join(at_fault or given)
 
 
-def _is_legible(path: str) -> bool:
-    """Whether HDF5 can read all that is stored in a file, a piece at a time."""
+def illegible(path: Path | str) -> Iterator[str]:
+    """What HDF5 cannot read of all that is stored in a file, a piece at a time: the variable, of fields the case too.
 
-    def read(_: str, node: h5py.Group | h5py.Dataset) -> None:
-        if not isinstance(node, h5py.Dataset):
-            return
-        if node.chunks is None:
-            node[...]
-            return
-        for k in range(node.id.get_num_chunks()):
-            start = node.id.get_chunk_info(k).chunk_offset
-            node[tuple(slice(i, i + n) for i, n in zip(start, node.chunks, strict=True))]
-
+    "" is the file itself. Nothing if all can be read, values missing or wrong apart.
+    """
+    nodes: list[h5py.Dataset] = []
     try:
         with h5py.File(path, "r") as file:
-            file.visititems(read)
+            file.visititems(lambda _, node: nodes.append(node) if isinstance(node, h5py.Dataset) else None)
+            for node in nodes:
+                yield from _illegible_chunks(node)
     except Exception:  # whatever h5py makes of it
-        return False
-    return True
+        yield ""
+
+
+def _illegible_chunks(variable: h5py.Dataset) -> Iterator[str]:
+    name = str(variable.name).rpartition("/")[2]
+    starts: list[tuple[int, ...]] = []
+    try:
+        if variable.chunks is None:
+            variable[...]
+        else:
+            variable.id.chunk_iter(lambda stored: starts.append(stored.chunk_offset))
+    except Exception:  # as above
+        yield name
+    for start in starts:
+        try:
+            variable[tuple(slice(i, i + n) for i, n in zip(start, variable.chunks, strict=True))]
+        except Exception:  # as above
+            yield f"{name} [{_case_at(variable.parent, start[:-2])}]"
+
+
+def _case_at(group: h5py.Group, index: tuple[int, ...]) -> str:
+    """The grid and the label of a case, as far as they can be read."""
+    try:
+        return shorten(f"{group.attrs[GRID]}: {group[LABEL].asstr()[index]}", 200)
+    except Exception:  # as above
+        return f"{shorten(str(group.name))}: case {index}"
 
 
 def engine() -> Literal["netcdf4", "h5netcdf"]:

@@ -33,12 +33,12 @@ _PROVENANCE = {
 }
 
 
-def summary(tree: xr.DataTree) -> str:
-    """Summary of an opened cube, several lines; reads scalars only."""
-    return "\n".join(_lines(tree))
+def summary(tree: xr.DataTree, *, checked: bool = False) -> str:
+    """Summary of an opened cube, several lines; reads scalars only. `checked`: that its fields can be read is known."""
+    return "\n".join(_lines(tree, checked))
 
 
-def _lines(tree: xr.DataTree) -> Iterator[str]:
+def _lines(tree: xr.DataTree, checked: bool) -> Iterator[str]:
     attrs = tree.attrs
     table = case_table(tree)
     yield f"study       {attrs.get('study', '')}"
@@ -48,6 +48,8 @@ def _lines(tree: xr.DataTree) -> Iterator[str]:
             yield f"{word:<11} {attrs[name]}"
     solved = int((table["status"] == Status.SOLVED).sum())
     yield f"cases       {len(table)}: {solved} solved, {len(table) - solved} not"
+    if any("pressure" in grid for grid in grids(tree).values()):
+        yield f"fields      {'read, none is damaged' if checked else 'not read: show --check reads them all'}"
     yield f"time        {_times(table, float(attrs.get('wall_seconds', np.nan)))}"
     for name, grid in grids(tree).items():
         yield ""

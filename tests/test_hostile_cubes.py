@@ -16,6 +16,7 @@ import xarray as xr
 from cubes import write_cube
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from studies import BASE
 from synthetic import write
 
 from rcstudy import cli
@@ -163,20 +164,52 @@ def test_a_dimension_that_is_gone_is_told(good: Path, tmp_path: Path) -> None:
         open_cube(tmp_path / "c.nc")
 
 
+def damage_a_field(good: Path, path: Path, name: str) -> None:
+    """A copy of a cube in which a field of its first case cannot be decompressed."""
+    content = bytearray(good.read_bytes())
+    with h5py.File(good) as file:
+        stored = file[name].id.get_chunk_info(0)
+    for at in range(stored.byte_offset + 10, stored.byte_offset + stored.size - 4):
+        content[at] ^= 0x55
+    path.write_bytes(content)
+
+
+def test_a_damaged_field_is_found_by_show_and_solved_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`show` was content, and so was a sweep with nothing left to solve, which left it."""
+    monkeypatch.chdir(tmp_path)
+    Path("s.yaml").write_text(f"{BASE}  g:\n    axes: {{load: [50, 100], creepage: [{{longitudinal: 0.001}}]}}\n")
+    assert run("sweep", "s.yaml", "--workers", 1) == 0
+    assert run("show", "s.nc") == 0
+    assert "fields      not read: show --check reads them all" in capsys.readouterr().out
+    assert run("show", "s.nc", "--check") == 0
+    assert "fields      read, none is damaged" in capsys.readouterr().out
+    Path("s.nc").rename("good.nc")
+    damage_a_field(Path("good.nc"), Path("s.nc"), "slip_x")
+    assert run("show", "s.nc", "--check") == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[:2] == ["s.nc: damaged, cannot be read:", "  slip_x [g: load=50, creepage=a]"]
+    assert run("sweep", "s.yaml", "--workers", 1) == 0
+    assert run("show", "s.nc", "--check") == 2
+    with Path("s.yaml").open("a") as file:
+        file.write("# as the message says\n")
+    assert run("sweep", "s.yaml", "--workers", 1) == 0
+    assert "s.nc: 1 of its cases are damaged and solved again" in capsys.readouterr().err
+    assert run("show", "s.nc", "--check") == 0
+    assert run("compare", "s.nc", "good.nc") == 0
+
+
 def test_the_cube_that_is_damaged_is_told_of_two(
     good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """One or the other was."""
     path = tmp_path / "c.nc"
-    content = bytearray(good.read_bytes())
-    with h5py.File(good) as file:
-        stored = file["pressure"].id.get_chunk_info(0)
-    content[stored.byte_offset + 10 : stored.byte_offset + 14] = b"\xff" * 4
-    path.write_bytes(content)
+    damage_a_field(good, path, "pressure")
     for cubes in ((path, good), (good, path), (path, path)):
         assert run("compare", *cubes) == 2
         said = capsys.readouterr().err
-        assert said.startswith(f"{path}: ")
+        assert said.startswith(f"{path}: pressure [tiny: modulus=")
         assert "damaged" in said
 
 
