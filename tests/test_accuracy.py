@@ -442,12 +442,24 @@ def test_a_quantity_that_is_nil_in_one_problem_is_judged_by_the_others():
     assert (found.cells, found.worst) == (16, 0.005)
 
 
+def test_a_quantity_that_is_nil_in_all_problems_is_left_out():
+    """It was listed as not reached, with a row of nan."""
+    nil = {name: 0.02 for name in QUANTITIES if name != "moment"}
+    doubts = {REFERENCE + name: 1e-4 for name in nil}
+    rows = [row(n, 1e-5, 0.0, errors=nil | doubts) for n in (28, 32, 36)]
+    assert "moment" not in {s.quantity for s in settings(rows)}
+    text = summary_text(rows, settings(rows), [])
+    assert "nan" not in text
+    assert not any("moment" in line for line in text.splitlines() if line.startswith(("|", "  - ")))
+    assert "| cells along a side (per contact radius) | 28 (7) | 32 (8) | 36 (9) |" in text
+
+
 def test_worst_errors_stand_side_by_side():
     rows = [row(n, 1e-5, e, seconds=0.01 * n) for n, e in ((16, 0.0534), (32, 0.02))]
     rows += [row(n, 1e-5, e / 10, discretisation="aligned") for n, e in ((16, 0.0534), (32, 0.02))]
     rows += [row(16, 1e-5, 0.1, coupling="full", problem=1), row(16, 1e-5, 0.4, problem=2)]
     table = mesh_table(rows, "one-way")
-    assert "| cells per contact radius | 4 to 4 | 8 to 8 |" in table
+    assert "| cells along a side (per contact radius) | 16 (4) | 32 (8) |" in table
     assert "| force, % | 40 / 0.53 | 2 / 0.2 |" in table
     assert "| processor time, ms | 580 / 1000 | 320 / 1000 |" in table
 

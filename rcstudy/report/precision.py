@@ -119,9 +119,9 @@ Groups = dict[tuple[int, float], list[Row]]
 def settings(rows: Sequence[Row], quantities: Iterable[str] = tuple(QUANTITIES)) -> list[Setting]:
     """For each coupling, discretisation, quantity and target the coarsest setting that keeps to it in every problem.
 
-    Of the Newton method. A setting counts if all problems are solved with it, and if all finer meshes with that
-    tolerance keep to the target too (errors of coarse meshes can be small by chance). What the reference may be off by
-    counts as error.
+    Of the Newton method, and of quantities that have an error at all: one that symmetry makes nil has none. A setting
+    counts if problems are solved with it, and if all finer meshes with that tolerance keep to the target too
+    (errors of coarse meshes can be small by chance). What the reference may be off by counts as error.
     """
     newton = [r for r in rows if r.method == "newton" and r.compared]
     found = []
@@ -135,6 +135,8 @@ def settings(rows: Sequence[Row], quantities: Iterable[str] = tuple(QUANTITIES))
                     groups.setdefault((r.cells, r.tolerance), []).append(r)
             whole = {key: group for key, group in groups.items() if {r.problem for r in group} == problems}
             for quantity in quantities:
+                if not any(np.isfinite(r.error(quantity)) for r in own):
+                    continue
                 found += [_setting(Setting(coupling, discretisation, quantity, t), whole) for t in TARGETS]
     return found
 

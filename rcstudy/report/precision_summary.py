@@ -284,9 +284,11 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     own = [r for r in own if r.tolerance == tolerance]
     columns = [[r for r in own if r.cells == n] for n in _meshes(own)]
     names = schemes(own)
-    radii = [f"{min(r.radius for r in c):.0f} to {max(r.radius for r in c):.0f}" for c in columns]
+    heads = [f"{n} ({_radii(c)})" for n, c in zip(_meshes(own), columns, strict=True)]
     table = []
     for quantity, words in QUANTITIES.items():
+        if not any(np.isfinite(r.error(quantity)) for r in own):
+            continue  # nil by symmetry
         cells = [[worst_of(r.error(quantity) for r in c if r.scheme == n) for n in names] for c in columns]
         table.append([f"{words}, %", *_cells([[100.0 * e for e in c] for c in cells])])
     times = [[1e3 * median(r.seconds for r in c if r.scheme == n) for n in names] for c in columns]
@@ -294,8 +296,14 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     return [
         f"Worst of {len({r.problem for r in own})} problems at tolerance {tolerance:.0e}, {' / '.join(names)}:",
         "",
-        *markdown_lines(["cells per contact radius", *radii], table),
+        *markdown_lines(["cells along a side (per contact radius)", *heads], table),
     ]
+
+
+def _radii(rows: Sequence[Row]) -> str:
+    """How many cells a contact radius has: one number where all have as many."""
+    ends = [f"{end(r.radius for r in rows):.0f}" for end in (min, max)]
+    return " to ".join(dict.fromkeys(ends))
 
 
 def _cells(numbers: Sequence[Sequence[float]]) -> list[str]:
@@ -306,7 +314,8 @@ def _cells(numbers: Sequence[Sequence[float]]) -> list[str]:
 def _reference(rows: Sequence[Row]) -> list[str]:
     """How good the references are."""
     doubts = {name: [r.error(REFERENCE + name) for r in rows if r.method == "newton"] for name in QUANTITIES}
-    if not any(np.isfinite(found).any() for found in doubts.values()):
+    known = {name: found for name, found in doubts.items() if np.isfinite(found).any()}
+    if not known:
         return []
     return [
         "",
@@ -314,7 +323,7 @@ def _reference(rows: Sequence[Row]) -> list[str]:
         "",
         *_paragraph(
             "Largest differences of the references from the same discretisation on the next coarser mesh: "
-            + "; ".join(f"{QUANTITIES[name]} {100 * worst_of(found):.2g} %" for name, found in doubts.items())
+            + "; ".join(f"{QUANTITIES[name]} {100 * worst_of(found):.2g} %" for name, found in known.items())
             + ". Errors of first order halve with the size of cells, so that against half as many along a side this is "
             "what a reference may be off by, and errors much below it are not known. Of the two fields it is what the "
             "finest mesh shows; averaged over larger cells it is less."
