@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from rcstudy.sweep import Summary
 
+_OTHER_FORMATS = (".csv", ".txt", ".yaml", ".yml", ".json", ".png", ".pdf")
 _SHOWN_FAILURES = 10
 _SHOWN_FAULTS = 20
 _REPAIR = (
@@ -170,7 +171,7 @@ def sweep(
     from rcstudy.cluster import scheduler_at
     from rcstudy.study import load_study
 
-    target = _target(spec, output)
+    target = _cube_target(spec, output)
     reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
     try:
         done = sweeping.run(
@@ -198,6 +199,19 @@ def _target(spec: Path, output: Path | None) -> Path:
     return output if output is not None else Path(f"{spec.stem}.nc")
 
 
+def _cube_target(spec: Path, output: Path | None) -> Path:
+    """The same, of a command that writes it; UserError for a name that is plainly another format's.
+
+    Says so if its folder is going to be made.
+    """
+    target = _target(spec, output)
+    if target.suffix.lower() in _OTHER_FORMATS:
+        raise UserError(f"--output: {target}: a cube is a netCDF file: its name must not end with {target.suffix}")
+    if not target.parent.exists():
+        _say(f"{target.parent}: a new folder, which is made for the cube")
+    return target
+
+
 def _say(text: str) -> None:
     print(text, file=sys.stderr)
 
@@ -216,8 +230,13 @@ def _shard(text: str) -> tuple[int, int]:
 
 
 def _workers(text: str) -> int:
+    from rcstudy.threads import available_cores
+
     if not re.fullmatch("[0-9]{1,9}", text) or int(text) < 1:
-        raise UserError(f"--workers: {text[:40]}: a whole number of at least 1")
+        raise UserError(f"--workers: {text[:40]}: must be a whole number of at least 1")
+    if int(text) > (cores := available_cores()):
+        usable = "only 1 processor is" if cores == 1 else f"only {cores} processors are"
+        _say(f"--workers: {text}: {usable} usable here: more workers than that make a sweep slower")
     return int(text)
 
 
@@ -264,7 +283,7 @@ def merge(
     from rcstudy.merge import merge as merging
     from rcstudy.study import load_study
 
-    return _outcome(merging(load_study(spec), _target(spec, output), folders or [], tell=_say, take_over=unlock))
+    return _outcome(merging(load_study(spec), _cube_target(spec, output), folders or [], tell=_say, take_over=unlock))
 
 
 @app.command()
@@ -306,9 +325,12 @@ def failures(
 def plan(spec: SpecPath) -> None:
     """Print what a sweep would do: grids, number of cases, estimated memory, file size and time."""
     from rcstudy.plan import plan_report
+    from rcstudy.progress import told_late
     from rcstudy.study import load_study
 
-    print(plan_report(load_study(spec)))
+    with told_late(_say, f"{spec}: making its cases, to count them"):
+        report = plan_report(load_study(spec))
+    print(report)
 
 
 @app.command()
@@ -414,16 +436,22 @@ def accuracy(
     cube: Annotated[
         Path | None, typer.Option("--cube", metavar="CUBE", help="Cube of this study; default: solve the study.")
     ] = None,
-) -> None:
+) -> int:
     """Measure the errors of a study over meshes, tolerances and methods, and the cost of each."""
     from rcstudy import accuracy as measuring
     from rcstudy import progress
+    from rcstudy import sweep as sweeping
     from rcstudy.study import load_study
 
     study, reporter = load_study(spec), progress.for_stream()
     if cube is None:
-        written = measuring.run(study, output, progress=reporter)
+        try:
+            written = measuring.run(study, output, progress=reporter)
+        except sweeping.Interrupted as interrupt:
+            _say(f"interrupted: {interrupt}: rerun the same command to resume")
+            return EXIT_INTERRUPTED
     else:
         with _opened(cube) as (tree,):
             written = measuring.run(study, output, tree)
     _tell_written(written, output)
+    return 0

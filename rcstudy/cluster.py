@@ -71,6 +71,18 @@ def scheduler_at(address: str | None, file: Path | None) -> Scheduler | None:
     return None if address is None and file is None else Scheduler(address or "", file)
 
 
+def check(scheduler: Scheduler) -> str:
+    """The address of `scheduler`. Raises UserError when it cannot be told, or when Dask is not installed."""
+    try:
+        import distributed  # noqa: F401
+    except ImportError as error:
+        raise UserError(
+            "a Dask cluster needs the extra `cluster`: pip install '.[cluster]' in a checkout of rcstudy, "
+            f"as README.md installs it ({error})"
+        ) from error
+    return scheduler.find()
+
+
 def solve_on_cluster(
     batches: Iterable[Sequence[Case]],
     scheduler: Scheduler,
@@ -94,13 +106,9 @@ def solve_on_cluster(
 @contextlib.contextmanager
 def _connected(scheduler: Scheduler) -> Iterator[Any]:
     """A client of the scheduler; whatever it still wants is released at the end."""
-    try:
-        import distributed
-    except ImportError as error:
-        raise UserError(
-            f"a Dask cluster needs the extra `cluster`: pip install 'rcstudy[cluster]' ({error})"
-        ) from error
-    address = scheduler.find()
+    address = check(scheduler)
+    import distributed
+
     with _dask_silenced():
         client = distributed.Client.__new__(distributed.Client)
         try:

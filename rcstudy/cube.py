@@ -50,7 +50,7 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     """
     path = Path(path)
     if chunked and find_spec("dask") is None:
-        raise UserError(f"{path}: to open it in chunks install dask: pip install 'rcstudy[cluster]'")
+        raise UserError(f"{path}: to open it in chunks install dask: pip install dask")
     if not path.exists():
         raise UserError(f"{path}: no such file")
     if not path.is_file():

@@ -156,6 +156,8 @@ def run(
             summary.kept = len(cases) - len(pending)
             if summary.kept:
                 say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
+            if pending and scheduler is not None:
+                cluster.check(scheduler)
             store.expect(case.key for case in pending)
             check_interrupts = stack.enter_context(_interrupts(cases, store))
             cube = None if shard else stack.enter_context(Assembly(summary.output, study, expansion, store))

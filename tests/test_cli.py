@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 from workers import gone
 
 from rcstudy import __main__ as main_module
-from rcstudy import cli
+from rcstudy import accuracy, cli, plan, progress, sweep, threads
 from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD
 from rcstudy.result import Status
@@ -147,8 +147,8 @@ def test_failed_cases(folder: Path) -> None:
         (["tables", "quick.yaml"], "not a readable rcstudy cube"),
         (["sweep", "bad.yaml"], "bad.yaml:1:1: shoe"),
         (["sweep", "quick.yaml", "-o", "quick.yaml/c.nc"], "cannot be written"),
-        (["sweep", "quick.yaml", "--workers", "0"], "--workers: 0: a whole number of at least 1"),
-        (["sweep", "quick.yaml", "--workers", "two"], "--workers: two: a whole number of at least 1"),
+        (["sweep", "quick.yaml", "--workers", "0"], "--workers: 0: must be a whole number of at least 1"),
+        (["sweep", "quick.yaml", "--workers", "two"], "--workers: two: must be a whole number of at least 1"),
         (["sweep"], "SPEC"),
         (["swoop"], "swoop"),
         (["compare", "none.nc", "none.nc", "--rtol", "force_x"], "VARIABLE=VALUE"),
@@ -365,3 +365,51 @@ def test_a_reader_that_goes_away(tmp_path: Path) -> None:
     assert show.stderr is not None
     assert "Traceback" not in show.stderr.read()
     show.wait(60)
+
+
+def test_more_workers_than_processors_are_warned_of(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """40 on two cores took six times as long, without a word."""
+    monkeypatch.setattr(threads, "available_cores", lambda: 2)
+    assert "usable" not in run("sweep", "quick.yaml", "--workers", "2").output
+    done = run("sweep", "quick.yaml", "--workers", "40")
+    assert done.exit_code == 0
+    assert "--workers: 40: only 2 processors are usable here: more workers than that make a sweep slower" in done.output
+
+
+@pytest.mark.parametrize("name", ["x.csv", "x.txt", "x.yaml", "x.YML", "x.json", "x.png", "x.pdf"])
+def test_names_of_other_formats_are_refused(folder: Path, name: str) -> None:
+    """A cube was written into x.csv."""
+    for command in ("sweep", "merge"):
+        done = run(command, "quick.yaml", "-o", name)
+        assert done.exit_code == EXIT_BAD_INPUT
+        assert (
+            done.output.strip() == f"--output: {name}: a cube is a netCDF file: its name must not end with {name[1:]}"
+        )
+    assert not Path(name).exists()
+
+
+def test_a_folder_that_is_made_is_told(folder: Path) -> None:
+    made = "nonexist: a new folder, which is made for the cube"
+    assert run("sweep", "quick.yaml", "-o", "nonexist/x").output.splitlines()[0] == made
+    assert made not in run("sweep", "quick.yaml", "-o", "nonexist/x").output
+    assert Path("nonexist/x").exists()
+
+
+def test_a_long_plan_says_what_it_is_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "to count them" not in run("plan", "quick.yaml").output
+    report = plan.plan_report
+    monkeypatch.setattr(progress, "LATE_SECONDS", 0.0)
+    monkeypatch.setattr(plan, "plan_report", lambda study: (time.sleep(0.2), report(study))[1])
+    assert run("plan", "quick.yaml").stderr == "quick.yaml: making its cases, to count them\n"
+
+
+def test_an_accuracy_report_that_is_interrupted_says_that_it_resumes(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise sweep.Interrupted(3, 8)
+
+    monkeypatch.setattr(accuracy, "run", interrupted)
+    done = run("accuracy", "quick.yaml")
+    assert done.exit_code == EXIT_INTERRUPTED
+    assert done.output == "interrupted: 3 of 8 cases are kept: rerun the same command to resume\n"

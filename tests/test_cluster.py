@@ -14,6 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import distributed
@@ -300,7 +301,20 @@ def test_schedulers_that_are_none(study: Study, tmp_path: Path, monkeypatch: pyt
 
 def test_without_dask(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    assert "pip install 'rcstudy[cluster]'" in refusal(study, Scheduler("tcp://127.0.0.1:1"))
+    assert "pip install '.[cluster]' in a checkout" in refusal(study, Scheduler("tcp://127.0.0.1:1"))
+
+
+def test_a_scheduler_that_cannot_be_used_is_told_of_before_anything_begins(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was told of behind "solving 6000 cases"."""
+    begun: list[int] = []
+    reporter = SimpleNamespace(begin=begun.append, advance=None, end=lambda: None)
+    for scheduler in (Scheduler(file=tmp_path / "none.json"), Scheduler("tcp://127.0.0.1:1")):
+        with pytest.raises(UserError):
+            sweep.run(study, tmp_path / "c.nc", scheduler=scheduler, progress=reporter)
+        assert begun == []
+        monkeypatch.setitem(sys.modules, "distributed", None)
 
 
 def test_options_that_exclude_each_other(study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
