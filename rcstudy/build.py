@@ -205,10 +205,13 @@ def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
     try:
         least, most = contact_bounds(scene) if scene.layers else (scene_hertz(scene).a,) * 2
     except ArithmeticError:  # a layer so stiff or so compliant that the contact has no size in double precision
-        return "size", "less extreme layers: the contact has no size in double precision"
+        return "size", "layers must be less extreme: the contact has no size in double precision"
     for axis, low, high, size, step in zip("xy", least, most, scene.mesh.size, scene.mesh.spacing, strict=True):
         if not 2.0 * low < size < math.inf:
-            return "size", f"a window larger than the contact, about {2.0 * low:.4g} mm along {axis}"
+            return "size", f"must be larger than the contact, which is about {2.0 * low:.4g} mm along {axis}"
         if 2.0 * high < step:
-            return "cells", f"cells smaller than the contact, about {2.0 * high:.4g} mm along {axis}"
+            return (
+                "cells",
+                f"must be more: each smaller than the contact, which is about {2.0 * high:.4g} mm along {axis}",
+            )
     return "", ""

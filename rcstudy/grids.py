@@ -226,7 +226,7 @@ class GridReader:
             self.problems.add(given, reason)
             return None
         if label in seen:
-            self.problems.add(given, f"a label of its own; this one stands at {seen[label].place()} already")
+            self.problems.add(given, f"must be a label of its own; this one stands at {seen[label].place()} already")
             return None
         seen[label] = given
         return label
@@ -332,11 +332,13 @@ class GridReader:
             label = entry.label or (entry.value.text if value is None else default_label(value, i))
             first = seen_values.setdefault(_identity(value, parts), entry.place)
             if first is not entry.place:
-                self.problems.add(entry.place, f"a value of its own; the one at {first.place()} is the same")
+                self.problems.add(entry.place, f"must be a value of its own; the one at {first.place()} is the same")
                 continue
             first = seen_labels.setdefault(label, entry.place)
             if first is not entry.place:
-                self.problems.add(entry.place, f"a label of its own; the entry at {first.place()} is {label} too")
+                self.problems.add(
+                    entry.place, f"must be a label of its own; the entry at {first.place()} is {label} too"
+                )
                 continue
             labels.append(label)
             values.append(value)

@@ -74,11 +74,11 @@ def spread(node: Node, problems: Problems, *, plain: bool) -> Node:
         pass
     elif spec.first.scale != spec.last.scale:
         like = f"a multiple of {spec.first.scale}" if spec.first.scale else "a plain number"
-        problems.add(node.value["last"], f"{like}, as first is")
+        problems.add(node.value["last"], f"must be {like}, as first is")
     elif spec.first.value == spec.last.value:
-        problems.add(node.value["last"], "a value different from first")
+        problems.add(node.value["last"], "must be different from first")
     elif spec.spacing == "log" and not min(values) > 0.0 and not max(values) < 0.0:
-        problems.add(node.value["spacing"], "linear, unless first and last are both above 0, or both below")
+        problems.add(node.value["spacing"], "must be linear, unless first and last are both above 0, or both below")
     else:
         entries = [_entry(node, k, value) for k, value in enumerate(spec.values())]
     return replace(node, value=entries, size=1 + len(entries))

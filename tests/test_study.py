@@ -178,7 +178,7 @@ def test_a_range_across_zero_has_zero_itself(count):
 
 def test_a_case_of_a_list_is_named_where_the_shared_mesh_is_wrong_for_it(load):
     base = BASE + "  g:\n    cases:\n      - {label: light, load: 100}\n      - {label: heavy, load: 20000}\n"
-    with pytest.raises(UserError, match=r"scene\.mesh\.size: \[2, 2\]: a window larger .* \(case heavy\)$"):
+    with pytest.raises(UserError, match=r"scene\.mesh\.size: \[2, 2\]: must be larger .* \(case heavy\)$"):
         load(base)
 
 
@@ -316,7 +316,7 @@ def test_units_are_explained(refused):
         ("axes: {load: {first: 1, last: 2, count: 1}}", "8:47: grids.g.axes.load.count: 1: a whole number from 2"),
         (
             "axes: {load: {first: 1, last: 1, count: 3}}",
-            "8:37: grids.g.axes.load.last: 1: a value different from first",
+            "8:37: grids.g.axes.load.last: 1: must be different from first",
         ),
         ("axes: {load: {first: 1 N, last: 2, count: 3}}", "8:28: grids.g.axes.load.first: 1 N: a number; numbers are"),
         (
@@ -326,11 +326,11 @@ def test_units_are_explained(refused):
         ("axes: {load: {first: 1, last: 2, cuont: 3}}", "8:40: grids.g.axes.load.cuont: unknown key: did you mean c"),
         (
             "axes: {load: {first: -1, last: 2, count: 3, spacing: log}}",
-            "8:60: grids.g.axes.load.spacing: log: linear, unless first and last are both above 0, or both below",
+            "8:60: grids.g.axes.load.spacing: log: must be linear, unless first and last are both above 0",
         ),
         (
             "axes: {thickness: {first: 1 a, last: 2, count: 3}, modulus: [1 Es]}",
-            "8:44: grids.g.axes.thickness.last: 2: a multiple of a, as first is",
+            "8:44: grids.g.axes.thickness.last: 2: must be a multiple of a, as first is",
         ),
         (
             "axes: {modulus: {first: 1 a, last: 2 a, count: 3}, thickness: [1]}",
@@ -345,20 +345,20 @@ def test_units_are_explained(refused):
         ("axes: {laod: [1]}", "8:14: grids.g.axes.laod: unknown axis: did you mean load?"),
         (
             "axes: {load: [100, 1e2]}",
-            "8:26: grids.g.axes.load[1]: 1e2: a value of its own; the one at line 8, column 21",
+            "8:26: grids.g.axes.load[1]: 1e2: must be a value of its own; the one at line 8, column 21",
         ),
         (
             "axes: {thickness: [0.1], modulus: [1 Es, 210000]}",
-            "8:48: grids.g.axes.modulus[1]: 210000: a value of its own",
+            "8:48: grids.g.axes.modulus[1]: 210000: must be a value of its own",
         ),
         ("axes: {creepage: [none]}", "8:25: grids.g.axes.creepage[0]: none: {label, longitudinal, lateral, spin}"),
         (
             "axes: {creepage: [{label: b, spin: 1}, {spin: 2}]}",
-            "8:46: grids.g.axes.creepage[1]: {spin: 2}: a label of its own; the entry at line 8, column 25 is b",
+            "8:46: grids.g.axes.creepage[1]: {spin: 2}: must be a label of its own; the entry at line 8, column 25",
         ),
         (
             "axes: {creepage: [{label: b, spin: 1}, {label: b}]}",
-            "8:54: grids.g.axes.creepage[1].label: b: a label of its own; this one stands at line 8, column 33",
+            "8:54: grids.g.axes.creepage[1].label: b: must be a label of its own; this one stands at line 8, column 33",
         ),
         (
             "axes: {creepage: [{}], creepage.spin: [1]}",
@@ -375,7 +375,7 @@ def test_units_are_explained(refused):
         ("axes: {thickness: [1]}", "8:7: grids.g.coating.modulus: missing: a number above 0, in MPa"),
         ("cases: []", "8:14: grids.g.cases: []: a list of at least one case"),
         ("cases: [{load: 1}]", "8:15: grids.g.cases[0].label: missing: a label"),
-        ("cases: [{label: x}, {label: x}]", "8:35: grids.g.cases[1].label: x: a label of its own"),
+        ("cases: [{label: x}, {label: x}]", "8:35: grids.g.cases[1].label: x: must be a label of its own"),
         ("cases: [{label: x}], axes: {load: [1]}", "8:3: grids.g: both axes and cases: exactly one of axes and cases"),
         ("description: x", "8:3: grids.g: neither axes nor cases: exactly one of axes and cases"),
         (
@@ -414,7 +414,7 @@ def test_axes_that_set_the_same_have_no_other_error(refused, axes):
 
 def test_bad_ends_of_an_axis_have_no_other_error(refused):
     (line,) = refused(BASE + "  g: {axes: {thickness: {first: 1 a, last: 2, count: 3}, modulus: [1 Es]}}\n")
-    assert line == "s.yaml:8:44: grids.g.axes.thickness.last: 2: a multiple of a, as first is"
+    assert line == "s.yaml:8:44: grids.g.axes.thickness.last: 2: must be a multiple of a, as first is"
 
 
 def test_all_errors_are_found_at_once_in_the_order_of_the_file(refused):
@@ -455,7 +455,7 @@ def test_longest_description(load, refused, place):
 def test_contact_larger_than_the_window(refused):
     found = refused(BASE + "  g: {axes: {load: [100, 20000], friction: [1, 2]}}\n")
     # a = (3 P R / 4 E*)^(1/3) = 1.481 mm at 20 kN
-    words = "a window larger than the contact, about 2.962 mm along x (case load=20000)"
+    words = "must be larger than the contact, which is about 2.962 mm along x (case load=20000)"
     assert found == [f"s.yaml:6:16: scene.mesh.size: [2, 2]: {words}"]
 
 
@@ -521,7 +521,9 @@ def test_window_of_a_contact_between_moduli_of_both_kinds(load):
 
 def test_contact_smaller_than_a_cell(refused):
     (line,) = refused(BASE + "  g: {axes: {mesh.size: [[2, 2], [200, 2]]}}\n")
-    assert line.startswith("s.yaml:6:31: scene.mesh.cells: [32, 32]: cells smaller than the contact, about 0.5066 mm")
+    assert line.startswith(
+        "s.yaml:6:31: scene.mesh.cells: [32, 32]: must be more: each smaller than the contact, which is about 0.5066 mm"
+    )
 
 
 def test_too_many_cases(refused):
@@ -564,7 +566,7 @@ def test_scene_from_mapping_names_every_bad_key():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"load": 1e6}, r"mesh\.size: \[2, 2\]: a window larger than the contact"),
+        ({"load": 1e6}, r"mesh\.size: \[2, 2\]: must be larger than the contact"),
         ({"load": 1e-300, "radius": 1e-200}, "too extreme"),
         ({"mesh": {}}, r"mesh\.size: missing"),
         (
