@@ -20,6 +20,7 @@ MAX_ALIASED = 100_000  # values that aliases may add, in all
 MAX_VALUES = 250_000  # written in a file, keys included; reading so many takes half a minute
 
 _CORE = "tag:yaml.org,2002:"
+_NO_SPACE = re.compile(r"([\w.]+):[^\s/]")  # a key and its value
 _ODD = r"[^\S \t\r\n]|[\u200b\u2060\ufeff]"  # looks like a space, or like nothing, and is none to YAML
 _ODD_KEY = re.compile(_ODD)
 _ODD_LINE = re.compile(rf" *(?:[\w.]+:)?(?P<odd>{_ODD})")  # at its beginning, or behind its key
@@ -97,6 +98,12 @@ def _fault(error: Any, lines: list[str]) -> tuple[int, int, str]:
         if odd := _ODD_LINE.match("".join(lines[k : k + 1])):
             return k, odd.start("odd"), _not_a_space(odd["odd"])
     began = error.context_mark
+    if error.context == "while scanning a simple key" and began:  # the parser gives up in the line below
+        word = "".join(lines[began.line : began.line + 1])[began.column :].strip()
+        return began.line, began.column, _no_key(word)
+    written = [k for k in range(line) if lines[k].strip() and not lines[k].lstrip().startswith("#")]
+    if written and _NO_SPACE.match(word := lines[written[-1]].strip()):
+        return written[-1], lines[written[-1]].index(word), _no_key(word)
     since = ""
     if began and (began.line, began.column) != (line, column):
         since = f"begun at line {began.line + 1}, column {began.column + 1}"
@@ -104,6 +111,12 @@ def _fault(error: Any, lines: list[str]) -> tuple[int, int, str]:
     if error.problem == "mapping values are not allowed here":
         reason += "; a space follows the ':' of a key, in the line before too; text with ': ' in it needs quotes"
     return line, column, reason
+
+
+def _no_key(word: str) -> str:
+    key = _NO_SPACE.match(word)
+    hint = f": a space must follow the ':' of {key[1]}" if key else ""
+    return f"{shorten(word, 60)} is no key with a value{hint}"
 
 
 def _not_a_space(character: str) -> str:

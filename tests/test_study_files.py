@@ -63,7 +63,7 @@ def test_bad_files(refused, text, line):
         ("scene: {load: 1\ngrids: 2\n", "2:6: not YAML: while parsing a flow mapping, begun at line 1, column 8, exp"),
         ("load: [1\ngrids: 2\n", "2:6: not YAML: while parsing a flow sequence, begun at line 1, column 7, expected"),
         ("study: @\n", "1:8: not YAML: while scanning for the next token, found character '@'"),
-        ("scene:\n  radius:50\n  load: 1\n", "3:7: not YAML: mapping values are not allowed here; a space follows"),
+        ("scene:\n  radius:50\n  load: 1\n", "2:3: not YAML: radius:50 is no key with a value: a space must follow"),
         ("scene:\n\tload: 1\n", "2:1: not YAML: tabs are not allowed here: use spaces"),
         ("scene:\n  a: 1\n  \tload: 1\n", "3:3: not YAML: tabs are not allowed here: use spaces"),
         ("scene: s\n  \tload: 1\n", "2:3: not YAML: tabs are not allowed here: use spaces"),
@@ -188,3 +188,23 @@ def test_mutated_study_is_a_study_or_a_user_error(tmp_path, changes):
     else:
         assert isinstance(study, Study)
         assert len(expand(study).cases) == study.size
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            "study: s\nscene:\n  radius: 50\n  load:100\n  friction: 1\n",
+            "4:3: not YAML: load:100 is no key with a value",
+        ),
+        ("study: s\nload:100\n", "2:1: not YAML: load:100 is no key with a value"),
+        ("study: s\nscene:\n  load:100\n\n  # more\n  friction: 1\n", "3:3: not YAML: load:100 is no key with a value"),
+    ],
+)
+def test_a_space_that_is_missing_is_told_where_it_is(refused, text, line):
+    """It was told of in the next line, as a simple key being scanned."""
+    assert refused(text) == [f"s.yaml:{line}: a space must follow the ':' of load"]
+
+
+def test_a_line_that_is_no_key(refused):
+    assert refused("study: s\nnonsense\nscene: 1\n") == ["s.yaml:2:1: not YAML: nonsense is no key with a value"]
