@@ -74,7 +74,8 @@ def refuse_other_study(output: Path, study: str) -> None:
     """Raise UserError if `output` is the cube of a study of another name than `study`, of whatever version."""
     if (name := other_study(output, study)) is not None:
         raise UserError(
-            f"{output}: is the cube of another study, {name}; not overwritten: choose another --output, or remove it"
+            f"{output}: is the cube of another study, {name}; not overwritten: choose another --output, "
+            "remove it, or start over with --fresh, which replaces it"
         )
 
 

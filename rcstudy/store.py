@@ -20,6 +20,7 @@ from rcstudy.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_oth
 from rcstudy.errors import UserError
 from rcstudy.index import Index
 from rcstudy.lock import locked
+from rcstudy.progress import counted
 from rcstudy.publish import remove_leftovers, sync
 from rcstudy.record import Keep, Packed, Record, parse
 from rcstudy.result import Status
@@ -270,10 +271,25 @@ def take_cube(index: Index, output: Path, study: str, tell: Tell) -> None:
     if not output.exists():
         return
     try:
-        index.take_cube(EarlierCube(output))
+        cube = EarlierCube(output)
+        index.take_cube(cube)
+        if lack := _shortcomings(cube, index.keep):
+            tell(f"{output}: {lack}")
     except ValueError as error:
         fate = "; it will be replaced: to keep it, choose another --output" if is_replaced(output, study) else ""
         tell(f"{output}: no cases are taken from it: {error}{fate}")
+
+
+def _shortcomings(cube: EarlierCube, wanted: Keep) -> str:
+    """Why solved cases of a cube cannot be taken, in words; "" if all hold what is wanted."""
+    lacking = [not grid.keep.covers(wanted) for grid in cube.grids]
+    count = sum(lacking[grid] and status == Status.SOLVED for _, status, grid, _ in cube.places())
+    if not count:
+        return ""
+    bare = any(lacks and not grid.keep.fields for lacks, grid in zip(lacking, cube.grids, strict=True))
+    lack = "it has none" if bare else "it has them in float32"
+    asked = f"outputs asks for fields in {wanted.precision}"
+    return f"{counted(count, 'solved case')} in it cannot be taken: {asked}, and {lack}"
 
 
 def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
@@ -282,7 +298,7 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
         if index.take_unit(unit, data) == len(unit.entries) and unit.study != study:
             raise UserError(
                 f"{path}: holds results of another study, {unit.study}, which would be deleted: choose another "
-                f"--output, finish that study or remove {path.parent}"
+                f"--output, finish that study, remove {path.parent}, or delete them with --fresh"
             )
     except FileNotFoundError:
         return  # another shard has put it together with others
