@@ -1,4 +1,4 @@
-"""How honest the error bars are: random contacts against aligned cells four times finer.
+"""How honest the error bars are: random contacts against aligned cells four times finer, or more.
 
 Usage: python scripts/error_bars.py [--cases 64] [--seed 1] [--discretisation kalker] [--contacts mild].
 Prints, as a table in Markdown, for each scalar the share of cases whose true error lies within the estimate, the median
@@ -11,6 +11,8 @@ ratio of estimate to truth, and the true error itself. The truth is that of alig
 - `wild`: up to six layers of any stiffness and thickness, ellipses, friction from 0.03 to 1.6, either coupling;
 - `alike`: bodies of the same material without layers, round or long contacts, 0.03 to 2 of what makes all slip;
 - `engineering`: hard and soft coatings on a ball, and wheels on rails, in windows by `auto`;
+- `few`: mild ones, and of engineering, on 5 to 18 cells along the window, against eight times as many;
+- `sticking`: mild ones, and of bodies alike, at 0.003 to 0.3 of their creepages;
 - `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip.
 
 Published: results/error_bars.md.
@@ -34,6 +36,7 @@ from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
 
 STEEL = Material(210000.0, 0.3)
+_FINER = {"few": 8}  # times as many cells for the truth; 4 for the others
 CREEPAGES = (
     (0.002, 0.0, 0.0),
     (0.002, 0.001, 0.0),
@@ -172,6 +175,23 @@ def _rail(rng: np.random.Generator) -> dict[str, Any]:
     }
 
 
+def few_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """A mild contact, or one of engineering, on 5 to 18 cells along the longer side of its window."""
+    scene = (mild_scene if rng.random() < 0.5 else engineering_scene)(rng, discretisation)
+    cells = int(rng.integers(5, 19))
+    most = max(scene.mesh.cells)
+    nx, ny = (max(4, round(cells * n / most)) for n in scene.mesh.cells)
+    return replace(scene, mesh=Mesh(scene.mesh.size, (nx, ny)))
+
+
+def sticking_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """A mild contact, or one of bodies alike, that hardly slips."""
+    scene = (mild_scene if rng.random() < 0.5 else alike_scene)(rng, discretisation)
+    assert scene.creepage is not None
+    parts = scene.creepage.longitudinal, scene.creepage.lateral, scene.creepage.spin
+    return _with_creepage(scene, _power(rng, -2.5, -0.5) * np.array(parts))
+
+
 def sliding_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     """A round or long contact, bare or coated, at 0.8 to 1.5 of the creepage at which the last of its cells slips."""
     layers = (Layer(_power(rng, 4.0, 6.0), 0.3, _power(rng, -2.0, -0.5)),) if rng.random() < 0.4 else ()
@@ -270,6 +290,8 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "wild": wild_scene,
     "alike": alike_scene,
     "engineering": engineering_scene,
+    "few": few_scene,
+    "sticking": sticking_scene,
     "sliding": sliding_scene,
 }
 
@@ -290,7 +312,8 @@ def main() -> None:
     count = unsolved = 0
     while count < options.cases:
         scene = CONTACTS[options.contacts](rng, options.discretisation)
-        fine_mesh = Mesh(scene.mesh.size, (4 * scene.mesh.cells[0], 4 * scene.mesh.cells[1]))
+        nx, ny = (_FINER.get(options.contacts, 4) * n for n in scene.mesh.cells)
+        fine_mesh = Mesh(scene.mesh.size, (nx, ny))
         cells: Any = "aligned" if options.truth == "aligned" else scene.discretisation
         own, fine = solve_scene(scene), solve_scene(replace(scene, mesh=fine_mesh, discretisation=cells))
         if own.status != Status.SOLVED or fine.status != Status.SOLVED:

@@ -388,7 +388,7 @@ def slip_widths(
     ends: np.ndarray,
     slopes: np.ndarray,
     leading_slips: np.ndarray,
-    lean: float,
+    aspect: float,
     bow: float,
 ) -> np.ndarray | None:
     """Widths [ny] of the slip zone behind the stick zone's rows, or None.
@@ -404,7 +404,7 @@ def slip_widths(
     rates = np.gradient(found)
     rates[0], rates[-1] = found[2] - found[1], found[-2] - found[-3]
     slope = np.abs(slopes[stuck] + rates)
-    back = lean * slope**2 * (0.15 / (length[stuck] + 4.0) + 0.03 / (np.maximum(found, 0.0) + 1.26))
+    back = aspect * slope**2 * (0.15 / (length[stuck] + 4.0) + 0.03 / (np.maximum(found, 0.0) + 1.26))
     back = np.minimum(np.minimum(back, 0.075 * slope), length[stuck])
     value, noise = found + np.where(np.isnan(border[stuck]), 0.0, bow + back), np.full(len(stuck), 0.023)
     for k, of_row in enumerate((None, 0.035, 0.028)):

@@ -167,7 +167,7 @@ def contact(seed: int) -> dict[str, np.ndarray]:
     return {"border": border, "length": length, "ends": ends, "slopes": slopes, "leading_slips": length == 0.0}
 
 
-def widths_of(rows: dict[str, np.ndarray], lean: float, bow: float) -> np.ndarray | None:
+def widths_of(rows: dict[str, np.ndarray], aspect: float, bow: float) -> np.ndarray | None:
     """What the kernel finds; borders are numbered from the last row on, cells at random."""
     border, slips = rows["border"], rows["leading_slips"]
     ny = border.size
@@ -179,7 +179,7 @@ def widths_of(rows: dict[str, np.ndarray], lean: float, bow: float) -> np.ndarra
     slip[leading] = slips
     borders, widths = np.column_stack([border[with_border], with_border]), np.zeros(ny)
     of_rows = borders, last, rows["length"], rows["ends"], rows["slopes"], slip, leading
-    return widths if smooth.slip_widths(*of_rows, lean, bow, widths) else None
+    return widths if smooth.slip_widths(*of_rows, aspect, bow, widths) else None
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -194,8 +194,8 @@ def test_slip_widths(seed: int) -> None:
         of_rows["leading_slips"][rng.choice(stuck)] = True
     if seed % 8 == 7:
         of_rows["length"] *= 1.9 / of_rows["length"].max()
-    lean, bow = rng.uniform(0.5, 2.0), rng.uniform(-0.02, 0.02)
-    expected, found = naive_rows.slip_widths(*of_rows.values(), lean, bow), widths_of(of_rows, lean, bow)
+    aspect, bow = rng.uniform(0.5, 2.0), rng.uniform(-0.02, 0.02)
+    expected, found = naive_rows.slip_widths(*of_rows.values(), aspect, bow), widths_of(of_rows, aspect, bow)
     assert (found is None) == (expected is None)
     if expected is not None:
         np.testing.assert_allclose(found, expected, atol=1e-8)

@@ -20,9 +20,9 @@ from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.skins import BORDERS, shift_by_layers
 
 # Borders of the stick zone that run along y are found too far back by so much of their curvature, less where pressure
-# helps friction; oblique ones by more where tractions go along y (35 contacts on 32 and 64 cells against 512; the first
-# once more, on 24 of them, 200 random ones and the paper's, since rows even out what they carry).
-_BOW, _BOW_BY_PRESSURE, _ACROSS = 0.13, 0.25, 0.5
+# helps friction (35 contacts on 32 and 64 cells against 512; the first once more, on 24 of them, 200 random ones and
+# the paper's, since rows even out what they carry).
+_BOW, _BOW_BY_PRESSURE = 0.13, 0.25
 _NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
 
 
@@ -40,7 +40,7 @@ class SlipZones:
         slip, cells, outline = rolling.slip, self._cells, self._outline
         room, speed = np.zeros((2, slip.size))
         of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
-        largest, backwards, across = stick.rooms_and_speeds(*of_cells, room, speed)
+        largest, backwards = stick.rooms_and_speeds(*of_cells, room, speed)
         if not slip.any():
             return 0.0, min(largest, friction * outline.summit[0])
         ny = cells.count.size
@@ -56,7 +56,7 @@ class SlipZones:
             there[last[last >= 0], 0] -= self.border_shift
             squares = rows.squares_at_borders(*cells.profiles, there)
             peaks.append(friction * rows.peak_at_borders(squares, there))
-        area = self._area_behind((borders, last, length), slip, backwards / friction, across)
+        area = self._area_behind((borders, last, length), slip, backwards / friction)
         if area is None:
             area = self._area_around(length)
         # no border carries more than where the pressure is largest
@@ -80,24 +80,22 @@ class SlipZones:
         return shift_by_layers(lambda k: self._influence.traction_responses(k)[0], self._outline.spacing[0], BORDERS)
 
     def _area_behind(
-        self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float, across: float
+        self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float
     ) -> float | None:
         """Area of the slip zone (mm^2) behind a stick zone in one piece, by how wide it is in each row.
 
         of_rows: borders, last and length as `stick.stick_rows` leaves them; backwards: the part of the slip cells'
-        tractions that points so, over the friction; across: the part of their squares that does. None if the rows do
-        not tell.
+        tractions that points so, over the friction. None if the rows do not tell.
         """
         outline = self._outline
         if outline.smooth is None:
             return None
         ends, slopes, chords, tips, curvature = outline.smooth
         dx, dy = outline.spacing
-        lean = dx / dy * (1.0 + _ACROSS * across * across)
         by_pressure = backwards * self._influence.slip_by_pressure_over_tractions
         bow = curvature * (_BOW - _BOW_BY_PRESSURE * by_pressure)
         widths = np.zeros(slopes.size)
-        if not smooth.slip_widths(*of_rows, ends, slopes, slip, self._cells.index[0], lean, bow, widths):
+        if not smooth.slip_widths(*of_rows, ends, slopes, slip, self._cells.index[0], dx / dy, bow, widths):
             return None
         slips = stick.area_of_slip(chords, tips, widths)
         return self._slipping_part(float(slips) / outline.area_by_parabolas)

@@ -136,13 +136,13 @@ def smooth_ends(
 
 
 @jit
-def too_far_back(slope: float, length: float, width: float, lean: float) -> float:
+def too_far_back(slope: float, length: float, width: float, aspect: float) -> float:
     """By how much a border behind stick cells is found too far back that runs obliquely to the rows.
 
-    slope: in cells per row; length: of the row's stick cells, width: of the slip behind them; lean: a factor. From the
+    slope: in cells per row; length: of the row's stick cells, width: of the slip behind them; aspect: dx/dy. From the
     paper's contacts, against 1024 x 1024 cells; a border that runs along the rows tells less than that.
     """
-    square = lean * slope * slope * (0.15 / (length + 4.0) + 0.03 / (max(width, 0.0) + 1.26))
+    square = aspect * slope * slope * (0.15 / (length + 4.0) + 0.03 / (max(width, 0.0) + 1.26))
     return min(square, 0.075 * abs(slope), length)
 
 
@@ -183,14 +183,14 @@ def slip_widths(
     slopes: np.ndarray,
     slip: np.ndarray,
     leading: np.ndarray,
-    lean: float,
+    aspect: float,
     bow: float,
     widths: np.ndarray,
 ) -> bool:
     """How much of each row slips behind the stick zone, widths [ny]: a smooth line where single rows tell badly.
 
     borders [n, 2], last [ny], length [ny]: as `stick.stick_rows` leaves them; ends, slopes: as `smooth_ends` does;
-    slip, leading: as in `stick_range`; lean: see `too_far_back`; bow: by how much borders along y are found too far
+    slip, leading: as in `stick_range`; aspect: see `too_far_back`; bow: by how much borders along y are found too far
     back. Returns whether there are such widths; else they mean nothing.
 
     The outermost row, and those beyond it, take the width from the smoothest line that the others' noise allows: one
@@ -216,7 +216,7 @@ def slip_widths(
         slope = slopes[j] + (found[high] - found[low]) / (high - low)
         value[j] = found[j]
         if last[j] >= 0:
-            value[j] += bow + too_far_back(slope, length[j], found[j], lean)
+            value[j] += bow + too_far_back(slope, length[j], found[j], aspect)
         weight[j] = noise(length[j], min(j - first, end - j)) ** -2
     for change in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08):
         smooth_line(value, weight, 1.0 / half_chord, change, widths)

@@ -77,7 +77,7 @@ def rooms_and_speeds(
     pressure: np.ndarray,
     room: np.ndarray,
     speed: np.ndarray,
-) -> tuple[float, float, float]:
+) -> tuple[float, float]:
     """Room [m] that tractions q [m, 2] (MPa) leave up to friction times pressure [m], and speed [m] of slips s [m, 2].
 
     The latter is against the traction, 0 without one. Returns the largest traction, and of the slip cells' tractions
@@ -85,7 +85,7 @@ def rooms_and_speeds(
     none slip.
     """
     largest = 0.0
-    backwards = sizes = across = squares = 0.0
+    backwards = sizes = 0.0
     for m in range(room.size):
         size = math.sqrt(q[m, 0] * q[m, 0] + q[m, 1] * q[m, 1])
         room[m] = friction * pressure[m] - size
@@ -94,11 +94,7 @@ def rooms_and_speeds(
         if slip[m]:
             backwards -= q[m, 0]
             sizes += size
-            across += q[m, 1] * q[m, 1]
-            squares += size * size
-    if sizes == 0.0:
-        return largest, 0.0, 0.0
-    return largest, backwards / sizes, across / squares
+    return largest, backwards / sizes if sizes > 0.0 else 0.0
 
 
 @jit
