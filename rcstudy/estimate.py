@@ -82,7 +82,7 @@ _STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # of themselves
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
 _UNDER = 0.9  # times what slip zones at the leading edge hide, and is made up for
-_TRACTIONS = 1.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
+_TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
 # Where all cells stick a zone narrower than half a cell may slip behind them: so much of the area over cells a radius.
