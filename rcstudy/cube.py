@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from rcstudy.build import scene_hertz
 from rcstudy.cube_writer import checksum
 from rcstudy.errors import UserError, first_line
 from rcstudy.layout import (
@@ -24,6 +25,7 @@ from rcstudy.layout import (
     MISSING,
     SCHEMA,
     SCHEMA_ATTRIBUTE,
+    SETTINGS,
     result_items,
 )
 from rcstudy.record import SCALARS
@@ -238,7 +240,8 @@ def unit_text(coordinate: xr.DataArray) -> str:
 
 
 def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
-    """One result with the names, units and dimensions (x, y) of a cube; floats are NaN where there is no value."""
+    """One result with the names, units and dimensions (x, y) of a cube, and the scene's `hertz_radius` and
+    `hertz_pressure`; floats are NaN where there is no value."""
     values: dict[str, Any] = {**result.scalars, **result.fields}
     values |= {"status": Status(result.status).value, "status_reason": result.reason}
     variables = {}
@@ -249,5 +252,10 @@ def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
             value = np.full(scene.mesh.cells, missing) if item.field else missing
         dtype = object if item.dtype == "str" else item.dtype
         variables[item.name] = (item.dims, np.asarray(value, dtype=dtype), item.attrs)
+    hertz = scene_hertz(scene)
+    for name in ("hertz_radius", "hertz_pressure"):
+        setting = SETTINGS[name]
+        attrs = {"long_name": setting.long_name, "units": setting.units}
+        variables[name] = ((), np.asarray(setting.value(scene, hertz)), attrs)
     coords = {dim: ((dim,), scene.mesh.centres[k], CENTRE_ATTRS[dim]) for k, dim in enumerate("xy")}
     return xr.Dataset(variables, coords, {SCHEMA_ATTRIBUTE: SCHEMA})

@@ -18,6 +18,7 @@ from cubes import write_cube
 import rcstudy
 from rcstudy import cube as cube_module
 from rcstudy import layout
+from rcstudy.build import scene_hertz
 from rcstudy.cube import case_dims, case_table, grids, open_cube, to_dataset
 from rcstudy.errors import UserError
 from rcstudy.layout import MISSING, SCHEMA_ATTRIBUTE
@@ -333,6 +334,9 @@ def test_one_result_as_a_dataset() -> None:
     assert dataset.state.dtype == np.int8
     assert dataset.pressure.attrs["units"] == "MPa"
     assert int(dataset.status) == Status.SOLVED
+    assert float(dataset.hertz_radius) == pytest.approx(scene_hertz(synthetic.SCENE).radius)
+    assert float(dataset.hertz_pressure) == pytest.approx(scene_hertz(synthetic.SCENE).p0)
+    assert dataset.hertz_pressure.attrs["units"] == "MPa"
     bare = to_dataset(replace(synthetic.SCENE, creepage=None), Result(Status.REFUSED, "why"))
     assert "traction_x" not in bare
     assert np.isnan(bare.pressure).all()
