@@ -44,7 +44,8 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,  # plain help: in boxes flags have a type, <bool>, and lines are broken in the middle
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
 
 _P = ParamSpec("_P")
@@ -127,7 +128,10 @@ def sweep(
     output: CubeOption = None,
     workers: Annotated[
         str | None,
-        typer.Option(metavar="N", help="Processes; default: one per processor; short sweeps use only this process."),
+        typer.Option(
+            metavar="N",
+            help="Processes; default: one per processor, but this one alone if 15 s are enough for it.",
+        ),
     ] = None,
     scheduler: Annotated[
         str | None,
@@ -385,11 +389,11 @@ def compare(
     their largest magnitude in the case, numbers by 1e-6 of their own value (forces and moment: of the largest of them).
     """
     from rcstudy import compare as comparing
-    from rcstudy.tolerances import Tolerances, load_tolerances, parse_flips, parse_option
+    from rcstudy.tolerances import Tolerances, load_tolerances, parse_flips, parse_options
 
     allowed = Tolerances() if tolerances is None else load_tolerances(tolerances)
     flips = None if state_flips is None else parse_flips(state_flips)
-    allowed = allowed.with_options(dict(parse_option(text) for text in rtol or ()), flips)
+    allowed = allowed.with_options(parse_options(rtol or ()), flips)
     with _opened(cube, reference) as (ours, theirs):
         outcome = comparing.compare(ours, theirs, allowed, allow_unsolved=allow_unsolved)
     print(outcome.text())
@@ -402,13 +406,13 @@ def figures(
     cube: CubePath,
     output: Annotated[Path, _folder_option("Folder for the figures.")] = Path("figures"),
     formats: Annotated[
-        str, typer.Option("--formats", metavar="LIST", help="File formats, separated by commas.")
+        str, typer.Option("--formats", metavar="LIST", help="File formats, of png, pdf and svg, separated by commas.")
     ] = "png,pdf",
 ) -> None:
     """Draw the figures of a cube."""
     from rcstudy.figures import make_figures
 
-    wanted = tuple(word.strip() for word in formats.split(",") if word.strip())
+    wanted = tuple(word.strip() for word in formats.split(","))
     with _opened(cube) as (tree,):
         written = make_figures(tree, output, wanted)
     _tell_written(written, output)

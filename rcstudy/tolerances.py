@@ -13,7 +13,7 @@ A file of tolerances::
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
@@ -135,6 +135,17 @@ def parse_option(text: str) -> tuple[str, float]:
     if not equals or not name.strip() or not 0.0 <= number <= 1.0:
         raise UserError(f"--rtol: {text}: VARIABLE=VALUE with a number from 0 to 1")
     return name.strip(), number
+
+
+def parse_options(texts: Iterable[str]) -> dict[str, float]:
+    """Tolerances by variable from some options; UserError where one is wrong, or of a variable that has one already."""
+    found: dict[str, float] = {}
+    for text in texts:
+        name, value = parse_option(text)
+        if name in found:
+            raise UserError(f"--rtol: {text}: {name} has a tolerance already, {found[name]:g}: one is allowed")
+        found[name] = value
+    return found
 
 
 def parse_flips(text: str) -> int:

@@ -413,3 +413,22 @@ def test_an_accuracy_report_that_is_interrupted_says_that_it_resumes(
     done = run("accuracy", "quick.yaml")
     assert done.exit_code == EXIT_INTERRUPTED
     assert done.output == "interrupted: 3 of 8 cases are kept: rerun the same command to resume\n"
+
+
+def test_options_given_twice_or_half(folder: Path) -> None:
+    """One of two tolerances was ignored, and an empty format let pass."""
+    done = run("compare", "a.nc", "b.nc", "--rtol", "pressure=1e-3", "--rtol", "pressure=1e-4")
+    assert done.exit_code == EXIT_BAD_INPUT
+    assert done.output == "--rtol: pressure=1e-4: pressure has a tolerance already, 0.001: one is allowed\n"
+    run("sweep", "quick.yaml")
+    done = run("figures", "quick.nc", "--formats", "png,")
+    assert done.exit_code == EXIT_BAD_INPUT
+    assert done.output == 'figure format "": allowed are png, pdf, svg\n'
+    assert run("figures", "quick.nc", "--formats", "png, png").output == "2 files in figures\n"
+
+
+def test_help_is_for_people(folder: Path) -> None:
+    for command in ("sweep", "merge", "figures"):
+        shown = run(command, "--help").output
+        assert "<bool>" not in shown
+    assert "of png, pdf and svg" in shown

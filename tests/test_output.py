@@ -188,7 +188,7 @@ def test_output_that_nobody_takes(tmp_path: Path) -> None:
         assert done.stderr == said, shell
 
 
-@pytest.mark.parametrize("words", ["--help", "sweep --help", "--version", ""])
+@pytest.mark.parametrize("words", ["--help", "sweep --help", "--version"])
 def test_help_that_nobody_takes(words: str, tmp_path: Path) -> None:
     """What typer prints itself ended in a traceback, or in exit code 1 where a reader had seen enough."""
     for unbuffered in ("", "1"):
@@ -196,6 +196,13 @@ def test_help_that_nobody_takes(words: str, tmp_path: Path) -> None:
         assert (done.returncode, done.stderr) == (2, "output: No space left on device\n")
     done = run(tmp_path, f"( sleep 1; $R {words} ) | true")
     assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_help_for_a_command_without_words_is_an_error(tmp_path: Path) -> None:
+    done = run(tmp_path, "$R > /dev/full")
+    assert done.returncode == 2
+    assert done.stderr.startswith("Usage: ")
+    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.heavy

@@ -121,7 +121,7 @@ def traction_colours() -> Colormap:
 
 def check_formats(formats: Sequence[str]) -> None:
     """UserError unless every format is one that is written the same in every run."""
-    unknown = [f for f in formats if f not in FORMATS]
+    unknown = [f or '""' for f in formats if f not in FORMATS]
     if unknown or not formats:
         raise UserError(f"figure format {', '.join(unknown) or '(none)'}: allowed are {', '.join(FORMATS)}")
 
