@@ -39,7 +39,8 @@ class Hidden(NamedTuple):
     which aligned cells take off; `cusp_of_pressure`, `cusp_of_tractions`: slopes that jump at the stick
     zone's border, over p0/a, where they are largest there (full coupling); `least_slip`: the smallest
     slip of all cells over the largest, 1 where it is not known; `at_rim`: by what part of itself the largest pressure
-    may be too small under stiff skins (`mechanics/plates.py`).
+    may be too small under stiff skins (`mechanics/plates.py`); `shown`: whether some cell slips; `on_cells`:
+    the largest traction (MPa) of a cell.
     """
 
     unsettled: float = 0.0
@@ -51,6 +52,8 @@ class Hidden(NamedTuple):
     cusp_of_tractions: float = 0.0
     least_slip: float = 1.0
     at_rim: float = 0.0
+    shown: bool = True
+    on_cells: float = math.inf
 
 
 def least_over_largest(slip: np.ndarray) -> float:
@@ -79,6 +82,8 @@ _SOFTLY = 0.45  # times what edges on soft layers were moved back
 # Over cells a radius: what cells round off of such slopes in pressure and in tractions.
 _CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.72, 0.4)}
 _STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # of themselves over cells a radius, where none slip
+# Of the area and the largest traction of slip zones narrower than a cell that aligned cells find (`trailing.py`).
+_NARROW_ZONE, _AT_BORDER = 0.25, 0.12
 _LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
 _UNDER = 0.9  # times what slip zones at the leading edge hide, and is made up for
@@ -144,7 +149,8 @@ class _Case:
         self.aligned = scene.discretisation == "aligned"
         force = scene.friction * scene.load
         if "traction_max" in finest:  # where friction is far more than is needed, tractions are what they are
-            force = min(force, _TRACTIONS * finest["traction_max"] * finest["contact_area"])
+            largest = min(finest["traction_max"], hidden.on_cells)
+            force = min(force, _TRACTIONS * largest * finest["contact_area"])
         self.creepage = scene.creepage or Creepage()
         self.fastest = self.creepage.fastest(finest["contact_radius"])  # largest rigid slip, about
         self.power = max(force * self.fastest, abs(finest.get("friction_power", 0.0)))
@@ -224,7 +230,7 @@ class _Case:
         """Slip areas where all slips, and all that follows from slip where cells show none."""
         scene, finest = self.scene, self.finest
         dx, dy = scene.mesh.spacing
-        slip, missing = finest["slip_area"], self.hidden.slip.missing
+        slip = finest["slip_area"]
         if self.all_slips:
             bars["slip_area"] = bars["contact_area"]
             if self.creepage.turns_within(finest["contact_radius"]):
@@ -233,8 +239,11 @@ class _Case:
                 self.add_strip_that_sticks(bars)
         elif finest["traction_max"] == 0.0:
             bars["slip_area"] = self.left_by_solver("slip_area")
-        elif slip == missing:  # of what cells show nothing slips
-            bars["slip_area"] = max(bars["slip_area"], _UNSEEN / self.per_radius * finest["contact_area"])
+        elif not self.hidden.shown:
+            if self.aligned:
+                bars["slip_area"] += _NARROW_ZONE * slip
+            else:
+                bars["slip_area"] = max(bars["slip_area"], _UNSEEN / self.per_radius * finest["contact_area"])
             # and what pressure it has, that goes like the root of the distance from the edge
             unseen = (_UNSEEN / self.per_radius) ** 1.5 * self.power
             bars["friction_power"] = max(bars["friction_power"], unseen)
@@ -273,7 +282,11 @@ class _Case:
         """The largest traction where nearly all sticks, and where it is that of the largest pressure."""
         finest, friction = self.finest, self.scene.friction
         slip = finest["slip_area"]
-        if slip - self.hidden.slip.missing <= _UNSEEN / self.per_radius * finest["contact_area"]:
+        if slip - self.hidden.slip.missing > _UNSEEN / self.per_radius * finest["contact_area"]:
+            pass
+        elif self.aligned:
+            bars["traction_max"] += _AT_BORDER * finest["traction_max"]
+        else:
             # where nearly all stick tractions grow like K/sqrt(r) until they meet the bound, p0 sqrt(2 r/a)
             found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
             bars["traction_max"] = max(bars["traction_max"], math.sqrt(_LEADING * found * bound) - found)

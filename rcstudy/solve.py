@@ -181,8 +181,13 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     )
     if rolling is None:
         return hidden
-    least = least_over_largest(rolling.s[contact.carrying])
-    hidden = hidden._replace(unsettled=rolling.unsettled, slip=unseen, least_slip=least)
+    hidden = hidden._replace(
+        unsettled=rolling.unsettled,
+        slip=unseen,
+        least_slip=least_over_largest(rolling.s[contact.carrying]),
+        shown=bool(rolling.slip.any()),
+        on_cells=float(np.hypot(*rolling.q.T).max()),
+    )
     if not scene.is_coupled:
         return hidden
     at_peak, at_border = _cusps(contact, scene, rolling)

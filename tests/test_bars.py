@@ -154,10 +154,8 @@ def test_one_coarser_mesh_of_few_cells_tells_less(discretisation: Any, times: fl
 def test_estimate_of_power_of_bodies_alike_on_aligned_cells() -> None:
     """Friction takes what creepages put in, so it is no more uncertain than forces times these."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(-0.003, 0.004, 0.01), discretisation="aligned")
-    levels = [
-        MIDDLING | {"force_x": 40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "slip_area": 0.0}
-    ] * 2
-    found = error_estimates(scene, 314, levels)
+    scalars = MIDDLING | {"force_x": 40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2}
+    found = error_estimates(scene, 314, [scalars, scalars | {"friction_power": 0.25}])
     forces = (found[f"{name}_error"] for name in ("force_x", "force_y", "moment_z"))
     doubt = sum(size * bar for size, bar in zip((0.003, 0.004, 0.01), forces, strict=True))
     assert found["friction_power_error"] == pytest.approx(doubt, rel=1e-12)
@@ -266,15 +264,21 @@ def test_estimate_of_power_beyond_what_creepages_ask_for() -> None:
 
 
 def test_estimate_of_slip_where_cells_show_none() -> None:
-    """Whatever area is made up for them; a zone of 0.3 of a cell has the power of its part of the radius, to 3/2."""
+    """A zone of 0.3 of a cell has the power of its part of the radius, to 3/2; aligned cells know how wide it is."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-7, 1e-7))
-    scene = replace(scene, discretisation="aligned", counterbody=None)
     forces = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
-    for missing in (0.0, 0.01):
-        levels = [MIDDLING | forces | {"slip_area": missing}] * 2
-        found = error_estimates(scene, 314, levels, Hidden(slip=Unseen(missing=missing)))
-        assert found["slip_area_error"] == pytest.approx(0.3 * CELL, rel=1e-9)
-        assert found["friction_power_error"] == pytest.approx((0.3 * CELL) ** 1.5 * 0.3, rel=1e-9)
+    unlike = replace(scene, discretisation="aligned", counterbody=None)
+    none = error_estimates(scene, 314, [MIDDLING | forces | {"slip_area": 0.0}] * 2, Hidden(shown=False))
+    assert none["slip_area_error"] >= 0.3 * CELL
+    levels = [MIDDLING | forces | {"slip_area": 0.01}] * 2
+    shown, hidden = (error_estimates(unlike, 314, levels, Hidden(shown=shown)) for shown in (True, False))
+    alone = np.sqrt(
+        shown["slip_area_error"] ** 2 - hidden["contact_area_error"] ** 2
+    )  # the contact's own is no part of it
+    assert hidden["slip_area_error"] - 0.25 * 0.01 == pytest.approx(alone, rel=1e-6)
+    assert hidden["friction_power_error"] == pytest.approx((0.3 * CELL) ** 1.5 * 0.3, rel=1e-9)
+    assert hidden["force_x_error"] - shown["force_x_error"] == pytest.approx(0.036 * CELL * 20.0, rel=1e-9)
+    assert hidden["traction_max_error"] == shown["traction_max_error"] > 0.12 * 50.0
 
 
 def test_estimate_of_the_largest_traction_where_cells_show_little_slip() -> None:

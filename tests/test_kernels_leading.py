@@ -99,34 +99,22 @@ def test_slip_behind(length: float) -> None:
     assert (length > THETA) == np.any(found)
 
 
-def sums_of_endings(
-    index: np.ndarray,
-    ends: np.ndarray,
-    x: np.ndarray,
-    y: np.ndarray,
-    q: np.ndarray,
-    slip: np.ndarray,
-    pressure: np.ndarray,
-    friction: float,
-    dx: float,
-) -> np.ndarray:
-    """As `trailing_stick.ending_rows`, by the formulas of `trailing.py`."""
-    total = np.zeros(3)
-    for column, (back, front) in zip(index.T, ends.T, strict=True):
+def endings(
+    index: np.ndarray, ends: np.ndarray, q: np.ndarray, slip: np.ndarray, pressure: np.ndarray, friction: float
+) -> list[tuple[int, np.ndarray, float, np.ndarray, float]]:
+    """Rows that stick to their end: number, cells, length, amplitude and hidden width, by `trailing.py`."""
+    rows = []
+    for j, (column, (back, front)) in enumerate(zip(index.T, ends.T, strict=True)):
         cells = column[column >= 0]
-        if not cells.size or slip[cells[-1]]:
-            continue
-        length = front - back
-        amplitude = q[cells[-1]] / math.gamma(0.5)
-        zone = 2.0 * np.hypot(*amplitude) / (friction * 2.0 * pressure[cells].max() / np.sqrt(length))
-        force = 0.5 * np.pi * amplitude * (length - cells.size - 0.5 * zone) / np.sqrt(length)
-        lever = x[cells[0]] + (THETA - 1.5 * length) * dx
-        total += force[0], force[1], lever * force[1] - y[cells[0]] * force[0]
-    return total
+        if cells.size and not slip[cells[-1]]:
+            amplitude = q[cells[-1]] / math.gamma(0.5)
+            steep = friction * 2.0 * pressure[cells].max() / np.sqrt(front - back)
+            rows.append((j, cells, front - back, amplitude, 2.0 * np.hypot(*amplitude) / steep))
+    return rows
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_sums_of_endings(seed: int) -> None:
+def test_rows_that_stick_to_their_end(seed: int) -> None:
     rng = np.random.default_rng(seed)
     counts = rng.integers(1, 7, 9)
     counts[4] = 0  # no contact there
@@ -137,7 +125,16 @@ def test_sums_of_endings(seed: int) -> None:
         cells += counts[row]
     pressure, x, y = rng.uniform(1.0, 5.0, (3, cells))
     ends = np.array([np.zeros(9), counts + rng.uniform(-0.5, 0.5, 9)])
-    arguments = index, ends, x, y, rng.normal(size=(cells, 2)), rng.random(cells) < 0.4, pressure, 0.3, 0.1
-    found = np.zeros(3)
-    trailing_stick.ending_rows(*arguments, THETA, found)
-    np.testing.assert_allclose(found, sums_of_endings(*arguments), rtol=1e-12)
+    q, slip = rng.normal(size=(cells, 2)), rng.random(cells) < 0.4
+    widths, expected = np.zeros(9), np.full(9, np.nan)
+    trailing_stick.hidden_widths(index, ends, q, slip, pressure, 0.3, widths)
+    found, total = np.zeros(3), np.zeros(3)
+    trailing_stick.ending_rows(index, ends, widths, x, y, q, 0.1, THETA, found)
+    for j, row, length, amplitude, width in endings(index, ends, q, slip, pressure, 0.3):
+        expected[j] = width
+        force = 0.5 * np.pi * amplitude * (length - row.size - 0.5 * width) / np.sqrt(length)
+        lever = x[row[0]] + (THETA - 1.5 * length) * 0.1
+        total += force[0], force[1], lever * force[1] - y[row[0]] * force[0]
+    assert 0 < np.isnan(expected).sum() < 9
+    np.testing.assert_allclose(widths, expected, rtol=1e-12)
+    np.testing.assert_allclose(found, total, rtol=1e-11)

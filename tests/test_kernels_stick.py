@@ -99,11 +99,12 @@ def found_zone(
     start: list[float],
     edges: list[tuple[float, float]],
     speed: np.ndarray | None = None,
+    widths: list[float] | None = None,
 ) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """Lengths [ny] and borders as the kernel finds them, cells of all rows being numbered from the last row on.
 
     states: s and - for slip and stick from the leading cell on; room, and speed if it is known: of the rows' cells one
-    after the other.
+    after the other; widths: of slip zones behind the rows' last cells.
     """
     count = np.array([len(row) for row in states])
     index = np.full((max(1, count.max()), len(states)), -1)
@@ -118,7 +119,8 @@ def found_zone(
         first += len(row)
     length, borders = np.full(len(states), np.nan), np.full((2 * count.sum(), 2), np.nan)
     last = np.full(len(states), 99)
-    of_rows = index, np.array(start), count, np.array(edges).T
+    hidden = np.full(len(states), np.nan) if widths is None else np.array(widths)
+    of_rows = index, np.array(start), count, np.array(edges).T, hidden, 0.5
     found = stick.stick_rows(of_cells, speeds, slip, *of_rows, length, last, borders)
     assert np.isnan(borders[found:]).all()
     for j, row in enumerate(states):
@@ -162,6 +164,16 @@ def test_stick_rows_between_borders() -> None:
     length, borders = found_zone(["----------"], room, [start], [(-0.2, front)])
     assert length == pytest.approx([front - 0.1])
     assert borders == [(pytest.approx(0.1), 0.0)]
+
+
+def test_stick_rows_with_narrow_slip_zones_behind_them() -> None:
+    """Zones narrower than half a cell are as wide as is known, no wider than the row; others are left to the rooms."""
+    edges = [(2.0, 6.0), (2.0, 6.0), (2.0, 2.2)]
+    length, borders = found_zone(["----", "s---", "-"], np.ones(9), [5.3, 5.3, 2.1], edges, widths=[0.3, 0.1, 0.4])
+    np.testing.assert_allclose(length, [3.7, 4.8 - 2.1, 0.0], atol=1e-12)
+    assert borders == [(pytest.approx(x), j) for x, j in ((2.3, 0.0), (4.8, 1.0), (2.1, 1.0), (2.2, 2.0))]
+    wide, _ = found_zone(["----"], np.ones(4), [5.3], edges[:1], widths=[0.6])
+    assert wide == found_zone(["----"], np.ones(4), [5.3], edges[:1])[0]
 
 
 def test_stick_rows_of_single_cells() -> None:

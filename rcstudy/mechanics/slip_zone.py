@@ -18,6 +18,7 @@ from rcstudy.mechanics.kernels import rows, smooth, stick
 from rcstudy.mechanics.moved_rows import HALFWAY, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.skins import BORDERS, shift_by_layers
+from rcstudy.mechanics.trailing import NARROW, hidden_widths
 
 # Borders of the stick zone that run along y are found too far back by so much of their curvature, less where pressure
 # helps friction (35 contacts on 32 and 64 cells against 512; the first once more, on 24 of them, 200 random ones and
@@ -41,11 +42,10 @@ class SlipZones:
         room, speed = np.zeros((2, slip.size))
         of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
         largest, backwards = stick.rooms_and_speeds(*of_cells, room, speed)
-        if not slip.any():
-            return 0.0, min(largest, friction * outline.summit[0])
+        widths = hidden_widths(cells, outline.ends, rolling.q, slip, friction)
         ny = cells.count.size
         length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
-        of_rows = cells.index, cells.start, cells.count, outline.ends
+        of_rows = cells.index, cells.start, cells.count, outline.ends, widths, NARROW
         found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
         most = friction * outline.summit[0]
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
@@ -56,6 +56,9 @@ class SlipZones:
             there[last[last >= 0], 0] -= self.border_shift
             squares = rows.squares_at_borders(*cells.profiles, there)
             peaks.append(friction * rows.peak_at_borders(squares, there))
+        if not slip.any():
+            dx, dy = outline.spacing
+            return min(float(np.nansum(widths)) * dx * dy, outline.within), min(max(peaks), most)
         area = self._area_behind((borders, last, length), slip, backwards / friction)
         if area is None:
             area = self._area_around(length)

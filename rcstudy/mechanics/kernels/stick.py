@@ -106,6 +106,8 @@ def stick_rows(
     start: np.ndarray,
     count: np.ndarray,
     edges: np.ndarray,
+    widths: np.ndarray,
+    narrow: float,
     length: np.ndarray,
     last: np.ndarray,
     borders: np.ndarray,
@@ -114,8 +116,9 @@ def stick_rows(
 
     room [m]: mu p - |q| (MPa), speed [m]: slip against the traction, half a cell ahead, slip [m]: state of the cells;
     index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], edges [2, ny] as in
-    `row_bounds`. borders [>= 2 m, 2]: x and j of each; last [ny]: number of the one at the row's trailing end, -1 if it
-    has none. Returns their number.
+    `row_bounds`; widths [ny]: of slip zones that no cell shows, which are taken if less than narrow, nan in rows
+    without. borders [>= 2 m, 2]: x and j of each; last [ny]: number of the one at the row's trailing end, -1 if it has
+    none. Returns their number.
     """
     found = 0
     for j in range(count.size):
@@ -139,8 +142,13 @@ def stick_rows(
                 found += 1
             if not behind:
                 back = edges[0, j]
-                # a slip zone narrower than a cell shows in the room alone
-                if k + 1 < count[j] or ahead:
+                # a slip zone narrower than a cell shows in the room alone, if at all
+                if k + 1 == count[j] and widths[j] < narrow:
+                    back = min(back + widths[j], front)
+                    borders[found, 0], borders[found, 1] = back, j
+                    last[j] = found
+                    found += 1
+                elif k + 1 < count[j] or ahead:
                     rooms, slips = (room[m], room[index[k - 1, j]] if ahead else 0.0), (0.0, 0.0)
                     # the last cell's slip is that of the contact's edge
                     if k + 3 < count[j] and slip[index[k + 2, j]]:

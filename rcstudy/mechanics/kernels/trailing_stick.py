@@ -10,24 +10,19 @@ from rcstudy.mechanics.jit import jit
 
 
 @jit
-def ending_rows(
+def hidden_widths(
     index: np.ndarray,
     ends: np.ndarray,
-    x: np.ndarray,
-    y: np.ndarray,
     q: np.ndarray,
     slip: np.ndarray,
     pressure: np.ndarray,
     friction: float,
-    dx: float,
-    theta: float,
     out: np.ndarray,
 ) -> None:
-    """Sums of force_x, force_y (MPa) and moment (MPa mm) that such rows carry less than contacts do, into out [3].
+    """How much of such rows slips behind cells that stick, out [ny] (cells), see `trailing.py`; nan in other rows.
 
-    See `trailing.py`. index [n, ny]: numbers of the cells of each row from the leading one on, -1 beyond its last;
-    ends [2, ny]: between which x its contact lies (cells); x, y, pressure, slip [m] and q [m, 2]: of the cells; dx:
-    their length (mm); theta: from the leading cell's centre to the edge (cells).
+    index [n, ny]: numbers of the cells of each row from the leading one on, -1 beyond its last; ends [2, ny]: between
+    which x its contact lies (cells); pressure, slip [m] and q [m, 2]: of the cells.
     """
     most, ny = index.shape
     for j in range(ny):
@@ -35,15 +30,42 @@ def ending_rows(
         while count < most and index[count, j] >= 0:
             largest = max(largest, pressure[index[count, j]])
             count += 1
-        if count == 0:
+        length = ends[1, j] - ends[0, j]
+        if count == 0 or length <= 0.0 or slip[index[count - 1, j]]:
+            out[j] = math.nan
+        else:
+            last = index[count - 1, j]
+            size = math.hypot(q[last, 0], q[last, 1])
+            out[j] = size * math.sqrt(length / math.pi) / (friction * largest)
+
+
+@jit
+def ending_rows(
+    index: np.ndarray,
+    ends: np.ndarray,
+    widths: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    q: np.ndarray,
+    dx: float,
+    theta: float,
+    out: np.ndarray,
+) -> None:
+    """Sums of force_x, force_y (MPa) and moment (MPa mm) that such rows carry less than contacts do, into out [3].
+
+    See `trailing.py`. index, ends, q as in `hidden_widths`, which leaves widths [ny]; x, y [m]: of the cells, dx: their
+    length (mm); theta: from the leading cell's centre to the edge (cells).
+    """
+    most, ny = index.shape
+    for j in range(ny):
+        if math.isnan(widths[j]):
             continue
+        count = 0
+        while count < most and index[count, j] >= 0:
+            count += 1
         leading, last = index[0, j], index[count - 1, j]
         length = ends[1, j] - ends[0, j]
-        if slip[last] or length <= 0.0:
-            continue
-        size = math.hypot(q[last, 0], q[last, 1])
-        slips = size * math.sqrt(length / math.pi) / (friction * largest)
-        part = 0.5 * math.sqrt(math.pi / length) * (length - count - 0.5 * slips)
+        part = 0.5 * math.sqrt(math.pi / length) * (length - count - 0.5 * widths[j])
         lever = x[leading] + (theta - 1.5 * length) * dx
         out[0] += part * q[last, 0]
         out[1] += part * q[last, 1]
