@@ -226,6 +226,16 @@ def _tell_written(paths: Sequence[Path], folder: Path) -> None:
     print(f"{counted(len(paths), 'file')} in {folder}")
 
 
+def _values_of_axes(texts: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for text in texts:
+        axis, equals, value = text.partition("=")
+        if not (equals and axis.strip() and value.strip()) or axis.strip() in found:
+            raise UserError(f"--at: {text[:80]}: must be AXIS=VALUE, such as 'modulus=2 Es', and once for an axis")
+        found[axis.strip()] = value.strip()
+    return found
+
+
 def _shard(text: str) -> tuple[int, int]:
     i, slash, n = text.partition("/")
     if not (slash and re.fullmatch("[0-9]{1,9}", i) and re.fullmatch("[0-9]{1,9}", n) and 1 <= int(i) <= int(n)):
@@ -408,13 +418,20 @@ def figures(
     formats: Annotated[
         str, typer.Option("--formats", metavar="LIST", help="File formats, of png, pdf and svg, separated by commas.")
     ] = "png,pdf",
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="AXIS=VALUE",
+            help="Value of an axis that a grid's figures show in place of all or the first; may be repeated.",
+        ),
+    ] = None,
 ) -> None:
     """Draw the figures of a cube."""
     from rcstudy.figures import make_figures
 
     wanted = tuple(word.strip() for word in formats.split(","))
     with _opened(cube) as (tree,):
-        written = make_figures(tree, output, wanted)
+        written = make_figures(tree, output, wanted, _values_of_axes(at or ()))
     _tell_written(written, output)
 
 

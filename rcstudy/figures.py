@@ -6,7 +6,7 @@ left as it was.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,24 +16,33 @@ from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES, is_paper_grid
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.style import check_formats, log, save, style
-from rcstudy.report.views import grids
+from rcstudy.report.views import GridView, grids
+from rcstudy.yamltree import suggest
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def make_figures(tree: xr.DataTree, out: Path, formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
+def make_figures(
+    tree: xr.DataTree,
+    out: Path,
+    formats: Sequence[str] = ("png", "pdf"),
+    at: Mapping[str, str] | None = None,
+) -> list[Path]:
     """Draw what the cube has: the paper's figures from its grids, an overview of each other grid.
 
     `tree` is an opened cube (`rcstudy.open`), `out` the folder to write into (made if need be), `formats`
-    of png, pdf, svg (each is written once). Returns the files written. A figure of the paper whose grid is
-    missing from a cube that has others, or whose fields are not stored, is left out with a logged warning.
-    UserError if nothing can be drawn.
+    of png, pdf, svg (each is written once). `at`: values of axes that overviews are to show, by the names of the axes,
+    in place of a grid's first ones; see `GridView.held_at`. Returns the files written. A figure of the paper whose grid
+    is missing from a cube that has others, or whose fields are not stored, is left out with a logged warning.
+    UserError if nothing can be drawn, or if no grid that has an overview has a value of `at`.
     """
     check_formats(formats)
     formats = tuple(dict.fromkeys(formats))
     found = grids(tree)
     paper = {name: grid for name, grid in found.items() if is_paper_grid(grid)}
+    for axis, value in (at or {}).items():
+        found |= _held_at({name: grid for name, grid in found.items() if name not in paper}, axis, value)
     out = Path(out)
     make_folder(out)
     paths: list[Path] = []
@@ -54,3 +63,15 @@ def make_figures(tree: xr.DataTree, out: Path, formats: Sequence[str] = ("png", 
     if not paths:
         raise UserError("the cube has nothing to draw: it stores none of the fields that the paper's figures show")
     return paths
+
+
+def _held_at(found: Mapping[str, GridView], axis: str, value: str) -> dict[str, GridView]:
+    """Those of the grids that have `value` on `axis`, with that alone; UserError if none has."""
+    held = {name: narrow for name, grid in found.items() if (narrow := grid.held_at(axis, value)) is not None}
+    if held:
+        return held
+    having = [f"{name}: {', '.join(grid.axis_values(axis))}" for name, grid in found.items() if axis in grid.axes]
+    if having:
+        raise UserError(f"--at: {axis}={value}: {axis} must be a value of a grid ({'; '.join(having)})")
+    axes = dict.fromkeys(axis for grid in found.values() for axis in grid.axes)
+    raise UserError(f"--at: {axis}={value}: no grid has this axis: {suggest(axis, axes)}")

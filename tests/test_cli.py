@@ -21,6 +21,7 @@ from rcstudy import __main__ as main_module
 from rcstudy import accuracy, cli, plan, progress, sweep, threads
 from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD
+from rcstudy.report import overview
 from rcstudy.result import Status
 
 ROOT = Path(__file__).parent.parent
@@ -432,3 +433,27 @@ def test_help_is_for_people(folder: Path) -> None:
         shown = run(command, "--help").output
         assert "<bool>" not in shown
     assert "of png, pdf and svg" in shown
+
+
+def test_figures_of_another_value_of_an_axis(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of further axes only the first value was to be had."""
+    drawn: list[str] = []
+    monkeypatch.setattr(overview, "caption", lambda figure, text: drawn.append(text))
+    synthetic.write(folder / "c.nc", synthetic.several())
+    assert run("figures", "c.nc", "--formats", "png").exit_code == 0
+    first = next(text for text in drawn if text.startswith("product: "))
+    drawn.clear()
+    for value in ("420000", "2 Es"):
+        done = run("figures", "c.nc", "--formats", "png", "--at", f"modulus={value}")
+        assert done.exit_code == 0, done.output
+    found = [text for text in drawn if text.startswith("product: ")]
+    assert first not in found
+    for words, said in (
+        (["--at", "modulus=3"], "--at: modulus=3: modulus must be a value of a grid (product: "),
+        (["--at", "modulu=3"], "--at: modulu=3: no grid has this axis: did you mean modulus? allowed: "),
+        (["--at", "modulus"], "--at: modulus: must be AXIS=VALUE, such as 'modulus=2 Es', and once for an axis"),
+        (["--at", "modulus=1", "--at", "modulus=2"], "--at: modulus=2: must be AXIS=VALUE"),
+    ):
+        done = run("figures", "c.nc", *words)
+        assert done.exit_code == EXIT_BAD_INPUT
+        assert done.output.startswith(said)

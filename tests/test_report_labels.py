@@ -234,6 +234,7 @@ def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Pat
         views = grids(tree)
         captions = {name: caption_of(overview_figure(grid)) for name, grid in views.items()}
         assert captions["loads"].split(". ", 1)[1] in caption_of(case_maps(views["loads"]))
+        assert overview_figure(views["slides"]).axes[0].get_xlabel() == "longitudinal creepage"
         titles = [ax.get_title(loc="left") for ax in case_maps(views["loads"]).axes[:2]]  # type: ignore[union-attr]
     bodies = r"substrate $E_s$ = 210000 MPa, $\nu$ = 0.3"
     other = r"counterbody $E$ = $1\,E_s$, $\nu$ = 0.28"

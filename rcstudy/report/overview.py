@@ -38,6 +38,7 @@ MAPS_AT_MOST = 12
 _TICKS = 0.2  # height of labels along x for which panels have room, inches
 _TITLE = 2.0  # width of a map's title, inches: no more than its panel's
 
+_WORDS = {name: f"{name} creepage" for name in ("longitudinal", "lateral")}
 _LONG = 5  # letters of a tick's number, with which panels have room for few
 
 _LEAST_DRAWN = 1e-100  # on a logarithmic axis, and one over it the most: its margins have to be numbers, too
@@ -185,7 +186,7 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
     if not axis:
         ax.set_xticks([])
         return
-    words, units = axis.replace("_", " "), grid.units(axis) if grid.numeric(axis) else ""
+    words, units = _WORDS.get(axis, axis.replace("_", " ")), grid.units(axis) if grid.numeric(axis) else ""
     ax.set_xlabel(f"{words} / {units}" if units in (LENGTH, MODULUS) else f"{words} ({units})" if units else words)
     if grid.numeric(axis):
         _scale_axis(ax, _positions(grid, axis))

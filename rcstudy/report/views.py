@@ -7,6 +7,7 @@ cases. Numbers and fields of a case that was not solved are never handed out: `n
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -81,6 +82,19 @@ class GridView:
         at = self.axes.index(axis)
         return [self.case(*(i if k == at else 0 for k in range(len(self.axes)))) for i in range(self.shape[at])]
 
+    def held_at(self, axis: str, text: str) -> GridView | None:
+        """This grid with the one value `text` of `axis`, as the study wrote it, with its unit or not, or as a number.
+
+        None if it has no such axis, or no such value.
+        """
+        if axis not in self.axes:
+            return None
+        for i in range(self.dataset.sizes[axis]):
+            names = {self.written(axis, i), self.value(axis, i)}
+            if text in names or (self.numeric(axis) and _is_number(text, float(self.small(axis).values[i]))):
+                return GridView(self.name, self.dataset.isel({axis: [i]}), self.study_text)
+        return None
+
     def axis_values(self, axis: str) -> list[str]:
         """The values of `axis` as the study wrote them, with units: `0.25 a`, `460 x 300 mm`, or a label."""
         return [self.value(axis, i) for i in range(self.dataset.sizes[axis])]
@@ -116,6 +130,14 @@ class GridView:
         if found:
             return found[1]
         return value_text(self.small(axis).values[i]) if axis in self else str(i)
+
+
+def _is_number(text: str, value: float) -> bool:
+    """Whether a text is a number, to six digits."""
+    try:
+        return math.isclose(float(text), value, rel_tol=1e-6)
+    except ValueError:
+        return False
 
 
 @dataclass(frozen=True)
