@@ -60,7 +60,8 @@ def test_results_are_those_of_cases_alone(discretisation: str, order: int) -> No
             assert off <= 1e-5 * np.hypot(*(np.linalg.norm(one.fields[key]) for key in ("traction_x", "traction_y")))
         for name in ("force_x", "force_y", "moment_z", "friction_power"):
             assert other.scalars[name] == pytest.approx(one.scalars[name], rel=1e-5)
-            assert other.scalars[f"{name}_error"] == pytest.approx(one.scalars[f"{name}_error"], rel=0.25)
+            # coarser meshes are solved to 2e-3, and bars are made of what they differ by
+            assert other.scalars[f"{name}_error"] == pytest.approx(one.scalars[f"{name}_error"], rel=0.4)
     assert products(found) < 0.85 * products(alone)
 
 
