@@ -56,6 +56,8 @@ CONTACTS = {
     "alike": "steel on steel, no layers, round to long",
     "full": "up to three layers, full coupling",
     "engineering": "coatings on balls, rail-like ellipses",
+    "few": "of the first and fourth kind, on 1 to 6 cells a radius",
+    "sticking": "contacts that hardly slip",
     "sliding": "near full slip",
     "wild": "extreme: ellipses to 1000:1, six layers, skins",
 }

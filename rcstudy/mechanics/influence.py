@@ -178,6 +178,16 @@ class Influence:
 
         return self.once("beta", made)
 
+    @property
+    def along_over_across(self) -> float:
+        """What waves of wave number 1/dx yield to tractions along them, over what they yield to tractions across."""
+
+        def made() -> float:
+            along, across = self.traction_responses(np.array([1.0 / self.spacing[0]]))[:, 0]
+            return float(along / across)
+
+        return self.once("along over across", made)
+
     def quadrant(self, nx: int, ny: int) -> np.ndarray:
         """Coefficients at offsets i dx, j dy, i = 0..nx-1, j = 0..ny-1: array [6, >= nx, >= ny] in mm/MPa.
 

@@ -90,9 +90,8 @@ def unseen_slip(
     k = influence.slip_by_pressure_over_tractions / (math.pi * friction)
     if abs(k) < _LEAST:
         return Unseen()
-    along, across = influence.traction_responses(np.array([1.0 / dx]))[:, 0]
     sums = np.zeros(7)
-    ratio = float(along / across)
+    ratio = influence.along_over_across
     leading_slip.unseen_rows(*rows, *centres, q, slip, pressure, by_pressure, friction, k, ratio, dx, theta, sums)
     force_x, force_y, moment, work, force, area, missing = (float(value) * dx * dy for value in sums)
     if abs(missing) < _NOTHING * dx * dy:
