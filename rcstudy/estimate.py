@@ -266,16 +266,16 @@ class _Case:
                     bars[name] += _IN_STRIP * part * self.scales[name]
 
     def balance_power(self, bars: dict[str, float]) -> None:
-        """What creepages put into bodies that are alike goes somewhere; on kalker's cells, which lose some, not all."""
+        """What creepages put into bodies that are alike goes somewhere: all of it, but for what kalker's cells lose."""
         creepage, finest = self.scene.creepage, self.finest
         if self.scene.moves_by_pressure or creepage is None or not bars.keys() >= _BY_FRICTION:
             return
         lost = abs(finest["friction_power"] + creepage.power(finest["force_x"], finest["force_y"], finest["moment_z"]))
         sizes = Creepage(abs(creepage.longitudinal), abs(creepage.lateral), abs(creepage.spin))
         doubt = sizes.power(bars["force_x"], bars["force_y"], bars["moment_z"])
-        if self.aligned:
+        if self.aligned and not self.hidden.shown:
             bars["friction_power"] = min(bars["friction_power"], doubt)
-        else:
+        elif not self.aligned:
             bars["friction_power"] = max(bars["friction_power"], lost + doubt)
 
     def raise_largest_traction(self, bars: dict[str, float]) -> None:

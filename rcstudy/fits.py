@@ -112,12 +112,12 @@ ALIGNED: dict[str, Fit] = {
     "contact_radius": Fit(0.05, 0.0, 0.07, (0.0, 1.0), rest=0.0118, excess=0.65),
     "approach": Fit(0.1, 0.0, 0.0, (0.05, 1.5), rest=0.017, excess=0.1),
     "traction_max": Fit(0.3, 0.02, 0.2, (0.32, 2.0), stick=1.0, slip=-1.0, rest=0.006, excess=1.0, coupled=0.03),
-    "friction_power": Fit(0.3, 0.0, 0.15, (0.0, 1.0), rest=0.012, excess=0.04, coupled=0.007),
+    "friction_power": Fit(0.3, 0.0035, 0.15, (0.0, 1.0), slip=2.0, rest=0.012, excess=0.04, coupled=0.007),
 }
 # where pressure moves no surface along the other tractions rise from nothing at the leading edge, and cells err less
 ALIKE = ALIGNED | {
     "force_x": Fit(0.12, 0.0025, 0.075, (0.13, 3.0), stick=1.0, rest=0.0065),
     "slip_area": Fit(0.12, 0.048, 0.0, (0.32, 1.5), stick=-0.35, excess=0.35),
     "moment_z": Fit(0.1, 0.021, 0.042, (0.07, 2.0), stick=1.0, rest=0.002, excess=0.5),
-    "friction_power": Fit(0.17, 0.0075, 0.15, (0.0, 1.0), stick=1.0, rest=0.007),
+    "friction_power": Fit(0.17, 0.0065, 0.15, (0.0, 1.0), stick=1.0, rest=0.0085),
 }
