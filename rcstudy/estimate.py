@@ -7,12 +7,12 @@ per radius count along the narrower side.
 
 The slip area on aligned cells shares the error of the contact's, in quadrature, and a traction that is largest where
 the pressure is has that one's; where nothing is seen to slip, `_UNSEEN` of a cell may, and tractions grow towards the
-leading edge beyond what cells show. Where all cells slip a strip narrower than one may stick, unless they all slip fast
-(`_STRIP`). Where bodies are alike friction takes what creepages put in: by how much it does not, on kalker's cells, is
-an error that is known (`balance_power`). To all estimates comes what the solver's tolerances leave, and what is hidden
-from all meshes alike (`Hidden`): layers and slip zones narrower than cells, what tractions lift, cusps at the stick
-zone's border, and what stiff skins gather at the rim. Forces that are none by symmetry have only the
-tolerance as bar (`vanishes`).
+trailing edge beyond what cells show (aligned ones find both, `trailing.py`). Where all cells slip a strip narrower than
+one may stick, unless they all slip fast (`_STRIP`). Where bodies are alike friction takes what creepages put in: by how
+much it does not, on kalker's cells, is an error that is known (`balance_power`). To all estimates comes what the
+solver's tolerances leave, and what is hidden from all meshes alike (`Hidden`): layers and slip zones narrower than
+cells, what tractions lift, cusps at the stick zone's border, and what stiff skins gather at the rim. Forces that are
+none by symmetry have only the tolerance as bar (`vanishes`).
 """
 
 from __future__ import annotations
@@ -247,7 +247,7 @@ class _Case:
             # and what pressure it has, that goes like the root of the distance from the edge
             unseen = (_UNSEEN / self.per_radius) ** 1.5 * self.power
             bars["friction_power"] = max(bars["friction_power"], unseen)
-            if self.aligned:  # tractions that grow without bound towards the leading edge
+            if self.aligned:  # tractions that grow without bound towards the trailing edge
                 for name, part in _STUCK.items():
                     bars[name] += part / self.per_radius * abs(finest[name])
         elif slip and self.aligned and meshes > 1:
@@ -282,11 +282,10 @@ class _Case:
         """The largest traction where nearly all sticks, and where it is that of the largest pressure."""
         finest, friction = self.finest, self.scene.friction
         slip = finest["slip_area"]
-        if slip - self.hidden.slip.missing > _UNSEEN / self.per_radius * finest["contact_area"]:
-            pass
-        elif self.aligned:
+        hardly = slip - self.hidden.slip.missing <= _UNSEEN / self.per_radius * finest["contact_area"]
+        if hardly and self.aligned:
             bars["traction_max"] += _AT_BORDER * finest["traction_max"]
-        else:
+        elif hardly:
             # where nearly all stick tractions grow like K/sqrt(r) until they meet the bound, p0 sqrt(2 r/a)
             found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
             bars["traction_max"] = max(bars["traction_max"], math.sqrt(_LEADING * found * bound) - found)

@@ -12,6 +12,16 @@ from rcstudy.mechanics.kernels import leading_slip, trailing_stick
 THETA = 0.748
 
 
+def numbered(counts: np.ndarray) -> tuple[np.ndarray, int]:
+    """Numbers [most, ny] of the cells of rows of so many, row after row, -1 beyond their last; how many there are."""
+    index = np.full((counts.max(), counts.size), -1)
+    total = 0
+    for row in np.flatnonzero(counts):
+        index[: counts[row], row] = np.arange(total, total + counts[row])
+        total += counts[row]
+    return index, total
+
+
 def mean_slip(cells: np.ndarray, by_pressure: np.ndarray, length: float) -> np.ndarray:
     """As `leading_slip.slip_behind`."""
     weights = np.sqrt(np.maximum(length / (np.arange(cells.size) + THETA) - 1.0, 0.0))
@@ -69,11 +79,7 @@ def test_sums_over_rows(seed: int) -> None:
     rng = np.random.default_rng(seed)
     counts = rng.integers(1, 7, 9)
     counts[:2] = counts[-1] = 0  # no contact there
-    index = np.full((7, 9), -1)
-    cells = 0
-    for row in np.flatnonzero(counts):
-        index[: counts[row], row] = np.arange(cells, cells + counts[row])
-        cells += counts[row]
+    index, cells = numbered(counts)
     pressure, x, y = rng.uniform(1.0, 5.0, (3, cells))
     friction, k = 0.3, rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.5)
     angle, part = rng.uniform(0.0, 7.0, cells), rng.uniform(0.2, 0.99, cells)
@@ -118,11 +124,7 @@ def test_rows_that_stick_to_their_end(seed: int) -> None:
     rng = np.random.default_rng(seed)
     counts = rng.integers(1, 7, 9)
     counts[4] = 0  # no contact there
-    index = np.full((7, 9), -1)
-    cells = 0
-    for row in np.flatnonzero(counts):
-        index[: counts[row], row] = np.arange(cells, cells + counts[row])
-        cells += counts[row]
+    index, cells = numbered(counts)
     pressure, x, y = rng.uniform(1.0, 5.0, (3, cells))
     ends = np.array([np.zeros(9), counts + rng.uniform(-0.5, 0.5, 9)])
     q, slip = rng.normal(size=(cells, 2)), rng.random(cells) < 0.4

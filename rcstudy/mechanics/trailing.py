@@ -22,8 +22,8 @@ The border of the slip zone is r = w, while that is less than `NARROW`: wider on
 Of 240 random contacts at 0.003 to 0.5 of the creepages of other samples, on 20 to 68 cells against four to six times as
 many, forces along x and y and moments of steel on steel were 0.62, 0.51 and 0.74 % off (root of mean square, of the
 force itself) and are 0.10, 0.18 and 0.25 %; lateral forces and moments of mild contacts 0.22 and 0.34, and are 0.08 and
-0.16 %. Slip areas of those with 0.1 to 2 % of slip were 0.7 % of the contact off and are 0.2 to 0.3 %, their largest
-tractions 50 % (by the largest of a cell) and are 8 %.
+0.16 %. Slip areas of those with 0.1 to 2 % of slip were 0.7 % of the contact off and are 0.07 to 0.2 %, their largest
+tractions 40 to 50 % (by the largest of a cell) and are 8 %.
 """
 
 from __future__ import annotations
