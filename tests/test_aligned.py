@@ -718,6 +718,7 @@ def test_levers_are_the_middles_of_the_cells_forces():
     np.testing.assert_array_equal(contact.levers[1], contact.centres[1])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("modulus", "thickness", "longitudinal", "spin"),
     [(0.63, 0.0484, 0.0028667, 0.02), (1.5874, 0.0677, 0.00073333, 0.02), (2.93947, 0.3622, 0.0002, 0.04)],

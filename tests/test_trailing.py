@@ -48,6 +48,7 @@ def test_cells_as_they_are_know_nothing_of_it() -> None:
     assert contact.ending(rolling, contact.scene.friction) == Ending()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("per_radius", [10, 20])
 def test_kalkers_creep_coefficients(per_radius: int) -> None:
     """A round contact that hardly slips: C11, C22, C23 = 4.1128, 3.6683, 1.4661 at nu = 0.25, mean of four meshes.
@@ -84,6 +85,7 @@ def test_kalkers_creep_coefficients(per_radius: int) -> None:
     assert abs(off[2]) < 0.12 / per_radius
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("creepage", [Creepage(2e-5), Creepage(0.0, 3e-5), Creepage(1e-5, 3e-5)])
 def test_where_little_slips(creepage: Creepage) -> None:
     """Slip zones narrower than a cell: two fifths of what sums of tractions are off are left, or less."""

@@ -67,6 +67,7 @@ def test_slip_areas_are_given_what_cells_miss(friction: float, creepage: Creepag
     assert abs(found - fine) < 0.5 * abs(found - missing - fine)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("cells", [24, 32])
 @pytest.mark.parametrize(
     ("counterbody", "friction", "creepage"),
