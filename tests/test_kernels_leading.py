@@ -90,10 +90,10 @@ def test_sums_over_rows(seed: int) -> None:
     slope = rng.uniform(-1.0, 1.0, 9)
     normals = np.array([np.cos(slope), np.sin(slope)])
     of_cells = x, y, q, slip, pressure, rng.normal(size=(cells, 2)), friction, k
-    arguments = index, ends, normals, *of_cells, rng.uniform(0.5, 1.0), 0.1
+    arguments = ends, normals, *of_cells, rng.uniform(0.5, 1.0), 0.1
     found = np.zeros(7)
-    leading_slip.unseen_rows(*arguments, THETA, found)
-    np.testing.assert_allclose(found, sums_over_rows(*arguments), rtol=1e-9, atol=1e-12)
+    leading_slip.unseen_rows(index, counts, *arguments, THETA, found)
+    np.testing.assert_allclose(found, sums_over_rows(index, *arguments), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("length", [0.5, 2.2, 5.2])
@@ -129,9 +129,9 @@ def test_rows_that_stick_to_their_end(seed: int) -> None:
     ends = np.array([np.zeros(9), counts + rng.uniform(-0.5, 0.5, 9)])
     q, slip = rng.normal(size=(cells, 2)), rng.random(cells) < 0.4
     widths, expected = np.zeros(9), np.full(9, np.nan)
-    trailing_stick.hidden_widths(index, ends, q, slip, pressure, 0.3, widths)
+    trailing_stick.hidden_widths(index, counts, ends, q, slip, pressure, 0.3, widths)
     found, total = np.zeros(3), np.zeros(3)
-    trailing_stick.ending_rows(index, ends, widths, x, y, q, 0.1, THETA, found)
+    trailing_stick.ending_rows(index, counts, ends, widths, x, y, q, 0.1, THETA, found)
     for j, row, length, amplitude, width in endings(index, ends, q, slip, pressure, 0.3):
         expected[j] = width
         force = 0.5 * np.pi * amplitude * (length - row.size - 0.5 * width) / np.sqrt(length)

@@ -14,6 +14,11 @@ from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.mechanics.unseen import Unseen, unseen_slip
 from rcstudy.solve import solve_scene
 
+HARDLY_SLIPPING = pytest.mark.parametrize(
+    ("counterbody", "friction", "creepage"),
+    [(None, 0.3, Creepage(0.0, 0.0002)), (None, 0.3, Creepage(-0.0003)), (Material(70000.0, 0.33), 0.1, Creepage())],
+)
+
 
 def test_dundurs_constant() -> None:
     """(1 - 2 nu)/(2 (1 - nu)) of a body on a rigid one, none of bodies alike, that of the layer where it is thick."""
@@ -35,10 +40,7 @@ def test_bodies_alike_hide_nothing() -> None:
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("cells", [24, 32, 48])
-@pytest.mark.parametrize(
-    ("counterbody", "friction", "creepage"),
-    [(None, 0.3, Creepage(0.0, 0.0002)), (None, 0.3, Creepage(-0.0003)), (Material(70000.0, 0.33), 0.1, Creepage())],
-)
+@HARDLY_SLIPPING
 def test_bars_where_slip_zones_are_narrower_than_cells(
     counterbody: Material | None, friction: float, creepage: Creepage, cells: int
 ) -> None:
@@ -69,10 +71,7 @@ def test_slip_areas_are_given_what_cells_miss(friction: float, creepage: Creepag
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("cells", [24, 32])
-@pytest.mark.parametrize(
-    ("counterbody", "friction", "creepage"),
-    [(None, 0.3, Creepage(0.0, 0.0002)), (None, 0.3, Creepage(-0.0003)), (Material(70000.0, 0.33), 0.1, Creepage())],
-)
+@HARDLY_SLIPPING
 def test_forces_are_freed_of_what_leading_cells_make_too_large(
     counterbody: Material | None, friction: float, creepage: Creepage, cells: int
 ) -> None:
@@ -116,7 +115,9 @@ def test_hidden_force_is_across_the_edge_on_oblong_cells(counterbody: Material |
     )
     pressure = np.linspace(100.0, 200.0, rows)
     cells = np.zeros((rows, 2)), np.zeros(rows, dtype=bool), pressure, np.zeros((rows, 2))
-    found = unseen_slip((index, ends, normals), (number, number), *cells, 0.3, 0.748, influence)
+    found = unseen_slip(
+        (index, np.ones(rows, dtype=int), ends, normals), (number, number), *cells, 0.3, 0.748, influence
+    )
     assert found.force_y == pytest.approx(-found.force_x, rel=1e-12)
     assert np.hypot(found.force_x, found.force_y) == pytest.approx(0.5 * np.pi * found.force, rel=1e-12)
     assert found.power == pytest.approx(0.2 * found.force * abs(influence.slip_under_pressure) * 200.0, rel=1e-12)

@@ -284,7 +284,7 @@ class AlignedContact(NormalContact):
         """What slip zones hide that are narrower than a cell."""
         if not self.scene.moves_by_pressure:
             return Unseen()
-        of_rows = self.rows.index, self.outline.ends, self.rows.normals
+        of_rows = self.rows.index, self.rows.count, self.outline.ends, self.rows.normals
         of_cells = rolling.q, rolling.slip, self.pressure, self._slip_by_pressure_at_centres
         return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, self.influence)
 

@@ -57,7 +57,7 @@ def hidden_widths(rows: MovedRows, ends: np.ndarray, q: np.ndarray, slip: np.nda
     Arguments as in `ending_of_rows`.
     """
     widths = np.zeros(rows.count.size)
-    trailing_stick.hidden_widths(rows.index, ends, q, slip, rows.pressure, friction, widths)
+    trailing_stick.hidden_widths(rows.index, rows.count, ends, q, slip, rows.pressure, friction, widths)
     return widths
 
 
@@ -78,5 +78,5 @@ def ending_of_rows(
     """
     (dx, dy), sums = spacing, np.zeros(3)
     widths = hidden_widths(rows, ends, q, slip, friction)
-    trailing_stick.ending_rows(rows.index, ends, widths, *centres, q, dx, theta, sums)
+    trailing_stick.ending_rows(rows.index, rows.count, ends, widths, *centres, q, dx, theta, sums)
     return Ending(*(_IN_CONTACTS * dx * dy * sums).tolist())

@@ -70,7 +70,7 @@ class Unseen(NamedTuple):
 
 
 def unseen_slip(
-    rows: tuple[np.ndarray, np.ndarray, np.ndarray],
+    rows: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     centres: tuple[np.ndarray, np.ndarray],
     q: np.ndarray,
     slip: np.ndarray,
@@ -82,8 +82,9 @@ def unseen_slip(
 ) -> Unseen:
     """What is hidden under tractions `q` [m, 2] (MPa) with slip flags `slip` [m] and pressures `pressure` [m] (MPa).
 
-    `by_pressure` [m, 2]: slip that the pressure causes, at the cells' centres; `rows`: numbers [n, ny] of their cells
-    from the leading one on, their trailing and leading edges [2, ny] (in cells), and the normal [2, ny] of the latter;
+    `by_pressure` [m, 2]: slip that the pressure causes, at the cells' centres; `rows`: numbers [most, ny] of their
+    cells from the leading one on, how many these are [ny], their trailing and leading edges [2, ny] (in cells), and the
+    normal [2, ny] of the latter;
     `centres`: coordinates x, y [m] (mm) of the cells; `theta`: from a leading cell's centre to the edge (in cells).
     """
     dx, dy = influence.spacing

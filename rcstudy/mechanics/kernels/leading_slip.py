@@ -28,6 +28,7 @@ def slip_behind(cells: np.ndarray, by_pressure: np.ndarray, length: float, theta
 @jit
 def unseen_rows(
     index: np.ndarray,
+    count: np.ndarray,
     ends: np.ndarray,
     normals: np.ndarray,
     x: np.ndarray,
@@ -48,25 +49,21 @@ def unseen_rows(
     What tractions make too large: force_x, force_y (MPa), moment (MPa mm), power (MPa); forces in doubt (MPa), cells in
     doubt, cells that slip unseen less those that are seen to slip by too much.
 
-    index [n, ny]: numbers of the cells of each row from the leading one on, -1 beyond its last; ends [2, ny]: between
-    which x its contact lies (cells); normals [2, ny]: of its leading edge; x, y, pressure, slip [m] and q [m, 2]: of
-    the cells, by_pressure [m, 2]: slip by pressure at their centres; along_over_across: what waves yield to tractions
-    along them, over that across; dx: length of the cells (mm); theta: from the leading cell's centre to the edge
-    (cells).
+    index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them; ends [2, ny]:
+    between which x its contact lies (cells); normals [2, ny]: of its leading edge; x, y, pressure, slip [m] and q [m,
+    2]: of the cells, by_pressure [m, 2]: slip by pressure at their centres; along_over_across: what waves yield to
+    tractions along them, over that across; dx: length of the cells (mm); theta: from the leading cell's centre to the
+    edge (cells).
     """
-    most, ny = index.shape
-    for j in range(ny):
-        if index[0, j] < 0:
-            continue
-        count, slips, sticks, largest = 0, 0, 0, 0.0
-        while count < most and index[count, j] >= 0:
-            cell = index[count, j]
+    for j in range(count.size):
+        slips, sticks, largest = 0, 0, 0.0
+        for step in range(count[j]):
+            cell = index[step, j]
             largest = max(largest, pressure[cell])
-            if slips == count and slip[cell]:
-                slips += 1
-            count += 1
             if not slip[cell]:
-                sticks = count
+                sticks = step + 1
+            elif slips == step:
+                slips += 1
         if sticks == 0:
             continue
         n_x, n_y = normals[0, j], normals[1, j]

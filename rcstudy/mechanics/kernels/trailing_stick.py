@@ -12,6 +12,7 @@ from rcstudy.mechanics.jit import jit
 @jit
 def hidden_widths(
     index: np.ndarray,
+    count: np.ndarray,
     ends: np.ndarray,
     q: np.ndarray,
     slip: np.ndarray,
@@ -21,20 +22,18 @@ def hidden_widths(
 ) -> None:
     """How much of such rows slips behind cells that stick, out [ny] (cells), see `trailing.py`; nan in other rows.
 
-    index [n, ny]: numbers of the cells of each row from the leading one on, -1 beyond its last; ends [2, ny]: between
-    which x its contact lies (cells); pressure, slip [m] and q [m, 2]: of the cells.
+    index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them; ends [2, ny]:
+    between which x its contact lies (cells); pressure, slip [m] and q [m, 2]: of the cells.
     """
-    most, ny = index.shape
-    for j in range(ny):
-        count, largest = 0, 0.0
-        while count < most and index[count, j] >= 0:
-            largest = max(largest, pressure[index[count, j]])
-            count += 1
+    for j in range(count.size):
         length = ends[1, j] - ends[0, j]
-        if count == 0 or length <= 0.0 or slip[index[count - 1, j]]:
+        if count[j] == 0 or length <= 0.0 or slip[index[count[j] - 1, j]]:
             out[j] = math.nan
         else:
-            last = index[count - 1, j]
+            largest = 0.0
+            for step in range(count[j]):
+                largest = max(largest, pressure[index[step, j]])
+            last = index[count[j] - 1, j]
             size = math.hypot(q[last, 0], q[last, 1])
             out[j] = size * math.sqrt(length / math.pi) / (friction * largest)
 
@@ -42,6 +41,7 @@ def hidden_widths(
 @jit
 def ending_rows(
     index: np.ndarray,
+    count: np.ndarray,
     ends: np.ndarray,
     widths: np.ndarray,
     x: np.ndarray,
@@ -53,19 +53,15 @@ def ending_rows(
 ) -> None:
     """Sums of force_x, force_y (MPa) and moment (MPa mm) that such rows carry less than contacts do, into out [3].
 
-    See `trailing.py`. index, ends, q as in `hidden_widths`, which leaves widths [ny]; x, y [m]: of the cells, dx: their
-    length (mm); theta: from the leading cell's centre to the edge (cells).
+    See `trailing.py`. index, count, ends, q as in `hidden_widths`, which leaves widths [ny]; x, y [m]: of the cells,
+    dx: their length (mm); theta: from the leading cell's centre to the edge (cells).
     """
-    most, ny = index.shape
-    for j in range(ny):
+    for j in range(count.size):
         if math.isnan(widths[j]):
             continue
-        count = 0
-        while count < most and index[count, j] >= 0:
-            count += 1
-        leading, last = index[0, j], index[count - 1, j]
+        leading, last = index[0, j], index[count[j] - 1, j]
         length = ends[1, j] - ends[0, j]
-        part = 0.5 * math.sqrt(math.pi / length) * (length - count - 0.5 * widths[j])
+        part = 0.5 * math.sqrt(math.pi / length) * (length - count[j] - 0.5 * widths[j])
         lever = x[leading] + (theta - 1.5 * length) * dx
         out[0] += part * q[last, 0]
         out[1] += part * q[last, 1]
