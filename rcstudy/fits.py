@@ -98,7 +98,7 @@ FITS: dict[str, Fit] = {
     "contact_radius": Fit(0.3, 0.0, 0.22, (0.65, 1.6), first=0.21),
     "approach": Fit(0.2, 0.02, 0.02, (0.15, 2.4), coupled=0.01),
     "traction_max": Fit(0.75, 1.7, 1.0, (0.5, 1.9), stick=1.0, slip=-0.5, coupled=1.5),
-    "friction_power": Fit(1.4, 1.5, 0.95, (1.3, 2.0), stick=0.5, rest=0.25, first=0.28),
+    "friction_power": Fit(2.0, 1.5, 0.95, (1.3, 2.0), stick=0.5, rest=0.25, first=0.28),
 }
 
 # cells that begin where the contact begins (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
@@ -116,7 +116,7 @@ ALIGNED: dict[str, Fit] = {
 }
 # where pressure moves no surface along the other tractions rise from nothing at the leading edge, and cells err less
 ALIKE = ALIGNED | {
-    "force_x": Fit(0.12, 0.0025, 0.075, (0.13, 3.0), stick=1.0, rest=0.0065),
+    "force_x": Fit(0.12, 0.003, 0.075, (0.13, 3.0), stick=1.0, rest=0.0075),
     "slip_area": Fit(0.12, 0.048, 0.0, (0.32, 1.5), stick=-0.35, excess=0.35),
     "moment_z": Fit(0.1, 0.021, 0.042, (0.07, 2.0), stick=1.0, rest=0.002, excess=0.5),
     "friction_power": Fit(0.17, 0.0065, 0.15, (0.0, 1.0), stick=1.0, rest=0.0085),

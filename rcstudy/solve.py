@@ -176,7 +176,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     """What error bars have to know beside the differences between meshes."""
     hidden = Hidden(
         by_layers=contact.beyond_edges / contact.area,
-        softly=contact.short_of_edges / contact.area,
+        raised=contact.raised_by_layers / contact.pressure_max,
         at_rim=contact.missing_at_rim,
     )
     if rolling is None:

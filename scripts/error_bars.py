@@ -11,6 +11,7 @@ ratio of estimate to truth, and the true error itself. The truth is that of alig
 - `wild`: up to six layers of any stiffness and thickness, ellipses, friction from 0.03 to 1.6, either coupling;
 - `alike`: bodies of the same material without layers, round or long contacts, 0.03 to 2 of what makes all slip;
 - `engineering`: hard and soft coatings on a ball, and wheels on rails, in windows by `auto`;
+- `films`: soft films of any thickness beside the cells', also ones that keep their volume or lie under stiff skins;
 - `few`: mild ones, and of engineering, on 5 to 18 cells along the window, against eight times as many;
 - `sticking`: mild ones, and of bodies alike, at 0.003 to 0.3 of their creepages;
 - `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip.
@@ -175,6 +176,33 @@ def _rail(rng: np.random.Generator) -> dict[str, Any]:
     }
 
 
+def film_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """A film of 0.1 to 100 GPa, 6 um to 0.3 mm thick, some under a stiff skin; 0.03 to 3 of what makes all slip."""
+    film = Layer(
+        _power(rng, 2.0, 5.0), float(rng.choice([0.3, 0.4, 0.45, 0.48, 0.49, 0.499, 0.5])), _power(rng, -2.2, -0.5)
+    )
+    skin = (Layer(_power(rng, 4.8, 5.8), 0.3, _power(rng, -2.2, -1.0)),) if rng.random() < 0.33 else ()
+    cells = int(rng.integers(16, 41))
+    scene = Scene(
+        STEEL,
+        ((50.0, 50.0), (50.0, 50.0), (20.0, 20.0), (10.0, 200.0), (10.0, 2000.0), (300.0, 460.0))[rng.integers(6)],
+        _power(rng, 1.0, 4.0),
+        Mesh((1.0, 1.0), (cells, cells)),
+        (*skin, film),
+        (None, None, STEEL, Material(70000.0, 0.33))[rng.integers(4)],
+        rng.uniform(0.1, 0.6),
+        Creepage(),
+        "full" if rng.random() < 0.2 else "one-way",
+        discretisation=discretisation,  # type: ignore[arg-type]
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
+    direction = rng.normal(size=3)
+    if rng.random() < 0.4:
+        direction = np.eye(3)[rng.integers(3)]
+    scene = _creeping(scene, direction / np.linalg.norm(direction), 10.0 ** rng.uniform(-1.5, 0.5))
+    return replace(scene, mesh=Mesh(fitted_size(scene, 1.3, (cells, cells)), (cells, cells)))
+
+
 def few_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     """A mild contact, or one of engineering, on 5 to 18 cells along the longer side of its window."""
     scene = (mild_scene if rng.random() < 0.5 else engineering_scene)(rng, discretisation)
@@ -290,6 +318,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "wild": wild_scene,
     "alike": alike_scene,
     "engineering": engineering_scene,
+    "films": film_scene,
     "few": few_scene,
     "sticking": sticking_scene,
     "sliding": sliding_scene,

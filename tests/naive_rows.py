@@ -7,7 +7,6 @@ cells.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -43,7 +42,37 @@ def cells_of_row(p: np.ndarray) -> np.ndarray:
     return np.arange(touched[0], touched[-1] + 1) if touched.size else touched
 
 
-def edges(p: np.ndarray, seen: np.ndarray, true: np.ndarray) -> dict[int, tuple[float, float]]:
+def point_sources(power: float) -> np.ndarray:
+    """The first three coefficients of (1 - z)^-power."""
+    j = np.arange(3)
+    return np.asarray(gamma(j + power) / gamma(power) / gamma(j + 1.0))
+
+
+def of_three(three: np.ndarray, line: tuple[float, ...]) -> tuple[float, float, float]:
+    """rise, gamma and delta of the outer three pressures of a row, as in the equation for e (`half_line.py`)."""
+    q = np.convolve([1.0, *line[:2]], three)[:3]
+    matrix = np.array([point_sources(2.5), point_sources(1.5), point_sources(0.5)]).T
+    bend, alpha, _ = np.linalg.solve(matrix, q)
+    rise = 1.5 * bend + alpha
+    delta = -5.0 / 6.0 * bend**2 / rise if -0.5 * rise < bend < 0.0 else 0.0
+    bend, alpha, _ = np.linalg.solve(matrix, q - delta * point_sources(3.5))
+    return float(11.0 / 6.0 * delta + 1.5 * bend + alpha), float(bend + 2.0 * delta), float(delta)
+
+
+def second_pressure(three: np.ndarray, beyond: float, line: tuple[float, ...], cells: tuple[float, ...]) -> float:
+    """Pressure at the second centre: powers of the distance from the edge, then what layers make of them."""
+    rise, bend, delta = of_three(three, line)
+    e = beyond - line[3]
+    factors = rise - bend * e + 0.5 * delta * e * e, bend - delta * e, delta
+
+    def on_half_space(x: float) -> float:
+        terms = (factor * x**power / gamma(power + 1.0) for factor, power in zip(factors, (0.5, 1.5, 2.5), strict=True))
+        return float(sum(terms)) / cells[2] if x > 0.0 else 0.0
+
+    return on_half_space(beyond + 1.0) - (line[0] - cells[0]) * on_half_space(beyond)
+
+
+def edges(p: np.ndarray, line: tuple[float, ...]) -> dict[int, tuple[float, float]]:
     """Where the contact of each row under pressure p [nx, ny] begins and ends: {row: (back, front)}."""
     rows = {j: cells for j in range(p.shape[1]) if (cells := cells_of_row(p[:, j])).size}
     tops = {j: float(np.mean(p[middles(cells), j] ** 2)) for j, cells in rows.items()}
@@ -59,7 +88,7 @@ def edges(p: np.ndarray, seen: np.ndarray, true: np.ndarray) -> dict[int, tuple[
                 around = [v[k - 1 : k + 2] for k in middles(np.arange(len(v)))]
                 bend = min(0.0, float(np.mean([np.polyfit([-1.0, 0.0, 1.0], three, 2)[0] for three in around])))
             # outwards from the outermost cell's centre, the others lie behind it at -1, -2
-            back, front = (outwards(side, bend, seen, true) for side in (v, v[::-1]))
+            back, front = (outwards(side, bend, line) for side in (v, v[::-1]))
             found[j] = (float(cells[0] - back), float(cells[-1] + front))
     return found
 
@@ -69,27 +98,15 @@ def middles(cells: np.ndarray) -> np.ndarray:
     return cells[(len(cells) - 1) // 2 : len(cells) // 2 + 1]
 
 
-def outwards(v: np.ndarray, bend: float, seen: np.ndarray, true: np.ndarray) -> float:
+def outwards(v: np.ndarray, bend: float, line: tuple[float, ...]) -> float:
     """Distance from the outermost centre to the edge; v: squares of the pressure, the outermost first."""
     if len(v) >= 3:
-        return float(np.interp(first_root(*np.polyfit([0.0, -1.0, -2.0], v[:3], 2)[::-1]), seen, true))
+        rise, gamma_, delta = of_three(np.sqrt(v[:3]), line)
+        e = min(1.0, first_root(math.sqrt(v[0]), -rise, 0.5 * gamma_))
+        return line[3] + e - (delta / 6.0 * e**3 / (rise - gamma_ * e) if delta < 0.0 else 0.0)
     # v0 + slope t + bend t^2 goes through v1 at t = -1; of one cell alone it is level at the centre
     slope = v[0] - v[1] + bend if len(v) == 2 else 0.0
     return min(1.0, first_root(v[0], slope, bend))
-
-
-def missed_by_a_parabola(v: np.ndarray, t: float) -> float:
-    """How much farther out than t, from the outermost centre, the edge is; v [n]: squares of pressure from there in.
-
-    0.6 of the third power that the cubic through the second to fifth ones has, three tenths of a cell at most.
-    """
-    if len(v) < 5:
-        return 0.0
-    third = float(np.polyfit([1.0, 2.0, 3.0, 4.0], v[1:5], 3)[0])  # at distances from the outermost centre inwards
-    slope = max(float(np.polyval(np.polyder(np.polyfit([1.0, 2.0, 3.0], v[1:4], 2)), -t)), 0.3 * (v[2] - v[1]))
-    if slope <= 0.0:
-        return 0.0
-    return 0.6 * float(np.clip(-third * t * (t + 1.0) * (t + 2.0) / slope, -0.3, 0.3))
 
 
 def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> float:
@@ -111,11 +128,11 @@ def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> 
 
 
 def profile(
-    p: np.ndarray, back: float, front: float, pressed: Callable[[float], float]
+    p: np.ndarray, back: float, front: float, line: tuple[float, ...], of_half_space: tuple[float, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Places and squares of the pressure p [nx] of a row between which p^2 is taken as a straight line.
 
-    pressed(t): how much too large the pressure beside the outermost cell is, t cells from whose centre the edge is.
+    line, of_half_space: half-lines by which the second cell's pressure is found at its centre.
     """
     cells = cells_of_row(p)
     x, v = cells.astype(float), p[cells] ** 2
@@ -123,7 +140,8 @@ def profile(
         return np.concatenate([[back], x, [front]]), np.concatenate([[0.0], v, [0.0]])
     for edge, outer, inner, inward in ((back, [0, 1], [1, 2], 1.0), (front, [-1, -2], [-2, -3], -1.0)):
         value = v.copy()
-        value[outer[1]] /= pressed(inward * (x[outer[0]] - edge)) ** 2
+        three = np.sqrt(value[[outer[0], *inner]])
+        value[outer[1]] = second_pressure(three, inward * (x[outer[0]] - edge), line, of_half_space) ** 2
         parabola = np.polyfit([edge, *x[inner]], [0.0, *value[inner]], 2)
         if inward * np.polyval(np.polyder(parabola), edge) > 0.0:
             v[outer] = np.where(inward * (x[outer] - edge) > 0.0, np.polyval(parabola, x[outer]), 0.0)
@@ -147,12 +165,18 @@ def profile(
 
 
 def bounds(
-    p: np.ndarray, back: float, front: float, pressed: Callable[[float], float], start: float, count: int
+    p: np.ndarray,
+    ends: tuple[float, float],
+    lines: tuple[tuple[float, ...], tuple[float, ...]],
+    start: float,
+    count: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pressures [count] of cells at start - k that carry what a row p [nx] carries, and where, by quadrature."""
-    x, v = profile(p, back, front, pressed)
-    ends = [front, *(start - k - 0.5 for k in range(count - 1)), back]
-    parts, moments = ([integral_of_root(x, v, ends[k + 1], ends[k], power) for k in range(count)] for power in (0, 1))
+    x, v = profile(p, *ends, *lines)
+    between = [ends[1], *(start - k - 0.5 for k in range(count - 1)), ends[0]]
+    parts, moments = (
+        [integral_of_root(x, v, between[k + 1], between[k], power) for k in range(count)] for power in (0, 1)
+    )
     return np.array(parts) * p.sum() / sum(parts), np.array(moments) / np.array(parts)
 
 
@@ -231,15 +255,22 @@ def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells:
 
 
 def stick_zone(
-    room: np.ndarray, speed: np.ndarray, slip: np.ndarray, start: float, back: float, front: float
+    room: np.ndarray,
+    speed: np.ndarray,
+    slip: np.ndarray,
+    start: float,
+    ends: tuple[float, float],
+    layers: tuple[float, float],
 ) -> tuple[float, list[float]]:
     """Length of a row's stick zone and its borders from the leading one on.
 
-    room, speed, slip [n] from the leading cell on.
+    room, speed, slip [n] from the leading cell on. layers: b1 of what these make of rooms behind a border, and by how
+    much it lies farther back.
     """
+    (back, front), (b1, shift) = ends, layers
     length, borders = 0.0, []
     for first, last in stick_runs(slip.tolist()):
-        ends = [front, back]
+        zone = [front, back]
         for side, (outermost, inner) in enumerate([(first, first + 1), (last, last - 1)]):
             of_row = outermost == (0, len(slip) - 1)[side]
             if of_row and (side == 0 or first == last):
@@ -250,13 +281,17 @@ def stick_zone(
             else:
                 behind = slip[last + 1 : last + 3].all() and last + 3 < len(slip)
                 slips = (speed[last + 1], speed[last + 2]) if behind else (0.0, 0.0)
-                distance = border_behind((near, next_one), slips, last - first + 1)
+                # B+ takes off rooms what layers make of them, and slips, which go the other way, are freed by 1/B+
+                if first < last:
+                    next_one = max(next_one + b1 * near, 0.0)
+                slips = (slips[0], max(slips[1] - b1 * slips[0], 0.0)) if behind else slips
+                distance = border_behind((near, next_one), slips, last - first + 1) + shift
             place = start - outermost + (distance if side == 0 else -distance)
             if of_row and place <= back:
                 continue  # a slip zone narrower than a cell shows in the room alone
-            ends[side] = place
-            borders.append(ends[side])
-        length += ends[0] - ends[1]
+            zone[side] = place
+            borders.append(place)
+        length += zone[0] - zone[1]
     return length, borders
 
 

@@ -35,14 +35,17 @@ HIDDEN = [
         },
     ),
     (
-        Hidden(by_layers=-0.01),
+        Hidden(by_layers=0.01),
         {
-            "force_x": 0.24,
-            "force_y": 0.18,
-            "moment_z": 0.075 * 0.8,
-            "friction_power": 0.3 * (0.005 + 0.01 * 0.8),
-            "contact_area": 0.004,
-            "contact_radius": 0.002 * 0.8,
+            "force_x": 0.27,
+            "force_y": 0.1,
+            "moment_z": 0.1 * 0.8,
+            "friction_power": 0.26 * (0.005 + 0.01 * 0.8),
+            "pressure_max": 0.0001 * 100.0,
+            "traction_max": 0.003 * 50.0,
+            "contact_area": 0.0037,
+            "contact_radius": 0.00185 * 0.8,
+            "slip_area": 0.0012,
         },
     ),
     (
@@ -50,13 +53,8 @@ HIDDEN = [
         {"force_x": 1.0, "force_y": 1.0, "moment_z": 0.8, "friction_power": 0.005 + 0.01 * 0.8},
     ),
     (
-        Hidden(softly=0.02),
-        {
-            "contact_area": 0.45 * 0.02,
-            "contact_radius": 0.5 * 0.45 * 0.02 * 0.8,
-            "pressure_max": 4.0 * 0.02**2 * 100.0,
-            "approach": 2.5 * 0.02**2 * 0.03,
-        },
+        Hidden(raised=0.02),
+        {"pressure_max": 0.5 * 0.02 * 100.0, "approach": 0.9 * 0.02 * 0.03},
     ),
     (
         Hidden(lift=-0.5, cusp_of_pressure=0.1, cusp_of_tractions=0.2),
@@ -77,11 +75,25 @@ def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float])
     scalars = {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}
     plain, found = (error_estimates(scene, 314, [MIDDLING | scalars] * 2, h) for h in (Hidden(), hidden))
     area, before = found["contact_area_error"], plain["contact_area_error"]  # the slip area's has it in quadrature
-    found["slip_area_error"] -= np.hypot(np.sqrt(plain["slip_area_error"] ** 2 - before**2), area)
+    own = np.sqrt(plain["slip_area_error"] ** 2 - before**2)
+    if hidden.by_layers:
+        found["slip_area_error"] = np.sqrt(found["slip_area_error"] ** 2 - area**2) - own
+    else:
+        found["slip_area_error"] -= np.hypot(own, area)
     plain["slip_area_error"] = 0.0
     for name in plain:
         expected = added.get(name.removesuffix("_error"), 0.0)
         assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
+
+
+def test_skins_hide_more_than_soft_layers_do() -> None:
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=None, counterbody=None, discretisation="aligned")
+    plain, soft, stiff = (
+        error_estimates(scene, 314, [MIDDLING] * 2, Hidden(by_layers=part))["contact_area_error"]
+        for part in (0.0, 0.01, -0.01)
+    )
+    assert stiff - plain == pytest.approx(1.8 * (soft - plain), rel=1e-9)
+    assert soft > plain
 
 
 def test_estimate_of_pressure_at_the_rim() -> None:

@@ -100,11 +100,12 @@ def found_zone(
     edges: list[tuple[float, float]],
     speed: np.ndarray | None = None,
     widths: list[float] | None = None,
+    layers: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """Lengths [ny] and borders as the kernel finds them, cells of all rows being numbered from the last row on.
 
     states: s and - for slip and stick from the leading cell on; room, and speed if it is known: of the rows' cells one
-    after the other; widths: of slip zones behind the rows' last cells.
+    after the other; widths: of slip zones behind the rows' last cells; layers: b1 and shift that these give borders.
     """
     count = np.array([len(row) for row in states])
     index = np.full((max(1, count.max()), len(states)), -1)
@@ -120,7 +121,7 @@ def found_zone(
     length, borders = np.full(len(states), np.nan), np.full((2 * count.sum(), 2), np.nan)
     last = np.full(len(states), 99)
     hidden = np.full(len(states), np.nan) if widths is None else np.array(widths)
-    of_rows = index, np.array(start), count, np.array(edges).T, hidden, 0.5
+    of_rows = index, np.array(start), count, np.array(edges).T, hidden, 0.5, *layers
     found = stick.stick_rows(of_cells, speeds, slip, *of_rows, length, last, borders)
     assert np.isnan(borders[found:]).all()
     for j, row in enumerate(states):
@@ -192,19 +193,20 @@ def test_stick_rows_of_single_cells() -> None:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_stick_rows(seed: int) -> None:
-    """Any states, several zones in a row."""
+    """Any states, several zones in a row; with layers and without."""
     rng = np.random.default_rng(seed)
     states = ["".join(rng.choice(list("s-"), size=rng.integers(0, 12))) for _ in range(9)]
     room, speed = rng.uniform(0.1, 1.0, size=(2, sum(map(len, states))))
     start = rng.uniform(12.0, 14.0, size=9).tolist()
     edges = [(x - max(1, len(row)) + rng.uniform(0.0, 1.0), x + 0.8) for x, row in zip(start, states, strict=True)]
-    length, borders = found_zone(states, room, start, edges, speed)
+    layers = (0.0, 0.0) if seed % 2 else (rng.uniform(-0.8, 0.4), rng.uniform(-0.1, 0.2))
+    length, borders = found_zone(states, room, start, edges, speed, layers=layers)
     expected_borders = []
     first = 0
     for j, row in enumerate(states):
         slip = np.array([state == "s" for state in row], dtype=bool)
         of_cells = room[first : first + len(row)], speed[first : first + len(row)], slip
-        expected, of_row = naive_rows.stick_zone(*of_cells, start[j], *edges[j])
+        expected, of_row = naive_rows.stick_zone(*of_cells, start[j], edges[j], layers)
         assert length[j] == pytest.approx(expected, abs=1e-12)
         expected_borders += [(pytest.approx(x, abs=1e-12), float(j)) for x in of_row]
         first += len(row)

@@ -102,5 +102,5 @@ def test_bars_are_told_what_meshes_hide(solution: tuple[AlignedContact, RollingS
     hidden = solve._hidden(contact, SCENE, replace(rolling, unsettled=0.003), unseen)
     assert (hidden.unsettled, hidden.slip) == (0.003, unseen)
     assert hidden.by_layers == contact.outline.beyond_edges / contact.area != 0.0
-    assert hidden.softly == contact.outline.short_of_edges / contact.area > 0.0
+    assert hidden.raised == contact.raised_by_layers / contact.pressure_max > 0.0
     assert hidden.least_slip == least_over_largest(rolling.s) < 1.0

@@ -7,9 +7,9 @@ r"""Cells that begin where the contact begins (`discretisation: aligned`).
   tractions gains there what it makes too little (`_CROSS`).
 - Slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
   in slip cells the direction of slip is taken at the cell's centre, by a parabola through such points (`centring.py`).
-- The contact's area is that within its edge, found between cells in each row and column (`edges.py`) and moved by what
-  layers thinner than cells do to it (`skins.py`); the part of it that slips lies between the borders of the stick zone
-  and the edge behind them (`slip_zone.py`).
+- The contact's area is that within its edge, found between cells in each row and column by what cells make of one on
+  these bodies (`edges.py`, `half_line.py`); the part of it that slips lies between the borders of the stick zone and
+  the edge behind them (`slip_zone.py`).
 
 Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
 in stick cells, direction and slip in slip cells.
@@ -236,7 +236,8 @@ class AlignedContact(NormalContact):
         rows, (dx, dy) = self.rows, self.scene.mesh.spacing
         centres, y = self.centres
         of_cells = rolling.q, rolling.slip, friction * rows.pressure, centres, self.levers[0], y
-        force_x, force_y, moment = row_cells.resultant(*of_cells, rows.index, rows.start, self.outline.ends, dx)
+        of_rows = rows.index, rows.start, self.outline.ends_from_afar
+        force_x, force_y, moment = row_cells.resultant(*of_cells, *of_rows, dx)
         return force_x * dx * dy, force_y * dx * dy, moment * dx * dy
 
     def friction_power(
@@ -271,11 +272,6 @@ class AlignedContact(NormalContact):
         return self.outline.beyond_edges
 
     @property
-    def short_of_edges(self) -> float:
-        """Area (mm^2) by which edges are found too far out on soft layers a few cells thick."""
-        return self.outline.short_of_edges
-
-    @property
     def pressure_max(self) -> float:
         """Largest pressure (MPa), between cells."""
         return self.outline.summit[0]
@@ -284,14 +280,14 @@ class AlignedContact(NormalContact):
         """What slip zones hide that are narrower than a cell."""
         if not self.scene.moves_by_pressure:
             return Unseen()
-        of_rows = self.rows.index, self.rows.count, self.outline.ends, self.rows.normals
+        of_rows = self.rows.index, self.rows.count, self.outline.ends_from_afar, self.rows.normals
         of_cells = rolling.q, rolling.slip, self.pressure, self._slip_by_pressure_at_centres
         return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, self.influence)
 
     def ending(self, rolling: RollingSolution, friction: float) -> Ending:
         """What rows carry too little that stick up to their trailing end."""
-        of_cells = self.centres, rolling.q, rolling.slip
-        return ending_of_rows(self.rows, self.outline.ends, *of_cells, friction, self.scene.mesh.spacing, EDGE)
+        of_cells, ends = (self.centres, rolling.q, rolling.slip), self.outline.ends_from_afar
+        return ending_of_rows(self.rows, ends, *of_cells, friction, self.scene.mesh.spacing, EDGE)
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa)."""

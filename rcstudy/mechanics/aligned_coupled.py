@@ -33,7 +33,7 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 
 _START = 1e-4  # tolerance of pressure and tractions on cells as they are
 _FIRST = 1e-2  # tolerance of the first tractions on aligned cells
-_MAX_TURNS = 30  # turns at most, from the mesh's own cells
+_MAX_TURNS = 50  # turns at most, from the mesh's own cells
 _TRIED = 12  # turns at most, from the coarser mesh's solution
 _MOVING = 5  # turns after which rows stay where they are
 _ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, over the approach, when turns end

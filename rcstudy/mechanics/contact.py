@@ -6,7 +6,6 @@ by pressure, slip operator.
 
 from __future__ import annotations
 
-import math
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -31,15 +30,15 @@ from rcstudy.mechanics.convolution import (
     traction_quadrants,
     transform,
 )
+from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.kernels import meshes
+from rcstudy.mechanics.kernels import meshes, outline
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.plates import missing_at_rim
 from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
-from rcstudy.mechanics.skins import shift_under_soft_layers
 from rcstudy.mechanics.slip_operator import SlipOperator
 from rcstudy.mechanics.trailing import Ending
 from rcstudy.mechanics.unseen import Unseen
@@ -242,12 +241,14 @@ class NormalContact:
         return 0.0
 
     @cached_property
-    def short_of_edges(self) -> float:
-        """Area (mm^2) along the edges, as a circle's, that soft layers leave in doubt (`skins.py`)."""
+    def raised_by_layers(self) -> float:
+        """How much less concentrated layers make pressures than half-spaces do, at the largest one (MPa)."""
         if not self.influence.layered:
             return 0.0
-        by = (side * shift_under_soft_layers(self.influence.normal_response, side) for side in self.scene.mesh.spacing)
-        return math.sqrt(math.pi * self.area) * sum(by)
+        p = np.ascontiguousarray(self.solution.p[self.touched.slices])
+        along, across = (self.influence.half_line(side).concentrated for side in self.scene.mesh.spacing)
+        part = HALF_SPACE.concentrated
+        return float(abs(outline.summit(p, along, across)[0] - outline.summit(p, part, part)[0]))
 
     @cached_property
     def missing_at_rim(self) -> float:

@@ -1,48 +1,29 @@
 """Where the edge of a contact lies between cells, and the area within it.
 
-p^2 falls almost linearly towards the edge. Where the parabola through it of the outer three cells of a row comes to
-zero tells the edge, by a table (`SEEN`, `TRUE`), in columns as in rows; each is taken where the edge is steep to it.
-What layers thinner than cells make of the edge, which no cell sees, is added (`skins.py`).
+The outer three pressures of a row tell where it ends, and of a column, by what cells make of a straight edge on the
+bodies at hand (`half_line.py`); each is taken where the edge is steep to it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from rcstudy.mechanics.half_line import HALF_SPACE, HalfLine
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import outline as kernel
 from rcstudy.mechanics.kernels import rows, smooth
-from rcstudy.mechanics.skins import shift_by_layers, shift_under_soft_layers
 
-# Where the parabola through p^2 of the outer three cells of a row comes to zero, in cells from the outermost centre,
-# and where the contact ends in truth: the two-dimensional contact of a cylinder on many cells, moved over the mesh.
-# Good to 0.03 cells also for edges at an angle. An edge farther out than 0.85 brings the next cell into contact.
-SEEN = np.concatenate(
-    (
-        [0.0006, 0.0052, 0.0139, 0.0263, 0.0421, 0.0613, 0.0838, 0.1098, 0.1393, 0.1728, 0.2105],
-        [0.2529, 0.3009, 0.3552, 0.4172, 0.4884, 0.5712, 0.6690, 0.7871, 0.9338, 1.1200],
-    )
-)
-TRUE = np.linspace(-0.15, 0.85, SEEN.size)
-
-CONCENTRATED = 1.0 / 48.0
-"""Of second differences of the pressure, by which it comes out too large on cells.
-
-A pressure that is constant in each cell causes less of short waves, by 1 - (k dx)^2/24 along x and as much along y, and
-so it comes out too concentrated. Half of what that would make is measured, in Hertz contacts of 5 to 43 cells per
-radius, round or 1 to 3.3, on cells as long as wide and half or twice as long: sums over rows are off by -1/48 of their
-second differences, the outermost carrying too little by what all others carry too much (0.018 to 0.020 of it makes the
-second moment right), and the largest pressure by -1/48 of its own along x and along y (of its error a sixth is left).
-"""
+# Edges at an angle are found so many cells too far in, in the mean over a contact of cells as long as wide; less where
+# they are oblong (Hertz contacts of 4 to 40 cells per radius, round or 1 to 2.1: 0.0013 to 0.0025).
+_AT_AN_ANGLE = 0.002
+_OUTWARDS = np.array([[-1.0], [1.0]])  # of ends
 
 _TERMS = 9  # of a smooth outline
 _ROUGH = 0.1  # cells that the edges are off a smooth outline: more, and it has none
-_MOST_BEYOND = 0.25  # of the area that cells find, that layers make it larger or smaller: of contacts of a few cells
 
 
 class Smooth(NamedTuple):
@@ -64,51 +45,63 @@ class Outline:
     """The outline of the contact whose cells, of sides `spacing` (mm), have pressures `p` [nx, ny] (MPa).
 
     Rows are along x. `low`, `high` [ny]: the first and last cell in contact of each (`high` < `low` if there are none);
-    `ends` [2, ny]: where its contact begins and ends, in cells from the centre of cell 0 of `p`. `influence`: of the
-    bodies.
+    `ends` [2, ny]: where its contact begins and ends, in cells from the centre of cell 0 of `p`; `ends_from_afar`
+    [2, ny]: where it seems to, without what layers thinner than a cell do beside the edge. Aligned cells go by these,
+    as layers do the same to tractions. `influence`: of the bodies; `by_x`, `by_y`: the half-lines that tell the latter.
     """
 
     def __init__(self, p: np.ndarray, spacing: tuple[float, float], influence: Influence) -> None:
         self.p, self.spacing, self.influence = p, spacing, influence
-        self.low, self.high, self.ends = _edges_of(p)
+        (self.by_x, _), (self.by_y, _) = (self._half_line(side) for side in spacing)
+        self.low, self.high, self.ends_from_afar, self.ends = self._ends(p, spacing[0])
         # a contact at the window's edge is refused later on; until then its cells must not leave the array
-        np.clip(self.ends, -0.49, p.shape[0] - 0.51, out=self.ends)
+        for ends in (self.ends_from_afar, self.ends):
+            np.clip(ends, -0.49, p.shape[0] - 0.51, out=ends)
+
+    def _ends(self, p: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """`low`, `high`, `ends_from_afar` and `ends` of pressures `p` in rows of cells with this `side` (mm)."""
+        line, farther = self._half_line(side)
+        ny = p.shape[1]
+        low, high, from_afar = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
+        rows.row_edges(p, line, low, high, from_afar)
+        # less than three cells do not tell so much
+        return low, high, from_afar, from_afar + farther * _OUTWARDS * (high - low >= 2)
+
+    def _half_line(self, side: float) -> tuple[HalfLine, float]:
+        """The half-line of cells of a `side` (mm), as it tells edges from afar, and how far beyond these they are."""
+        line = self.influence.half_line(side)
+        at_an_angle = _AT_AN_ANGLE * min(self.spacing) / max(self.spacing)
+        return line._replace(shift=HALF_SPACE.shift), line.shift - HALF_SPACE.shift + at_an_angle
 
     @cached_property
     def area(self) -> float:
-        """Area of the contact (mm^2), within its edges: by parabolas, moved by what these and thin layers miss."""
+        """Area of the contact (mm^2), within its edges."""
         return self.within - self.lifted
 
     @cached_property
     def within(self) -> float:
         """Area (mm^2) within the edges, be there contact or not."""
         dx, dy = self.spacing
-        return self._area_within(bent=True) * dx * dy + self.beyond_edges - self.short_of_edges
+        return self.within_in_cells * dx * dy
+
+    @cached_property
+    def within_in_cells(self) -> float:
+        """The same in cells."""
+        return self._area_within(*self._crossings)
 
     @cached_property
     def beyond_edges(self) -> float:
-        """Area (mm^2) between the edges that cells find and those that layers make (`skins.py`); that of an ellipse."""
-        return self._along_outline(shift_by_layers)
-
-    @cached_property
-    def short_of_edges(self) -> float:
-        """Area (mm^2) by which edges are found too far out on soft layers a few cells thick (`skins.py`)."""
-        return self._along_outline(shift_under_soft_layers)
-
-    def _along_outline(self, width: Callable[[Callable[[np.ndarray], np.ndarray], float], float]) -> float:
-        """Area (mm^2) along an ellipse of a `width` in cells that follows from how layers yield to pressure."""
+        """Area (mm^2) between the edges that are seen from afar and those that layers make."""
         if not self.influence.layered:
             return 0.0
-        spacing = self.spacing
-        response, once = self.influence.normal_response, self.influence.once
-        by_x, by_y = (side * once((width, side), partial(width, response, side)) for side in spacing)
-        _, tips = self.chords
-        area = self.area_by_parabolas * spacing[0] * spacing[1]
-        b = 0.5 * float(tips[1] - tips[0]) * spacing[1]
-        a = area / (math.pi * b)
-        outline = math.pi * (3.0 * (a + b) - math.sqrt((3.0 * a + b) * (a + 3.0 * b)))  # Ramanujan 1914
-        along = outline * (by_x * b + by_y * a) / (a + b)
-        return min(max(along, -_MOST_BEYOND * area), _MOST_BEYOND * area)
+        (dx, dy), (low, high, from_afar, _) = self.spacing, self._columns
+        seen = np.where(self.high >= self.low, self.ends_from_afar, np.nan), np.where(high >= low, from_afar, np.nan)
+        return self.within - self._area_within(*seen) * dx * dy
+
+    def _area_within(self, along: np.ndarray, across: np.ndarray) -> float:
+        """Area in cells within an outline that crosses rows `along` [2, ny] and columns `across` [2, nx]."""
+        found = kernel.area_within(along, across, *self.spacing)
+        return float(found) if found > 0.0 else self.area_by_rows
 
     @cached_property
     def lifted(self) -> float:
@@ -118,58 +111,41 @@ class Outline:
         """
         dx, dy = self.spacing
         nx, ny = self.p.shape
-        _, low, high, _ = self._columns
+        low, high, _, _ = self._columns
         i, j = np.arange(nx)[:, None], np.arange(ny)
         held = (self.low <= i) & (i <= self.high) & (low[:, None] <= j) & (j <= high[:, None])
         return float(np.count_nonzero(held & (self.p <= 0.0))) * dx * dy
 
     @cached_property
-    def area_by_parabolas(self) -> float:
-        """Area in cells within the edges that rows have."""
-        return self._area_within(bent=False)
-
-    def _area_within(self, *, bent: bool) -> float:
-        """Area in cells within the edges of rows and columns, by parabolas or moved by what these miss (`bent`)."""
-        dx, dy = self.spacing
-        found = kernel.area_within(*(self._crossings_by(bent=True) if bent else self._crossings), dx, dy)
-        return float(found) if found > 0.0 else self.area_by_rows
-
-    @cached_property
     def _crossings(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where the contact's edge crosses rows [2, ny] and columns [2, nx], by parabolas."""
-        return self._crossings_by(bent=False)
-
-    def _crossings_by(self, *, bent: bool) -> tuple[np.ndarray, np.ndarray]:
-        """The same, or moved by what parabolas miss (`bent`)."""
-        rows_and_columns = (self.p, self.low, self.high, self.ends), self._columns
-        along, across = (_crossings(*lines, bent=bent) for lines in rows_and_columns)
-        return along, across
+        """Where the contact's edge crosses rows [2, ny] and columns [2, nx], nan in those without contact."""
+        low, high, _, ends = self._columns
+        return np.where(self.high >= self.low, self.ends, np.nan), np.where(high >= low, ends, np.nan)
 
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The contact's columns as if they were rows: pressures [ny, nx], and what `_edges_of` finds."""
-        p = np.ascontiguousarray(self.p.T)
-        return p, *_edges_of(p)
+        """Of the contact's columns as if they were rows: `low`, `high`, `ends_from_afar` and `ends`."""
+        return self._ends(np.ascontiguousarray(self.p.T), self.spacing[1])
 
     @cached_property
     def chords(self) -> tuple[np.ndarray, np.ndarray]:
-        """Chords [ny] of the contact's rows, in cells, and between which positions [2], in rows, it lies."""
+        """Chords [ny] of the contact's rows, as seen from afar, in cells, and between which positions [2] it lies."""
         _, sides = self._crossings
         tips = np.array([np.nanmin(sides[0]), np.nanmax(sides[1])])
-        chords = self.ends[1] - self.ends[0]
+        chords = self.ends_from_afar[1] - self.ends_from_afar[0]
         rows.between_tips(chords, tips)
         return chords, tips
 
     @cached_property
     def smooth(self) -> Smooth | None:
-        """The outline without the scatter of its edges, enclosing `area_by_parabolas`; None if it is not smooth."""
+        """The outline without the scatter of its edges, enclosing as much; None if it is not smooth."""
         dx, dy = self.spacing
         u, v = np.zeros((2, 2 * sum(self.p.shape)))
         n, x0, width, y0, height = kernel.trusted(*self._crossings, dx, dy, u, v)
         terms = fit_outline(u[:n], v[:n])
         if terms is None or smooth.off_outline(terms, u[:n], v[:n]) * math.sqrt(width * height) > _ROUGH:
             return None
-        terms *= self.area_by_parabolas / (math.pi * terms[0] * width * height)
+        terms *= self.within_in_cells / (math.pi * terms[0] * width * height)
         ends, slopes = np.zeros((2, self.low.size)), np.zeros(self.low.size)
         tips = smooth.smooth_ends(terms, x0, width, y0, height, ends, slopes)
         return Smooth(ends, slopes, np.nan_to_num(ends[1] - ends[0]), np.array(tips), width / height**2)
@@ -182,7 +158,7 @@ class Outline:
     @cached_property
     def summit(self) -> tuple[float, float, float]:
         """Largest pressure (MPa), less what cells make too much of it, and its place along x and y, in cells."""
-        summit: tuple[float, float, float] = kernel.summit(self.p, CONCENTRATED)
+        summit: tuple[float, float, float] = kernel.summit(self.p, self.by_x.concentrated, self.by_y.concentrated)
         return summit
 
 
@@ -196,24 +172,3 @@ def fit_outline(u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
         return None
-
-
-def _crossings(
-    p: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarray, *, bent: bool = False
-) -> np.ndarray:
-    """Where the contact begins and ends [2, ny] in rows of pressures `p` [nx, ny], nan in those without contact.
-
-    low, high, edges: as `_edges_of` finds them; `bent`: edges moved by `outline.bend_edges`.
-    """
-    if bent:
-        edges = edges.copy()
-        kernel.bend_edges(p, low, high, edges)
-    return np.where(high >= low, edges, np.nan)
-
-
-def _edges_of(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """First and last cell [ny] in contact of each row of pressures `p` [nx, ny], and where its contact ends [2, ny]."""
-    ny = p.shape[1]
-    low, high, edges = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
-    rows.row_edges(p, SEEN, TRUE, low, high, edges)
-    return low, high, edges

@@ -27,6 +27,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from rcstudy.mechanics.convolution import good_length
+from rcstudy.mechanics.half_line import HALF_SPACE, HalfLine, for_pressure
 from rcstudy.mechanics.hankel import hankel_transforms, running_integral
 from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
@@ -131,6 +132,12 @@ class Influence:
         if self._counterbody is not None:
             responses = responses + half_space_response(self._counterbody)[2:, None] / alpha
         return responses
+
+    def half_line(self, side: float) -> HalfLine:
+        """What cells of a `side` (mm) make of an edge across it."""
+        if not self.layered:
+            return HALF_SPACE
+        return self.once(("half-line", side), lambda: for_pressure(self.normal_response, side))
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """What `make` makes of these coefficients (symbols on some box), made at the first call with `key` and kept.

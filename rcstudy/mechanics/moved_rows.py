@@ -10,11 +10,11 @@ contact began theta dx ahead of the leading cell's centre. Where cells are taken
 ahead, 1/2 on average: too long a stick zone, of first order in dx, plus a noise of rows that end between cells.
 
 So each row of cells is moved along x, by up to half a cell, so that its leading cell's centre lies theta dx behind the
-edge of the contact in that row (`edges.py`). The pressure of a cell is the mean over it, of a profile between the
-mesh's own cells in which p^2 goes straight.
+edge of the contact in that row, as seen from afar (`edges.py`). The pressure of a cell is the mean over it, of a
+profile between the mesh's own cells in which p^2 goes straight.
 
 Rows carry what they carry on the mesh's own cells, but for what makes these too concentrated: neighbours even out so
-much of what they differ by (`edges.CONCENTRATED`).
+much of what they differ by (`HalfLine.concentrated`).
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from functools import cached_property
 import numpy as np
 
 from rcstudy.mechanics.convolution import Box
-from rcstudy.mechanics.edges import CONCENTRATED, TRUE, Outline
-from rcstudy.mechanics.kernels import row_cells, rows
+from rcstudy.mechanics.edges import Outline
+from rcstudy.mechanics.half_line import HALF_SPACE
+from rcstudy.mechanics.kernels import row_cells, row_fields, rows
 
 EDGE = 0.7480
 """theta: distance from the leading cell's centre to where the contact seems to begin, in cells."""
@@ -36,14 +37,6 @@ HALFWAY = 1e-3
 It is decided the same way every time, or both are taken, so that rounding does not choose.
 """
 
-# By how much the cell beside the outermost one is pressed more than its centre in the true contact, of that
-# cylinder of which `edges.TRUE` is.
-_PRESSED = np.concatenate(
-    (
-        [1.0465, 1.0384, 1.0315, 1.0257, 1.0208, 1.0167, 1.0134, 1.0106, 1.0083, 1.0065, 1.0051],
-        [1.0042, 1.0036, 1.0033, 1.0033, 1.0036, 1.0041, 1.0048, 1.0058, 1.0069, 1.0080],
-    )
-)
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 
 
@@ -62,7 +55,7 @@ class MovedRows:
 
     def __init__(self, window: np.ndarray, box: Box, outline: Outline, like: MovedRows | None = None) -> None:
         self._window, self._box, self._outline = window, box, outline
-        p, (back, front) = outline.p, outline.ends
+        p, (back, front) = outline.p, outline.ends_from_afar
         touched = outline.high >= outline.low
         # a row shorter than twice theta cells has one cell, in its middle
         self.start = np.where(touched, np.maximum(front - EDGE, 0.5 * (back + front)), 0.0)
@@ -76,7 +69,7 @@ class MovedRows:
         row_cells.number_cells(leading, self.count, self.held, self.cells, self.index)
         self.pressure, self.middle = np.zeros(number), np.zeros(number)
         self._force = np.zeros(self.count.size)
-        row_cells.row_forces(p, self.count, CONCENTRATED, self._force)
+        row_cells.row_forces(p, self.count, HALF_SPACE.concentrated, self._force)
         rows.row_bounds(self._force, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
         if like is not None and taken is not None:
             self._carry_on(like, taken)
@@ -114,8 +107,8 @@ class MovedRows:
         outline, (nx, ny) = self._outline, self._outline.p.shape
         knots, squares = np.zeros((2, ny, 2 * nx + 3))
         known = np.zeros(ny, dtype=np.int64)
-        of_rows = outline.low, outline.high, outline.ends
-        rows.row_profiles(outline.p, *of_rows, TRUE, _PRESSED, knots, squares, known)
+        of_rows = outline.low, outline.high, outline.ends_from_afar
+        rows.row_profiles(outline.p, *of_rows, outline.by_x, HALF_SPACE, knots, squares, known)
         return knots, squares, known
 
     @cached_property
@@ -130,7 +123,7 @@ class MovedRows:
         """Normal [2, ny] of the leading edge in each row."""
         dx, dy = self._outline.spacing
         normals = np.zeros((2, self.count.size))
-        row_cells.edge_normals(self._outline.ends[1], self.index, dx / dy, normals)
+        row_cells.edge_normals(self._outline.ends_from_afar[1], self.index, dx / dy, normals)
         return normals
 
     @property
@@ -147,14 +140,14 @@ class MovedRows:
         stick cells, direction and slip in slip cells. Zero outside the contact.
         """
         values, flags = np.zeros((4, *self.held.shape)), np.zeros(self.held.shape, dtype=np.bool_)
-        rows.on_box(q, s, slip, friction * self.pressure, self.cells, values, flags)
+        row_fields.on_box(q, s, slip, friction * self.pressure, self.cells, values, flags)
         own, pressure = self._own
         found, nearest = np.zeros((len(own), 4)), np.zeros(len(own), dtype=np.int64)
-        rows.to_centres(values, self.held, self.shift, own, found, nearest)
+        row_fields.to_centres(values, self.held, self.shift, own, found, nearest)
         slips = flags[nearest, own[:, 1]]
         window, states = np.zeros((4, *self._window.shape)), np.zeros(self._window.shape, dtype=np.bool_)
         corner = self._box.i0, self._box.j0
-        rows.by_law(found, slips, friction * pressure, own, corner, window)
+        row_fields.by_law(found, slips, friction * pressure, own, corner, window)
         states[corner[0] + own[:, 0], corner[1] + own[:, 1]] = slips
         return window[:2], window[2:], states
 

@@ -13,11 +13,11 @@ from functools import cached_property
 import numpy as np
 
 from rcstudy.mechanics.edges import Outline
+from rcstudy.mechanics.half_line import for_tractions
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import rows, smooth, stick
 from rcstudy.mechanics.moved_rows import HALFWAY, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.skins import BORDERS, shift_by_layers
 from rcstudy.mechanics.trailing import NARROW, hidden_widths
 
 # Borders of the stick zone that run along y are found too far back by so much of their curvature, less where pressure
@@ -42,20 +42,18 @@ class SlipZones:
         room, speed = np.zeros((2, slip.size))
         of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
         largest, backwards = stick.rooms_and_speeds(*of_cells, room, speed)
-        widths = hidden_widths(cells, outline.ends, rolling.q, slip, friction)
+        ends = outline.ends_from_afar
+        widths = hidden_widths(cells, ends, rolling.q, slip, friction)
         ny = cells.count.size
         length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
-        of_rows = cells.index, cells.start, cells.count, outline.ends, widths, NARROW
+        of_rows = cells.index, cells.start, cells.count, ends, widths, NARROW, *self._border
         found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
         most = friction * outline.summit[0]
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
         peaks = [most if slip[self._top].any() else largest]
         if found:
-            # the area takes them as they are found: what layers do to the contact's edge makes up for it
-            there = borders[:found].copy()
-            there[last[last >= 0], 0] -= self.border_shift
-            squares = rows.squares_at_borders(*cells.profiles, there)
-            peaks.append(friction * rows.peak_at_borders(squares, there))
+            squares = rows.squares_at_borders(*cells.profiles, borders[:found])
+            peaks.append(friction * rows.peak_at_borders(squares, borders[:found]))
         if not slip.any():
             dx, dy = outline.spacing
             return min(float(np.nansum(widths)) * dx * dy, outline.within), min(max(peaks), most)
@@ -76,11 +74,13 @@ class SlipZones:
         return numbers
 
     @cached_property
-    def border_shift(self) -> float:
-        """By how many cells the borders behind stick zones lie farther back than they are found."""
-        if not self._influence.layered:
-            return 0.0
-        return shift_by_layers(lambda k: self._influence.traction_responses(k)[0], self._outline.spacing[0], BORDERS)
+    def _border(self) -> tuple[float, float]:
+        """What layers do at borders behind stick zones: b1 and shift of the half-line of tractions along x."""
+        influence, side = self._influence, self._outline.spacing[0]
+        if not influence.layered:
+            return 0.0, 0.0
+        line = influence.once("border", lambda: for_tractions(lambda k: influence.traction_responses(k)[0], side))
+        return line.b1, line.shift
 
     def _area_behind(
         self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float
@@ -101,7 +101,7 @@ class SlipZones:
         if not smooth.slip_widths(*of_rows, ends, slopes, slip, self._cells.index[0], dx / dy, bow, widths):
             return None
         slips = stick.area_of_slip(chords, tips, widths)
-        return self._slipping_part(float(slips) / outline.area_by_parabolas)
+        return self._slipping_part(float(slips) / outline.within_in_cells)
 
     def _area_around(self, length: np.ndarray) -> float:
         """Area of the slip zone (mm^2) around a stick zone of rows length [ny] (cells).

@@ -10,32 +10,6 @@ from rcstudy.mechanics.jit import jit
 
 
 @jit
-def bend_edges(p: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarray) -> None:
-    """Move edges [2, ny] as `rows.row_edges` finds them by what parabolas miss of p^2, p [nx, ny] (MPa), in place.
-
-    Layers a few cells thin bend p^2 near the edge more than farther in. Newton's next term at t cells ahead of the
-    outermost centre is its third difference times t (t + 1) (t + 2)/6. It is taken from the second to fifth cells, as
-    the outermost one's pressure is the mesh's making, and that tells 0.6 of it (areas of layered contacts at 7 to 30
-    cells a radius, against 1024 x 1024 cells). Rows of fewer than five cells keep their edges.
-    """
-    for j in range(low.size):
-        if high[j] - low[j] < 4:
-            continue
-        for side in range(2):
-            first = low[j] if side == 0 else high[j]
-            inward = 1 if side == 0 else -1
-            v1, v2 = p[first + inward, j] ** 2, p[first + 2 * inward, j] ** 2
-            v3, v4 = p[first + 3 * inward, j] ** 2, p[first + 4 * inward, j] ** 2
-            t = (first - edges[side, j]) * inward
-            # at the edge, by the parabola through the second to fourth cells; the bounds 0.3 here and below are guards
-            # against one that hardly rises there and against pressures that are not smooth
-            slope = max(v2 - v1 - (v3 - 2.0 * v2 + v1) * (t + 1.5), 0.3 * (v2 - v1))
-            if slope > 0.0:
-                missed = -(v4 - 3.0 * v3 + 3.0 * v2 - v1) * t * (t + 1.0) * (t + 2.0) / (6.0 * slope)
-                edges[side, j] -= inward * 0.6 * min(max(missed, -0.3), 0.3)
-
-
-@jit
 def middle_and_width(lines: np.ndarray) -> tuple[int, float, float]:
     """Number of lines, lines [2, n] (see `area_within`), the mean of their ends and half the distance of the farthest.
 
@@ -112,12 +86,12 @@ def sector(u0: float, v0: float, u1: float, v1: float) -> float:
 
 
 @jit
-def summit(p: np.ndarray, part: float) -> tuple[float, float, float]:
+def summit(p: np.ndarray, along: float, across: float) -> tuple[float, float, float]:
     """Largest pressure of p [nx, ny] (MPa), and where it is along x and y: the vertex of parabolas through p^2.
 
-    Less `part` of 2 p - p_before - p_after along x and along y, by which the largest one of the cells comes out too
-    large. Nothing is taken where all that is over half the pressure, as it is beside the edge of the contact: of a
-    ridge, such as a stiff skin makes at the rim, no parabola tells what cells do to it.
+    Less so much, `along` and `across`, of 2 p - p_before - p_after along x and y, by which the largest one of the cells
+    comes out too large. Nothing is taken where all that is over half the pressure, as it is beside the edge of the
+    contact: of a ridge, such as a stiff skin makes at the rim, no parabola tells what cells do to it.
     """
     nx, ny = p.shape
     i = j = 0
@@ -127,15 +101,17 @@ def summit(p: np.ndarray, part: float) -> tuple[float, float, float]:
                 i, j = k, m
     top = p[i, j] ** 2
     height, place = top, np.array([float(i), float(j)])
-    excess = 0.0
+    excess = concentrated = 0.0
     for axis in range(2):
         k, m = (1, 0) if axis == 0 else (0, 1)
         after = p[i + k, j + m] if i + k < nx and j + m < ny else 0.0
         before = p[i - k, j - m] if i >= k and j >= m else 0.0
-        excess += 2.0 * p[i, j] - before - after
+        bend_of_p = 2.0 * p[i, j] - before - after
+        excess += bend_of_p
+        concentrated += (along if axis == 0 else across) * bend_of_p
         bend = 2.0 * top - before**2 - after**2
         if bend > 0.0:
             height += (after**2 - before**2) ** 2 / (8.0 * bend)
             place[axis] += (after**2 - before**2) / (2.0 * bend)
     smooth = excess < 0.5 * p[i, j]
-    return math.sqrt(height) - (part * excess if smooth else 0.0), place[0], place[1]
+    return math.sqrt(height) - (concentrated if smooth else 0.0), place[0], place[1]

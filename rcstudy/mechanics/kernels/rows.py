@@ -1,4 +1,4 @@
-"""Rows of cells that begin where the contact begins (`moved_rows.py`): edges, bounds, values between cells.
+"""Rows of cells that begin where the contact begins (`moved_rows.py`): edges, profiles and bounds, areas.
 
 Positions along x are in cells: the centre of cell i of the box is at i.
 """
@@ -21,32 +21,68 @@ def to_root(v0: float, slope: float, bend: float) -> float:
 
 
 @jit
-def corrected(t: float, seen: np.ndarray, true: np.ndarray) -> float:
-    """What the table true [n] at rising seen [n] has at t, such as the true distance of an edge."""
-    k = 1
-    while k < seen.size - 1 and seen[k] < t:
-        k += 1
-    part = (min(max(t, seen[0]), seen[-1]) - seen[k - 1]) / (seen[k] - seen[k - 1])
-    return true[k - 1] + part * (true[k] - true[k - 1])
-
-
-@jit
 def to_edge(v0: float, slope: float, bend: float) -> float:
     """As `to_root`, at most a cell."""
     return min(to_root(v0, slope, bend), 1.0)
 
 
 @jit
-def row_edges(
-    p: np.ndarray, seen: np.ndarray, true: np.ndarray, low: np.ndarray, high: np.ndarray, edges: np.ndarray
-) -> None:
+def rise_and_bends(three: tuple[float, float, float], line: tuple[float, ...]) -> tuple[float, float, float]:
+    """Of a row's outer three pressures (MPa): rise, gamma, delta; line: the `half_line.HalfLine` of its cells.
+
+    delta (1 - z)^-4, the next term, is that of a pressure whose square is a parabola, as Hertz's is; where gamma is not
+    small there is none. With it the equation for e is delta/6 e^3 - gamma/2 e^2 + rise e = p0.
+    """
+    (p0, p1, p2), (b1, b2, _, _, _) = three, line
+    q1, q2 = p1 + b1 * p0, p2 + b1 * p1 + b2 * p0
+    gamma = q2 - 1.5 * q1 + 0.375 * p0
+    rise = -0.5 * q2 + 1.75 * q1 - 0.6875 * p0
+    delta = -5.0 / 6.0 * gamma * gamma / rise if -0.5 * rise < gamma < 0.0 else 0.0
+    return rise + delta / 3.0, gamma - delta, delta
+
+
+@jit
+def beyond_centre(three: tuple[float, float, float], line: tuple[float, ...]) -> float:
+    """How far beyond its outermost cell's centre a row's contact ends, by its outer three pressures (MPa), in cells.
+
+    An edge farther out than a cell from where it is when the outermost one comes into contact would bring in the next.
+    """
+    rise, gamma, delta = rise_and_bends(three, line)
+    e = to_edge(three[0], -rise, 0.5 * gamma)
+    if delta < 0.0:
+        e -= delta / 6.0 * e**3 / (rise - gamma * e)
+    return line[3] + e
+
+
+@jit
+def pressed_second(
+    three: tuple[float, float, float], beyond: float, line: tuple[float, ...], cells: tuple[float, ...]
+) -> float:
+    """Pressure (MPa) at the centre of a row's second cell, which is pressed more than that; arguments as above.
+
+    beyond: how far beyond the outermost centre the contact ends; cells: those of a half-space. These are taken off,
+    then what layers make of it is put on again.
+    """
+    rise, gamma, delta = rise_and_bends(three, line)
+    e = beyond - line[3]
+    root = rise - gamma * e + 0.5 * delta * e * e
+    bend = gamma - delta * e
+    second = 0.0
+    for k in range(2):
+        x = max(beyond + k, 0.0)
+        here = math.sqrt(x) * (root + x * (bend / 1.5 + x * delta / 3.75)) / (math.gamma(1.5) * cells[2])
+        second = here - (line[0] - cells[0]) * second
+    return second
+
+
+@jit
+def row_edges(p: np.ndarray, line: tuple[float, ...], low: np.ndarray, high: np.ndarray, edges: np.ndarray) -> None:
     """Where each row's contact begins and ends: p [nx, ny] (MPa) -> first and last cell low, high [ny], edges [2, ny].
 
-    p^2 is nearly a parabola in the distance to the edge (Hertz: exactly): its root, from the outer three cells, is
-    `corrected` by the table for what cells make of an edge that falls between them. A row of fewer cells takes the
-    parabola's curvature from its neighbour on the side of the longest row (of the one pressed most in the middle, if
-    there are several); that row itself, if it is one, from a semicircle (of p) over its cells. An even number of cells
-    has two middle ones, and edges of what is mirrored are mirrored. Rows without contact: high < low.
+    By the outer three cells, see `beyond_centre`. A row of fewer cells takes the curvature of a parabola through p^2
+    from its neighbour on the side of the longest row (of the one pressed most in the middle, if there are several);
+    that row itself, if it is one, from a semicircle (of p) over its cells. An even number of cells has two middle ones,
+    and edges of what is mirrored are mirrored. Rows without contact: high < low.
     """
     nx, ny = p.shape
     longest, top = 0, 0.0
@@ -79,9 +115,7 @@ def row_edges(
                 inward = 1 if side == 0 else -1
                 v0 = p[first, j] ** 2
                 if b - a >= 2:
-                    v1, v2 = p[first + inward, j] ** 2, p[first + 2 * inward, j] ** 2
-                    own = 0.5 * (v2 - 2.0 * v1 + v0)
-                    t = corrected(to_root(v0, v0 - v1 + own, own), seen, true)
+                    t = beyond_centre((p[first, j], p[first + inward, j], p[first + 2 * inward, j]), line)
                 elif b - a == 1:
                     t = to_edge(v0, v0 - p[first + inward, j] ** 2 + bend, bend)
                 else:
@@ -101,18 +135,18 @@ def row_profile(
     p: np.ndarray,
     ends: np.ndarray,
     edges: np.ndarray,
-    true: np.ndarray,
-    pressed: np.ndarray,
+    line: tuple[float, ...],
+    cells: tuple[float, ...],
     knots: np.ndarray,
     squares: np.ndarray,
 ) -> int:
     """Where p^2 is taken as a straight line in between: knots and squares [>= 2 nx + 3] of a row p [nx] (MPa).
 
     ends [2]: first and last cell in contact, edges [2]: where the contact ends. Returns the number of knots: edges,
-    centres, and halfway between these what lets two lines enclose as much as a parabola does. The cells beside the
-    outermost ones are pressed more than their centres, by factors pressed [n] where the edge is true [n] (rising) cells
-    from the outermost centre. That is put on the parabola through the edge and the next two, if it rises from the edge.
-    Of less than six cells p^2 goes straight.
+    centres, and halfway between these what lets two lines enclose as much as a parabola does. Of the two outermost
+    cells p^2 at the second one's centre is as `pressed_second` has it, for the `line` by which the edges are found,
+    and at the first one's on the parabola through the edge and the next two, if it rises from the edge. Of less than
+    six cells p^2 goes straight.
     """
     low, high = ends[0], ends[1]
     enough = high - low >= 5
@@ -125,8 +159,8 @@ def row_profile(
             inward = 1 if side == 0 else -1
             outer = 0 if side == 0 else v.size - 1
             t = (ends[side] - edges[side]) * inward  # how far the outermost centre is inside the edge
-            factor = corrected(t, true, pressed)
-            second = v[outer + inward] / (factor * factor)
+            three = p[ends[side]], p[ends[side] + inward], p[ends[side] + 2 * inward]
+            second = pressed_second(three, t, line, cells) ** 2
             near, far = second / (t + 1.0), v[outer + 2 * inward] / (t + 2.0)
             slope = near - (far - near) * (t + 1.0)
             if slope > 0.0:
@@ -161,8 +195,8 @@ def row_profiles(
     low: np.ndarray,
     high: np.ndarray,
     edges: np.ndarray,
-    true: np.ndarray,
-    pressed: np.ndarray,
+    line: tuple[float, ...],
+    cells: tuple[float, ...],
     knots: np.ndarray,
     squares: np.ndarray,
     known: np.ndarray,
@@ -175,7 +209,7 @@ def row_profiles(
         known[j] = 0
         if high[j] >= low[j]:
             ends, of_row = np.array([low[j], high[j]]), edges[:, j].copy()
-            known[j] = row_profile(p[:, j].copy(), ends, of_row, true, pressed, knots[j], squares[j])
+            known[j] = row_profile(p[:, j].copy(), ends, of_row, line, cells, knots[j], squares[j])
 
 
 @jit
@@ -277,82 +311,6 @@ def carry_on(
         scale = force[j] / total
         for k in range(last + 1):
             out[index[k, j]] *= scale
-
-
-@jit
-def on_box(
-    q: np.ndarray,
-    s: np.ndarray,
-    slip: np.ndarray,
-    bound: np.ndarray,
-    cells: np.ndarray,
-    values: np.ndarray,
-    flags: np.ndarray,
-) -> None:
-    """Tractions q [m, 2] over their bound [m], slips s [m, 2] and slip flags [m] of cells [m, 2], in their places.
-
-    Into values [4, nx, ny] and flags [nx, ny], which are zero elsewhere.
-    """
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
-        for k in range(2):
-            values[k, i, j] = q[m, k] / bound[m]
-            values[2 + k, i, j] = s[m, k]
-        flags[i, j] = slip[m]
-
-
-@jit
-def to_centres(
-    values: np.ndarray, held: np.ndarray, shift: np.ndarray, cells: np.ndarray, out: np.ndarray, nearest: np.ndarray
-) -> None:
-    """Values at the centres of cells from those at cells moved by shift [ny] along x, linearly along each row.
-
-    shift: half a cell at most; values [k, nx, ny], held [nx, ny]: which of them count; cells [m, 2] -> out [m, k];
-    nearest [m]: the closest one's index i along x. Where only one neighbour counts it is taken as it is; where none
-    does, the closest of the row.
-    """
-    kinds, nx, _ = values.shape
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0], cells[m, 1]
-        side = -1 if shift[j] > 0.0 else 1
-        other = i + side
-        here = held[i, j]
-        there = 0 <= other < nx and held[other, j]
-        if here and not there:
-            other = i  # the neighbour may lie outside the box
-        elif not there:
-            # of two as far in number the one on the neighbour's side is closer
-            for distance in range(1, nx):
-                nearer, farther = i + side * distance, i - side * distance
-                if 0 <= nearer < nx and held[nearer, j]:
-                    other = nearer
-                    break
-                if 0 <= farther < nx and held[farther, j]:
-                    other = farther
-                    break
-        weight = abs(shift[j]) if here and there else 1.0
-        nearest[m] = i if here else other
-        for k in range(kinds):
-            out[m, k] = (1.0 - weight) * values[k, i, j] + weight * values[k, other, j]
-
-
-@jit
-def by_law(
-    found: np.ndarray, slip: np.ndarray, bound: np.ndarray, cells: np.ndarray, corner: tuple[int, int], out: np.ndarray
-) -> None:
-    """Tractions (MPa) and slips of cells [m, 2] that keep Coulomb's law, from what was found [m, 4] between others.
-
-    found: traction over bound, x and y, and slip, x and y; slip [m]; bound mu p [m] (MPa). Into out [4, nx, ny], the
-    cells being counted from corner. In slip cells the traction has the size of the bound and slip points against it.
-    """
-    for m in range(cells.shape[0]):
-        i, j = cells[m, 0] + corner[0], cells[m, 1] + corner[1]
-        size = math.sqrt(found[m, 0] ** 2 + found[m, 1] ** 2)
-        speed = math.sqrt(found[m, 2] ** 2 + found[m, 3] ** 2) if slip[m] else 0.0
-        scale = max(size, 1e-300 if slip[m] else 1.0)
-        for k in range(2):
-            out[k, i, j] = found[m, k] / scale * bound[m]
-            out[2 + k, i, j] = -found[m, k] / scale * speed
 
 
 @jit

@@ -108,6 +108,8 @@ def stick_rows(
     edges: np.ndarray,
     widths: np.ndarray,
     narrow: float,
+    b1: float,
+    shift: float,
     length: np.ndarray,
     last: np.ndarray,
     borders: np.ndarray,
@@ -117,8 +119,8 @@ def stick_rows(
     room [m]: mu p - |q| (MPa), speed [m]: slip against the traction, half a cell ahead, slip [m]: state of the cells;
     index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], edges [2, ny] as in
     `row_bounds`; widths [ny]: of slip zones that no cell shows, which are taken if less than narrow, nan in rows
-    without. borders [>= 2 m, 2]: x and j of each; last [ny]: number of the one at the row's trailing end, -1 if it has
-    none. Returns their number.
+    without; b1, shift: of the border's half-line (`half_line.py`). borders [>= 2 m, 2]: x and j of each; last [ny]:
+    number of the one at the row's trailing end, -1 if it has none. Returns their number.
     """
     found = 0
     for j in range(count.size):
@@ -149,11 +151,15 @@ def stick_rows(
                     last[j] = found
                     found += 1
                 elif k + 1 < count[j] or ahead:
-                    rooms, slips = (room[m], room[index[k - 1, j]] if ahead else 0.0), (0.0, 0.0)
+                    # rooms and slips are freed of what layers make of them, slips by the inverse filter
+                    rooms, slips = (room[m], 0.0), (0.0, 0.0)
+                    if ahead:
+                        rooms = room[m], max(room[index[k - 1, j]] + b1 * room[m], 0.0)
                     # the last cell's slip is that of the contact's edge
                     if k + 3 < count[j] and slip[index[k + 2, j]]:
-                        slips = speed[index[k + 1, j]], speed[index[k + 2, j]]
-                    border = x - border_behind(rooms, slips, cells)
+                        first = speed[index[k + 1, j]]
+                        slips = first, max(speed[index[k + 2, j]] - b1 * first, 0.0)
+                    border = x - border_behind(rooms, slips, cells) - shift
                     if k + 1 < count[j] or border > back:
                         back = border
                         borders[found, 0], borders[found, 1] = back, j
