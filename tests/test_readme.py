@@ -56,6 +56,7 @@ CONTACTS = {
     "alike": "steel on steel, no layers, round to long",
     "full": "up to three layers, full coupling",
     "engineering": "coatings on balls, rail-like ellipses",
+    "films": "soft films, also incompressible or under skins",
     "few": "of the first and fourth kind, on 1 to 6 cells a radius",
     "sticking": "contacts that hardly slip",
     "sliding": "near full slip",
