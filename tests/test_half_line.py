@@ -153,6 +153,7 @@ def test_edges_and_pressures_of_a_cylinder(half: float) -> None:
     assert np.abs(second).max() < 2e-3 / half**0.5
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("thickness", [0.15, 0.7, 2.5])
 @pytest.mark.parametrize("modulus", [0.1, 0.5, 3.0])
 def test_edges_of_strips_on_layers(modulus: float, thickness: float) -> None:
