@@ -374,7 +374,7 @@ def test_layers_move_the_border_of_the_stick_zone():
         layers = (Layer(modulus, 0.3, 0.1),)
         scene = steel(Mesh((0.9, 0.9), (36, 36)), counterbody=None, layers=layers, creepage=Creepage(0.001))
         contact = AlignedContact(solve_normal(scene))
-        _, shift = contact.slip_zones._border
+        shift = contact.influence.half_line_of_tractions(scene.mesh.spacing[0]).shift
         assert contact.beyond_edges * shift > 0.0 or modulus == 210000.0
         return shift
 
@@ -668,7 +668,9 @@ def test_area_between_edges_and_what_is_seen_from_afar():
     h = hertz_of((50.0, 500.0))
     scene = steel(window(h.a, (12, 20)), radius=(50.0, 500.0), layers=(Layer(105000.0, 0.3, 0.01),))
     contact = AlignedContact(solve_normal(scene))
-    (along, across), (dx, dy) = (contact.outline._half_line(side)[1] for side in scene.mesh.spacing), scene.mesh.spacing
+    dx, dy = scene.mesh.spacing
+    lines, at_an_angle = (contact.outline.by_x, contact.outline.by_y), edges._AT_AN_ANGLE * min(dx, dy) / max(dx, dy)
+    along, across = (line.shift - HALF_SPACE.shift + at_an_angle for line in lines)
     assert along > across > 0.0
     expected = np.pi * (along * dx * h.a[1] + across * dy * h.a[0])
     assert contact.beyond_edges == pytest.approx(expected, rel=0.25)

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal
-from rcstudy.mechanics.half_line import HALF_SPACE, for_pressure, for_tractions
+from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, for_pressure, for_tractions
 from rcstudy.mechanics.kernels import rows
 from rcstudy.mechanics.layered import frequency_response
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Layer, Mesh, Scene
@@ -85,6 +85,7 @@ def test_half_line_by_quadrature(name: str, spacing: float, tractions: bool) -> 
 def test_a_half_space_has_the_numbers_of_point_sources() -> None:
     """Cells of tractions are those, and half of 1/24 is what pressures are too concentrated by."""
     np.testing.assert_allclose(for_tractions(lambda k: 3.0 / k, 0.2)[:4], [0.0, 0.0, 1.0, 0.0], atol=1e-12)
+    assert OF_NO_LAYERS[:4] == (0.0, 0.0, 1.0, 0.0)
     assert for_pressure(lambda k: 3.0 / k, 0.2) == pytest.approx(HALF_SPACE, abs=1e-12)
     assert HALF_SPACE.concentrated == pytest.approx(1.0 / 48.0, rel=0.1)
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rcstudy.mechanics.half_line import HALF_SPACE, HalfLine
+from rcstudy.mechanics.half_line import HalfLine
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import outline as kernel
 from rcstudy.mechanics.kernels import rows, smooth
@@ -47,31 +47,25 @@ class Outline:
     Rows are along x. `low`, `high` [ny]: the first and last cell in contact of each (`high` < `low` if there are none);
     `ends` [2, ny]: where its contact begins and ends, in cells from the centre of cell 0 of `p`; `ends_from_afar`
     [2, ny]: where it seems to, without what layers thinner than a cell do beside the edge. Aligned cells go by these,
-    as layers do the same to tractions. `influence`: of the bodies; `by_x`, `by_y`: the half-lines that tell the latter.
+    as layers do the same to tractions. `influence`: of the bodies; `by_x`, `by_y`: their half-lines.
     """
 
     def __init__(self, p: np.ndarray, spacing: tuple[float, float], influence: Influence) -> None:
         self.p, self.spacing, self.influence = p, spacing, influence
-        (self.by_x, _), (self.by_y, _) = (self._half_line(side) for side in spacing)
-        self.low, self.high, self.ends_from_afar, self.ends = self._ends(p, spacing[0])
+        self.by_x, self.by_y = (influence.half_line(side) for side in spacing)
+        self.low, self.high, self.ends_from_afar, self.ends = self._ends(p, self.by_x)
         # a contact at the window's edge is refused later on; until then its cells must not leave the array
         for ends in (self.ends_from_afar, self.ends):
             np.clip(ends, -0.49, p.shape[0] - 0.51, out=ends)
 
-    def _ends(self, p: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """`low`, `high`, `ends_from_afar` and `ends` of pressures `p` in rows of cells with this `side` (mm)."""
-        line, farther = self._half_line(side)
-        ny = p.shape[1]
+    def _ends(self, p: np.ndarray, line: HalfLine) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """`low`, `high`, `ends_from_afar` and `ends` of pressures `p` in rows of cells whose half-line is `line`."""
+        ny, seen = p.shape[1], line.from_afar
         low, high, from_afar = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
-        rows.row_edges(p, line, low, high, from_afar)
+        rows.row_edges(p, seen, low, high, from_afar)
+        farther = line.shift - seen.shift + _AT_AN_ANGLE * min(self.spacing) / max(self.spacing)
         # less than three cells do not tell so much
         return low, high, from_afar, from_afar + farther * _OUTWARDS * (high - low >= 2)
-
-    def _half_line(self, side: float) -> tuple[HalfLine, float]:
-        """The half-line of cells of a `side` (mm), as it tells edges from afar, and how far beyond these they are."""
-        line = self.influence.half_line(side)
-        at_an_angle = _AT_AN_ANGLE * min(self.spacing) / max(self.spacing)
-        return line._replace(shift=HALF_SPACE.shift), line.shift - HALF_SPACE.shift + at_an_angle
 
     @cached_property
     def area(self) -> float:
@@ -125,7 +119,7 @@ class Outline:
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Of the contact's columns as if they were rows: `low`, `high`, `ends_from_afar` and `ends`."""
-        return self._ends(np.ascontiguousarray(self.p.T), self.spacing[1])
+        return self._ends(np.ascontiguousarray(self.p.T), self.by_y)
 
     @cached_property
     def chords(self) -> tuple[np.ndarray, np.ndarray]:

@@ -64,6 +64,11 @@ class HalfLine(NamedTuple):
     shift: float
     concentrated: float
 
+    @property
+    def from_afar(self) -> HalfLine:
+        """The same with edges where they are seen from afar: as far out as a half-space's cells show them."""
+        return self._replace(shift=HALF_SPACE.shift)
+
 
 def _panels(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights of Gauss and Legendre between all `ends`, eight in each panel."""
@@ -93,7 +98,7 @@ def for_pressure(response: Callable[[np.ndarray], np.ndarray], spacing: float) -
 
 
 def for_tractions(response: Callable[[np.ndarray], np.ndarray], spacing: float) -> HalfLine:
-    """That of what layers do to tractions in aligned cells; `response` as above. Without layers it is nothing."""
+    """That of what layers do to tractions in aligned cells; `response` as above. Of none it is `OF_NO_LAYERS`."""
     return _half_line(response, spacing, _OF_HALF_SPACE, 0.0)
 
 
@@ -118,3 +123,6 @@ def _half_line(
 
 HALF_SPACE = for_pressure(lambda k: 1.0 / k, 1.0)
 """The half-line of pressures on bodies without layers."""
+
+OF_NO_LAYERS = HalfLine(0.0, 0.0, 1.0, 0.0, 0.0)
+"""That of tractions on such bodies: aligned cells are point sources."""

@@ -27,7 +27,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from rcstudy.mechanics.convolution import good_length
-from rcstudy.mechanics.half_line import HALF_SPACE, HalfLine, for_pressure
+from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, HalfLine, for_pressure, for_tractions
 from rcstudy.mechanics.hankel import hankel_transforms, running_integral
 from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
@@ -138,6 +138,12 @@ class Influence:
         if not self.layered:
             return HALF_SPACE
         return self.once(("half-line", side), lambda: for_pressure(self.normal_response, side))
+
+    def half_line_of_tractions(self, side: float) -> HalfLine:
+        """What aligned cells of a `side` (mm) make of a border across it, of tractions along it."""
+        if not self.layered:
+            return OF_NO_LAYERS
+        return self.once(("border", side), lambda: for_tractions(lambda k: self.traction_responses(k)[0], side))
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """What `make` makes of these coefficients (symbols on some box), made at the first call with `key` and kept.

@@ -108,7 +108,7 @@ class MovedRows:
         knots, squares = np.zeros((2, ny, 2 * nx + 3))
         known = np.zeros(ny, dtype=np.int64)
         of_rows = outline.low, outline.high, outline.ends_from_afar
-        rows.row_profiles(outline.p, *of_rows, outline.by_x, HALF_SPACE, knots, squares, known)
+        rows.row_profiles(outline.p, *of_rows, outline.by_x.from_afar, HALF_SPACE, knots, squares, known)
         return knots, squares, known
 
     @cached_property

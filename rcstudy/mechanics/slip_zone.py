@@ -13,7 +13,6 @@ from functools import cached_property
 import numpy as np
 
 from rcstudy.mechanics.edges import Outline
-from rcstudy.mechanics.half_line import for_tractions
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import rows, smooth, stick
 from rcstudy.mechanics.moved_rows import HALFWAY, MovedRows
@@ -46,7 +45,8 @@ class SlipZones:
         widths = hidden_widths(cells, ends, rolling.q, slip, friction)
         ny = cells.count.size
         length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
-        of_rows = cells.index, cells.start, cells.count, ends, widths, NARROW, *self._border
+        line = self._influence.half_line_of_tractions(outline.spacing[0])
+        of_rows = cells.index, cells.start, cells.count, ends, widths, NARROW, line.b1, line.shift
         found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
         most = friction * outline.summit[0]
         # where the pressure peaks in the slip zone, so do the slip cells' tractions
@@ -72,15 +72,6 @@ class SlipZones:
         k = np.clip(np.rint(cells.start[j] - x).astype(np.int64), 0, cells.count[j] - 1)
         numbers: np.ndarray = cells.index[k, j]
         return numbers
-
-    @cached_property
-    def _border(self) -> tuple[float, float]:
-        """What layers do at borders behind stick zones: b1 and shift of the half-line of tractions along x."""
-        influence, side = self._influence, self._outline.spacing[0]
-        if not influence.layered:
-            return 0.0, 0.0
-        line = influence.once("border", lambda: for_tractions(lambda k: influence.traction_responses(k)[0], side))
-        return line.b1, line.shift
 
     def _area_behind(
         self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float
