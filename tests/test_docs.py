@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,6 +25,7 @@ from rcstudy.units import FORMAT
 
 ROOT = Path(__file__).parent.parent
 STUDY, CUBE = ROOT / "docs" / "study.md", ROOT / "docs" / "cube.md"
+MECHANICS = ROOT / "docs" / "mechanics.md"
 
 
 def table(kind: str) -> list[str]:
@@ -190,6 +192,23 @@ def test_messages_are_those_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with pytest.raises(UserError) as error:
         load_study("wrong.yaml")
     assert str(error.value) == printed.rstrip("\n")
+
+
+def named_in_equations() -> list[str]:
+    """Code in the last column of the tables of docs/mechanics.md: `module.name` or a file."""
+    rows = re.findall(r"^\|.*\| ([^|]*) \|$", MECHANICS.read_text(encoding="utf-8").replace(r"\|", ""), re.MULTILINE)
+    return sorted({name for row in rows for name in re.findall(r"`([\w/]+\.[\w.]+)`", row)})
+
+
+@pytest.mark.parametrize("name", named_in_equations())
+def test_the_table_of_equations_names_code_that_exists(name: str) -> None:
+    if name.endswith(".py"):
+        assert any((folder / name).is_file() for folder in (ROOT, ROOT / "rcstudy" / "mechanics"))
+        return
+    module, *parts = name.split(".")
+    found: Any = importlib.import_module("rcstudy.mechanics." + module.replace("/", "."))
+    for part in parts:
+        found = getattr(found, part)
 
 
 def main() -> None:
