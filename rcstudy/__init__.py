@@ -58,7 +58,7 @@ def __getattr__(name: str) -> Any:
 
 
 class _Package(ModuleType):
-    """The package with its function `solve` kept when the module of that name is imported."""
+    """Type of the package: its function `solve` is not replaced when the module of that name is imported."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name == "solve" and isinstance(value, ModuleType):

@@ -1,6 +1,6 @@
 """The command ``rcstudy``, also as ``python -m rcstudy``.
 
-Worker processes import the module that their parent was started with: it brings nothing that they have no use for.
+Worker processes import the module that their parent was started with, so it imports nothing that they do not need.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 def main() -> None:
     """Entry point of the command; limits threads before anything numerical is imported.
 
-    Leaves at once when all is done and closed: to forget ten thousand cases one by one takes a fifth of a second.
+    Ends the process at once when all is done and closed: freeing ten thousand cases one by one takes 0.2 s.
     """
     limit_threads()
-    os.environ["MPLBACKEND"] = "agg"  # figures go into files: the one that is set for a screen may not be there
+    os.environ["MPLBACKEND"] = "agg"  # figures go into files; a backend set for a screen may not be installed
     prepare_streams()
     heed_terminations()
     code: str | int | None = EXIT_INTERRUPTED
     try:
         with _workers(sys.argv[1:]) as processes:
             code = _run(processes)
-    except KeyboardInterrupt:  # before or after the command line could take it
+    except KeyboardInterrupt:  # before or after the command line could handle it
         print("interrupted", file=sys.stderr)
     if isinstance(code, int):
         # Also for Ctrl-C inside exec() of text (any dataclass being made): it stays "unhandled" to CPython even
@@ -45,15 +45,15 @@ def main() -> None:
 
 
 def heed_terminations() -> None:
-    """Take what ends a job of a batch system, or a terminal that closes, as Ctrl-C: nothing that is solved is lost.
+    """Handle SIGTERM (batch systems) and SIGHUP (a terminal that closes) like Ctrl-C, so that no solved case is lost.
 
-    Where these are ignored (`nohup`), or Ctrl-C is (jobs in the background of a script), they stay as they are.
+    Where they are ignored (`nohup`), or Ctrl-C is (jobs in the background of a script), they stay as they are.
     """
     if not callable(signal.getsignal(signal.SIGINT)):
         return
 
     def as_interrupt(_: int, frame: FrameType | None) -> None:
-        handler = signal.getsignal(signal.SIGINT)  # the one of the moment: it may be held back
+        handler = signal.getsignal(signal.SIGINT)  # the current one, which may hold interrupts back
         if callable(handler):
             handler(signal.SIGINT, frame)
 
@@ -64,10 +64,10 @@ def heed_terminations() -> None:
 
 
 def _flushed(code: int) -> int:
-    """The exit code once all is written, which is `code` unless that fails."""
+    """Flush standard output and error; returns the exit code: `code` unless that fails."""
     for stream in (sys.stdout, sys.stderr):
         try:
-            if stream is not None:  # closed by who started this
+            if stream is not None:  # None: closed by the parent process
                 stream.flush()
         except BrokenPipeError:
             code = EXIT_UNHEARD
@@ -77,7 +77,7 @@ def _flushed(code: int) -> int:
 
 
 def _lost(error: OSError) -> int:
-    """Say that output cannot be written; the exit code."""
+    """Report that output cannot be written; returns the exit code."""
     with contextlib.suppress(OSError):
         os.write(2, f"output: {error.strerror or error}\n".encode())
     return EXIT_BAD_INPUT
@@ -85,7 +85,7 @@ def _lost(error: OSError) -> int:
 
 @contextlib.contextmanager
 def _workers(words: Sequence[str]) -> Iterator[Pool | None]:
-    """The workers that a command line asks for: they load what they need while it is read, and the study."""
+    """A pool of the workers that a command line asks for, or None; they load while it and the study are being read."""
     wanted = workers_wanted(words)
     if wanted < 2:
         yield None
@@ -98,10 +98,10 @@ def _workers(words: Sequence[str]) -> Iterator[Pool | None]:
 
 
 def workers_wanted(words: Sequence[str]) -> int:
-    """How many workers a command line asks for, 0 if it does not. Whether it is right is found out later.
+    """How many workers a command line asks for, 0 if it does not. The option is validated later, in `cli.py`.
 
-    Read here by hand, beside the option of the same name in `cli.py`: workers start while that is imported and the
-    command line is read by typer, which takes as long as they take to start.
+    It is parsed here as well, by hand, so that workers start while `cli.py` is imported and typer parses the command
+    line, which takes as long as their start.
     """
     if words[:1] != ["sweep"] or {"-h", "--help"} & set(words):
         return 0
@@ -120,15 +120,15 @@ def _run(processes: Pool | None) -> str | int | None:
     try:
         app(obj=processes)
     except SystemExit as leaving:
-        # typer, which still reads the command line, leaves without a word; commands say what they keep
+        # interrupted while it parses the command line, typer exits without a message; commands print their own
         cause: BaseException | None = leaving
         while cause is not None and not isinstance(cause, KeyboardInterrupt | BrokenPipeError):
             cause = cause.__cause__ or cause.__context__
         if isinstance(cause, KeyboardInterrupt):
             print("interrupted", file=sys.stderr)
         return EXIT_UNHEARD if isinstance(cause, BrokenPipeError) else leaving.code
-    except OSError as error:  # of help or the version, which typer prints; commands deal with theirs
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left of it would fail once more
+    except OSError as error:  # while typer prints help or the version; commands handle their own
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # else flushing the rest would fail once more
         return _lost(error)
     return 0
 

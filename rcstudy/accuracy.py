@@ -1,17 +1,18 @@
-"""Speed against error: a study over meshes, tolerances and methods, every case measured against a converged one.
+"""Speed against error: every case of a study over meshes, tolerances and methods is compared with a converged case.
 
-Scenes that differ in cells, tolerance, method, discretisation or spin point only are one problem. Its reference is the
-solved Newton case on the finest mesh with the tightest tolerance, in whichever grid of the study, of aligned cells if
-both discretisations have that. Every case gets
+Scenes that differ only in cells, tolerance, method, discretisation or spin point form one problem. The reference of a
+problem is its solved Newton case on the finest mesh with the tightest tolerance, in any grid of the study; if both
+discretisations have such a case, it is that of `aligned`. Each case is given
 
 - the error: its difference from the reference,
-- the solver's error: its difference from the tightest Newton case on the same mesh with the same discretisation, and
-- the reference's own error, as far as it is known: its difference from the next coarser mesh.
+- the solver's error: its difference from the Newton case with the tightest tolerance on the same mesh and with the same
+  discretisation, and
+- the reference's own error, as far as it is known: the reference's difference from the next coarser mesh.
 
-Fields are compared on the mesh of the case: the reference's cells are averaged over each of its cells, by area. That is
-exact for what a solution of constant stress per cell is, and works for meshes that do not nest. Aligned cells solve for
-tractions on moved rows; what is compared is what they store, interpolated to the mesh's cells, and the loss in that
-counts as their error.
+Fields are compared on the mesh of the case: the reference is averaged over each of its cells, weighted by area. The
+mean is exact for stresses that are constant in each cell, and the meshes need not nest. With `aligned` tractions are
+solved for on moved rows and stored after interpolation to the cell centres of the mesh. The stored values are compared,
+so the interpolation error counts as an error of that discretisation.
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ if TYPE_CHECKING:
     from rcstudy.progress import Progress
     from rcstudy.study import Study
 
-# axes that a problem's name in words leaves out
+# axes that a problem's name in words leaves out, as they say how it is solved
 _OF_SOLVING = ("coupling", "cells", "mesh", "tolerance", "normal", "tangential", "discretisation", "spin_point")
-_ZERO = 1e-9  # of the largest that a number could be: zero but for rounding, so that there is no relative error
-_KEPT = (  # of the cube of solutions, in the cube of errors
+_ZERO = 1e-9  # of the largest possible value: a number below is zero up to rounding and has no relative error
+_KEPT = (  # variables copied from the cube of solutions to the cube of errors
     "label",
     "status",
     "status_reason",
@@ -68,13 +69,13 @@ _KEPT = (  # of the cube of solutions, in the cube of errors
     "coarse_products",
     "solve_seconds",
 )
-_NEEDED = (CASE_KEY, *_KEPT, "pressure", "traction_x", "traction_y")  # of the cube of solutions
-_REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved again until one of them is reached
+_NEEDED = (CASE_KEY, *_KEPT, "pressure", "traction_x", "traction_y")  # required in the cube of solutions
+_REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved repeatedly until one of these limits is reached
 
 
 @dataclass
 class Entry:
-    """One case with what its cube holds of it: `values`, its scalars; `errors` by name, NaN where there are none."""
+    """One case of a cube: `dataset` is its grid, `values` its scalars by name, `errors` its errors (NaN: undefined)."""
 
     case: Case
     dataset: xr.Dataset
@@ -122,17 +123,18 @@ class Entry:
 
 
 def problem(scene: Scene) -> Scene:
-    """What `scene` asks, without how it is to be solved: equal for cases whose exact solution is the same."""
+    """`scene` without the settings of its solution: equal for all cases that have the same exact solution."""
     plain = Mesh(scene.mesh.size, (1, 1))
     return replace(scene, mesh=plain, tolerance=Tolerance(), method="newton", discretisation="kalker", spin_point=0.0)
 
 
 def timed(scenes: Sequence[Scene]) -> Iterator[Result]:
-    """Solve each scene by itself, short ones several times: `solve_seconds` is the processor time of the fastest.
+    """Yield the result of each scene solved by itself; `solve_seconds` is the processor time of its fastest solve.
 
-    Nothing is shared between scenes but what belongs to lengths alone: FFT plans, and kernels of the Hankel transforms,
-    3 to 5 ms in the first layered solve of a process. So every time is that of a whole solve, coefficients and pressure
-    included; and processor time hardly depends on what else the machine does.
+    Short solves are repeated. Nothing is kept between solves except what depends on array lengths only: FFT plans and
+    the kernels of the Hankel transforms, which take 3 to 5 ms in the first layered solve of a process. Every time is
+    therefore that of a whole solve, influence coefficients and pressure included. Processor time is measured because
+    other programs hardly affect it.
     """
     from rcstudy.mechanics.contact import forget_influence
     from rcstudy.solve import solve_scene
@@ -188,7 +190,7 @@ def run(
 
 
 def _solved(study: Study, out: Path, progress: Progress | None) -> Path:
-    """The cube of solutions of `study` in the folder `out`, solved one by one."""
+    """Path of the cube of solutions of `study` in the folder `out`, its scenes solved one by one by `timed`."""
     from rcstudy import sweep
     from rcstudy.earlier import refuse_other_study
     from rcstudy.store import units_folder
@@ -198,14 +200,17 @@ def _solved(study: Study, out: Path, progress: Progress | None) -> Path:
     for _ in timed(warm_up_scenes(study)):
         pass
     refuse_other_study(cube, study.name)
-    # times are measured again each time, but for those of a run that was broken off
+    # every run measures all times anew, unless it resumes one that was interrupted
     fresh = not unit_paths(units_folder(cube))
     sweep.run(study, cube, workers=1, progress=progress, solve=timed, fresh=fresh)
     return cube
 
 
 def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
-    """All cases of an opened cube of `study` with their errors, in the order of grids and indices."""
+    """All rolling cases of an opened cube of `study` with their errors, in the order of grids and indices.
+
+    UserError when the cube lacks variables or is of another study, or when no problem has a reference.
+    """
     datasets = grids(tree)
     cube = tree.encoding.get("source", "the cube")
     cases = expand(study).cases
@@ -229,7 +234,7 @@ def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
 
 
 def _holds(dataset: xr.Dataset | None, case: Case) -> bool:
-    """Whether a grid of a cube, if there is one, has `case` at its place."""
+    """Whether the grid `dataset` of a cube (None: there is none) holds `case` at the index of `case`."""
     if dataset is None or len(case.index) != len(case_dims(dataset)):
         return False
     keys = dataset[CASE_KEY]
@@ -247,7 +252,7 @@ def _entry(case: Case, dataset: xr.Dataset) -> Entry:
 
 
 def _measure(group: list[Entry]) -> bool:
-    """Give the cases of one problem their errors; False if it has no reference."""
+    """Set the errors of the cases of one problem; False if it has no reference."""
     exact = [e for e in group if e.scene.method == "newton" and e.status is Status.SOLVED]
     if not exact:
         return False
@@ -262,7 +267,7 @@ def _measure(group: list[Entry]) -> bool:
     means: dict[tuple[Any, Mesh], np.ndarray] = {}
 
     def onto(other: Entry, mesh: Mesh) -> np.ndarray:
-        """Fields of a finer solution on `mesh`."""
+        """Fields of the solution `other`, averaged over the cells of `mesh`: [3, nx, ny]."""
         key = _equations(other.scene), mesh
         if key not in means:
             means[key] = averaged(fields[key[0]], other.scene.mesh, mesh)
@@ -285,14 +290,14 @@ def _measure(group: list[Entry]) -> bool:
 
 
 def _equations(scene: Scene) -> Any:
-    """Which discrete equations the scene's are, among those of its problem."""
+    """What distinguishes the discrete equations of `scene` from others of its problem."""
     return scene.mesh.cells, scene.discretisation, scene.spin_point
 
 
 def averaged(values: np.ndarray, mesh: Mesh, onto: Mesh) -> np.ndarray:
-    """Means over the cells of `onto` of `values` [..., nx, ny], constant on each cell of `mesh` and 0 outside.
+    """Means [..., mx, my] over the cells of `onto` of `values` [..., nx, ny] that are constant in each cell of `mesh`.
 
-    Both windows are centred on the origin.
+    Outside of the window of `mesh` the values are 0. Both windows are centred on the origin.
     """
     along_x, along_y = (_overlaps(mesh.size[k], mesh.cells[k], onto.size[k], onto.cells[k]) for k in (0, 1))
     means: np.ndarray = along_x @ values @ along_y.T
@@ -300,7 +305,10 @@ def averaged(values: np.ndarray, mesh: Mesh, onto: Mesh) -> np.ndarray:
 
 
 def _overlaps(size: float, cells: int, onto_size: float, onto_cells: int) -> np.ndarray:
-    """Share [onto_cells, cells] of each cell of one division of a length that lies in each cell of another."""
+    """Share of each of the `onto_cells` cells that is covered by each of the `cells` cells: [onto_cells, cells].
+
+    Both divide lengths centred on 0 into equal cells.
+    """
     edges = (np.arange(cells + 1) / cells - 0.5) * size
     onto = (np.arange(onto_cells + 1) / onto_cells - 0.5) * onto_size
     low = np.maximum(edges[None, :-1], onto[:-1, None])
@@ -310,7 +318,7 @@ def _overlaps(size: float, cells: int, onto_size: float, onto_cells: int) -> np.
 
 
 def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarray) -> dict[str, float]:
-    """The ERRORS of `e`, whose fields are `stress`, against `other`, whose fields on the same mesh are `reference`."""
+    """The ERRORS of `e` with fields `stress` against `other` with fields `reference`, both [3, nx, ny] on one mesh."""
     own, true = e.values, other.values
     traction = other.scene.friction * other.scene.load
     moment = traction * true["contact_radius"]
@@ -348,7 +356,7 @@ def write_report(entries: Sequence[Entry], out: Path, formats: Sequence[str]) ->
 
 
 def report_rows(entries: Sequence[Entry]) -> list[Row]:
-    """The cases as the report takes them."""
+    """The cases as rows of the report; problems are numbered in the order in which they occur."""
     numbers: dict[Scene, int] = {}
     rows = []
     for e in entries:
@@ -377,7 +385,7 @@ def report_rows(entries: Sequence[Entry]) -> list[Row]:
 
 
 def coupling_errors(entries: Sequence[Entry]) -> list[tuple[str, dict[str, float]]]:
-    """By problem solved with both couplings, the ERRORS of the one-way reference against the full one."""
+    """Name and ERRORS of each problem with references for both couplings on one mesh: one-way against full."""
     references: dict[Scene, dict[str, Entry]] = {}
     for e in entries:
         if e.reference:
@@ -393,12 +401,15 @@ def coupling_errors(entries: Sequence[Entry]) -> list[tuple[str, dict[str, float
 
 
 def _ratio(size: Any, scale: Any, zero: float = 0.0) -> float:
-    """`size` over `scale`; NaN if the latter is no more than `zero`."""
+    """`size` over `scale`; NaN if `scale` does not exceed `zero`."""
     return float(size) / float(scale) if scale > zero else float("nan")
 
 
 def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Path:
-    """The cube's grids without their fields, each case with its errors (`error_<name>`, `solver_error_<name>`)."""
+    """Write the cube's grids to `path` without their fields, but with the errors of each case; returns `path`.
+
+    Variables: `error_<name>`, `solver_error_<name>`, `reference_error_<name>`.
+    """
     nodes: dict[str, xr.Dataset] = {}
     for name, dataset in grids(tree).items():
         own = [e for e in entries if e.case.grid == name]

@@ -1,8 +1,8 @@
-"""The cube from the results of its cases: case by case, in bounded memory, in the study's own order.
+"""Assembles a cube from the results of its cases: case by case, in bounded memory, in the study's own order.
 
-The order makes two cubes of one study the same to the last byte, whatever order their cases were solved in, but for
-times and the attributes of the run. Cases are solved in about that order too, so most of the cube is there when the
-last one is solved.
+Because of that order two cubes of one study are equal to the last byte, except for times and the attributes of the run,
+whatever order their cases were solved in. Cases are solved in about the same order, so most of the cube is written when
+the last one is solved.
 """
 
 from __future__ import annotations
@@ -23,15 +23,16 @@ if TYPE_CHECKING:
     from rcstudy.store import Store
     from rcstudy.study import Study
 
-AT_ONCE = 64  # cases handed to HDF5 while Ctrl-C waits: many, so that its code stays in the processor's caches
-_CELLS_AT_ONCE = 2**22  # of all these cases: their records are in memory meanwhile
+AT_ONCE = 64  # cases handed to HDF5 while Ctrl-C waits; many, so that HDF5's code stays in the processor's caches
+_CELLS_AT_ONCE = 2**22  # most cells of these cases together, as their records are in memory meanwhile
 
 
 class Assembly:
-    """A cube in the making from the results in `store`, perhaps while others are still being solved.
+    """A cube being made from the results in `store`, possibly while other cases are still being solved.
 
-    When something goes wrong before the end, the file is dropped, so that a disk that is full has room for results; it
-    is made again by :meth:`finish`, which publishes it. A block that is left without that leaves no trace.
+    If something goes wrong before the end, the file is removed, so that results have room on a full disk, and made
+    again by :meth:`finish`. Only :meth:`finish` publishes the cube: a ``with`` block that ends without it leaves no
+    file.
     """
 
     def __init__(self, output: Path, study: Study, expansion: Expansion, store: Store) -> None:
@@ -39,7 +40,7 @@ class Assembly:
         self._study, self._expansion, self._store = study, expansion, store
         self._cube: CubeWriter | None = None
         self._open = contextlib.ExitStack()
-        self._taken = 0  # the first so many cases are in the cube
+        self._taken = 0  # so many cases, in order, are in the cube
         meshes = {case.scene.mesh for case in expansion.cases}
         most = max(mesh.cells[0] * mesh.cells[1] for mesh in meshes)
         self._at_once = max(1, min(AT_ONCE, _CELLS_AT_ONCE // most))
@@ -51,7 +52,7 @@ class Assembly:
         self._drop()
 
     def begin(self) -> None:
-        """Create the file, unless it is there or what it holds of a case depends on others."""
+        """Create the file, unless it exists or its fields are to be cropped, which needs the contacts of all cases."""
         if self._cube is None and self._study.outputs.crop != "contact":
             with contextlib.suppress(UserError):
                 self._create(None)
@@ -67,7 +68,7 @@ class Assembly:
             self._drop()
 
     def give_way(self) -> bool:
-        """Drop the file, whose place the results may need; whether there was one."""
+        """Remove the file, as the results may need its disk space; whether there was one."""
         there = self._cube is not None
         self._drop()
         return there
@@ -78,7 +79,7 @@ class Assembly:
         started: float,
         check_interrupts: Callable[[], None] = lambda: None,
     ) -> None:
-        """Take all cases that are left, and publish the cube. `started`: time.monotonic() of the sweep's begin.
+        """Take all cases that are left, and publish the cube. `started`: time.monotonic() at the sweep's start.
 
         Raises UserError when the cube cannot be written, or a record that was whole when it was found can no longer be
         read.
@@ -113,13 +114,13 @@ class Assembly:
 
 
 class _Dropped(Exception):
-    """Ends the writing of a file that is not wanted."""
+    """Raised to abandon the file that is being written."""
 
 
 def contacts(expansion: Expansion, store: Store) -> dict[str, dict[Mesh, Region]]:
     """The smallest box of cells, for each mesh of each grid, that holds the contacts of all its cases.
 
-    At least two cells each way: who reads the cube tells their size from their centres.
+    It has at least two cells each way, since readers of the cube derive the cells' size from their centres.
     """
     found: dict[str, dict[Mesh, Region]] = {grid.name: {} for grid in expansion.grids}
     for case in expansion.cases:
@@ -137,7 +138,7 @@ def contacts(expansion: Expansion, store: Store) -> dict[str, dict[Mesh, Region]
 
 
 def _two_wide(low: int, high: int) -> tuple[int, int]:
-    """The range of cells low to high, not empty, made two wide if it is one; windows have more."""
+    """The range of cells low <= i < high, not empty, widened to two cells if it is one; windows have more."""
     if high - low > 1:
         return low, high
     return (low - 1, high) if low > 0 else (low, high + 1)

@@ -1,4 +1,4 @@
-"""Batches of cases that share a normal problem: how they are made, solved here or elsewhere, and warmed up for."""
+"""Batches of cases that share a normal problem: making them, solving them, and compiling kernels for them."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from rcstudy.study import Study
 
 _BATCHES_PER_WORKER = 4  # so that workers end at about the same time
-SMALLEST_SPLIT, LARGEST_BATCH = 8, 64  # cases; a batch that is split has its pressure solved again
+SMALLEST_SPLIT, LARGEST_BATCH = 8, 64  # cases; each part of a split batch solves for its pressure again
 
 
 def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
-    """Neighbouring cases with the same normal problem, in batches small enough to keep `workers` busy to the end."""
+    """Batches of consecutive cases with the same normal problem, small enough to keep `workers` busy to the end."""
     from rcstudy.cases import normal_problem
 
     if workers == 1:
@@ -41,7 +41,7 @@ def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
 
 
 def solve_batch(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Result]:
-    """Solve scenes that share a normal problem: a result each, in order, whatever the solver does.
+    """Solve scenes that share a normal problem and yield a result for each, in order, even if the solver fails.
 
     `series`: see :func:`rcstudy.solve.solve_group`.
     """
@@ -62,14 +62,14 @@ def solve_batch(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
 
 
 def solve_series(scenes: Sequence[Scene]) -> Iterator[Result]:
-    """As `solve_batch`; a case starts from the tractions of the nearest creepage solved before it, if near enough."""
+    """As `solve_batch`; each scene starts from the tractions of the nearest creepage solved before, if near enough."""
     return solve_batch(scenes, series=True)
 
 
 def warm_up_scenes(study: Study) -> list[Scene]:
-    """A few tiny scenes, one of each kind that `study` has, that have every kernel compiled that its cases will use.
+    """Small scenes, one of each kind in `study`, whose solution compiles every kernel that its cases will use.
 
-    They do not share a normal problem: each is to be solved by itself.
+    They do not share a normal problem, so each has to be solved by itself.
     """
     found: dict[tuple[object, ...], Scene] = {}
     for grid in study.grids:
@@ -80,10 +80,10 @@ def warm_up_scenes(study: Study) -> list[Scene]:
 
 
 def _kind(scene: Scene) -> tuple[object, ...]:
-    """What decides by which code `scene` is solved.
+    """The properties of `scene` that determine which code solves it.
 
-    Whether its bodies are alike is part of it under layers too, where it does not matter: so each axis of a grid can be
-    looked at by itself, whatever the others are.
+    They include whether its bodies are quasi-identical, even with layers, where that does not matter. Each axis of a
+    grid can therefore be examined by itself, whatever the values on the others.
     """
     other = scene.counterbody
     return (
@@ -98,9 +98,9 @@ def _kind(scene: Scene) -> tuple[object, ...]:
 
 
 def _of_each_kind(grid: GridPlan) -> Iterator[tuple[int, ...]]:
-    """Indices of a few cases of `grid`, one at least of every kind that it has.
+    """Indices of a few cases of `grid`, at least one of every kind that it has.
 
-    Each axis is looked at by itself, the others at their first value: cases may be a million.
+    Each axis is examined by itself, with the others at their first values, as there may be a million cases.
     """
     from rcstudy.build import build_without_mesh
 

@@ -1,4 +1,4 @@
-"""Validated settings -> Scene in absolute units: relative quantities resolved, coatings built, window checked."""
+"""Scenes in absolute units from validated settings: resolves relative quantities, builds coatings, checks windows."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ COATING_KEYS = ("layer_count", "thickness", "modulus", "layer_nu")
 Parts = dict[str, Any]
 
 
-_WIDER = 1.05  # how much wider the contact may come out on a finer mesh than on the coarse one
-_ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # stands in for the one that is sought
+_WIDER = 1.05  # largest expected width of the contact on a finer mesh over that on the coarse one
+_ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # placeholder for a mesh that is not known yet
 
 
 class BuildError(ValueError):
-    """Settings that are each allowed but make no scene together; `conflicts` as those of a scene, if it is for them."""
+    """Raised for settings that are each allowed but together give no scene; `conflicts`: those of `Scene`, if any."""
 
     def __init__(self, reason: str, conflicts: Mapping[str, str] | None = None) -> None:
         super().__init__(reason)
@@ -50,12 +50,12 @@ def parts_of(scene: SceneSpec, coating: CoatingSpec | None) -> Parts:
 
 
 def keys_to(path: str) -> tuple[str, ...]:
-    """Where the axis `path` puts its value among the Parts."""
+    """Keys in Parts under which the value of the axis `path` is stored."""
     return ("coating", path) if path in COATING_KEYS else tuple(path.split("."))
 
 
 def part(parts: Parts, path: str) -> Any:
-    """The setting that the axis `path` varies."""
+    """The value in `parts` of the setting that the axis `path` varies."""
     value: Any = parts
     for key in keys_to(path):
         value = value[key]
@@ -72,7 +72,7 @@ def with_part(parts: Parts, path: str, value: Any) -> Parts:
 
 @lru_cache(maxsize=4096)
 def uncoated_hertz(radius: tuple[float, float], load: float, body: Material, counterbody: Material | None) -> Hertz:
-    """Hertz contact of the uncoated pair; BuildError if it is beyond the range of floating point numbers."""
+    """Hertz contact of the uncoated pair. Raises BuildError if it exceeds the range of floating point numbers."""
     try:
         with np.errstate(divide="raise", over="raise", invalid="raise"):
             contact = hertz_contact(radius, load, contact_modulus(body, counterbody))
@@ -84,7 +84,7 @@ def uncoated_hertz(radius: tuple[float, float], load: float, body: Material, cou
 
 
 def scene_hertz(scene: Scene) -> Hertz:
-    """Hertz contact of the uncoated pair of `scene`, remembered between scenes that share it."""
+    """Hertz contact of the uncoated pair of `scene`, cached for scenes that share it."""
     return uncoated_hertz(scene.radius, scene.load, scene.substrate, scene.counterbody)
 
 
@@ -111,8 +111,8 @@ def _layer(spec: LayerSpec, es: float, a: float) -> Layer:
 
 @lru_cache(maxsize=4096)
 def _extents(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Widths (mm) of the contact of `scene` without friction, and of what holds it when it slides."""
-    # these bring the compiled kernels: only studies that fit need them
+    """Widths (mm) along x and y of the contact of `scene` without friction, and of one window for full sliding."""
+    # imported here because they import the compiled kernels, which only studies with fitted windows need
     from rcstudy.mechanics.window import contact_extent, sliding_extent
 
     extent = contact_extent(scene)
@@ -120,16 +120,15 @@ def _extents(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[float, float]:
-    """`mesh.size: auto`: the sides (mm) of a window of `cells` that is `margin` times as wide as the contact.
+    """Sides (mm) of a window of `cells` that is `margin` times as wide as the contact (`mesh.size: auto`).
 
-    The contact meant is that without friction; with full coupling the window is no narrower than what holds the contact
-    when it slides.
+    The contact is that without friction. With full coupling the window also holds the contact in full sliding.
     """
-    # what does not matter to it is left out, so that all cases of one pressure have one window
+    # settings that do not affect the window are left out, so that all cases with one pressure have the same window
     bare = Scene(scene.substrate, scene.radius, scene.load, _ANY_MESH, scene.layers, scene.counterbody)
     if scene.is_coupled:
         bare = replace(bare, friction=scene.friction, coupling="full")
-    # of few cells one has to be free on either side, whatever the margin
+    # on few cells one cell has to be free on either side, whatever the margin
     least = [_WIDER * n / (n - 2) for n in cells]
     x, y = (
         max(max(margin, wider) * width, wider * sliding)
@@ -139,7 +138,7 @@ def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[fl
 
 
 def build(parts: Parts) -> Scene:
-    """The scene of `parts`; BuildError if the settings make none."""
+    """The scene of `parts`. Raises BuildError if the settings together give none."""
     scene = build_without_mesh(parts)
     cells = parts["mesh"]["cells"]
     size: tuple[Quantity, Quantity] | None = parts["mesh"]["size"]
@@ -155,7 +154,7 @@ def build(parts: Parts) -> Scene:
 
 
 def build_without_mesh(parts: Parts) -> Scene:
-    """The scene of `parts` but for its mesh, in whose place any stands; BuildError if the settings make none."""
+    """The scene of `parts` with a placeholder for its mesh. Raises BuildError if the settings together give none."""
     substrate = Material(parts["substrate"]["E"], parts["substrate"]["nu"])
     es = substrate.E
     counterbody = None
@@ -193,12 +192,12 @@ def build_without_mesh(parts: Parts) -> Scene:
 
 
 def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
-    """Why the mesh does not suit the contact, judged by the sizes that it can have: ("", "") if it may.
+    """Reason why the mesh cannot suit the contact, from bounds of the contact's size; ("", "") if it may.
 
     Returns the key of the mesh at fault ("size" or "cells") and what is allowed for it.
 
-    This is known before anything is solved: a contact that does reach the window's edge is refused by the solver. A
-    fitted window suits by itself.
+    This check precedes any solution; the solver refuses contacts that actually reach the edge of the window. Fitted
+    windows always pass.
     """
     if parts["mesh"]["size"] is None:
         return "", ""

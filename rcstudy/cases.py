@@ -1,7 +1,7 @@
 """Study -> grids with their coordinates and ordered cases, each with a content hash.
 
 Cases that share a normal problem stand next to each other, and so do those that share layers and mesh, whichever grid
-they come from: whoever walks the cases in order can keep what is shared and drop it when it changes.
+they come from: code that walks the cases in order can keep what is shared and drop it when it changes.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def case_key(scene: Scene) -> str:
 
 
 def normal_problem(scene: Scene) -> Hashable:
-    """What the pressure depends on: all of `scene` if tractions act on it, else all but what only they feel."""
+    """What the pressure depends on: all of `scene` if tractions act on it, else all but what affects only these."""
     if scene.is_coupled:
         return scene
     mesh, tolerance = scene.mesh, scene.tolerance.normal
@@ -143,7 +143,7 @@ def layer_set(scene: Scene) -> Hashable:
 def expand(study: Study) -> Expansion:
     """All grids and cases of `study`."""
     collecting = gc.isenabled()
-    gc.disable()  # of all that is made here nothing is garbage, and to look for it takes a third of the time
+    gc.disable()  # nothing that is made here is garbage, and looking for some takes a third of the time
     try:
         return _expanded(study)
     finally:
@@ -168,7 +168,7 @@ def _expanded(study: Study) -> Expansion:
 
 @dataclass
 class _Scales:
-    """The sizes of a (mm) and Es (MPa) met in one grid."""
+    """The values that the scales a (mm) and Es (MPa) take in one grid."""
 
     found: dict[str, set[float]] = field(default_factory=lambda: {LENGTH: set(), MODULUS: set()})
 
@@ -177,7 +177,7 @@ class _Scales:
         self.found[MODULUS].add(scene.substrate.E)
 
     def of(self, scale: str) -> float | None:
-        """The size of `scale` if it is the same for all cases, else None."""
+        """The value of `scale` if it is the same for all cases, else None."""
         values = self.found[scale]
         return next(iter(values)) if len(values) == 1 else None
 
@@ -198,7 +198,7 @@ def _axis_coords(axis: AxisPlan, scales: _Scales) -> dict[str, Coord]:
         coords = _text(axis.name, axis.labels)
     elif not mappings:
         coords = _value_coords(axis.name, axis.path, axis.values, axis.labels, scales)
-    else:  # labelled mappings, and None (rigid) among them; what is None in all of them (auto) has no coordinate
+    else:  # labelled mappings, with None (rigid) among them; a key that is None in all (auto) has no coordinate
         coords = _text(axis.name, axis.labels)
         for key in mappings[0]:
             name = key if axis.path == "creepage" else f"{axis.name}_{key}"
@@ -231,9 +231,10 @@ def _value_coords(
 
 
 def _number_coords(name: str, values: Sequence[Any], units: str, long_name: str, scales: _Scales) -> dict[str, Coord]:
-    """One coordinate of numbers; of quantities the absolute and the relative one, as far as they are the same for all.
+    """The coordinate of plain numbers; of quantities the absolute and the relative one, as far as both are defined.
 
-    Where the scale differs from case to case there is no absolute coordinate of a relative quantity, nor the reverse.
+    Where the scale differs from case to case, relative quantities have no absolute coordinate, and absolute ones no
+    relative coordinate.
     """
     if not any(isinstance(value, Quantity) for value in values):
         return {name: Coord(list(values), units, long_name)}

@@ -44,7 +44,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # plain help: in boxes flags have a type, <bool>, and lines are broken in the middle
+    rich_markup_mode=None,  # plain help: the one in boxes shows a type, <bool>, for flags and breaks lines early
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
 
@@ -75,7 +75,7 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
         except UserError as error:
             print(error, file=sys.stderr)
             code = EXIT_BAD_INPUT
-        except BrokenPipeError:  # who reads the output has seen enough
+        except BrokenPipeError:  # the reader of the output has closed the pipe
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             code = EXIT_UNHEARD
         except OSError as error:
@@ -199,14 +199,14 @@ def sweep(
 
 
 def _target(spec: Path, output: Path | None) -> Path:
-    """The cube of a study: where it was said to be, or named after the study file."""
+    """Path of the cube of a study: `output` if given, else named after the study file."""
     return output if output is not None else Path(f"{spec.stem}.nc")
 
 
 def _cube_target(spec: Path, output: Path | None) -> Path:
-    """The same, of a command that writes it; UserError for a name that is plainly another format's.
+    """Path of the cube for a command that writes it; UserError if its suffix is that of another format.
 
-    Says so if its folder is going to be made.
+    Reports it to the user if the folder has to be made.
     """
     target = _target(spec, output)
     if target.suffix.lower() in _OTHER_FORMATS:
@@ -255,7 +255,7 @@ def _workers(text: str) -> int:
 
 
 def _outcome(done: Summary, part: str = "") -> int:
-    """Print what a sweep or a merge did; the exit code."""
+    """Print what a sweep or a merge did; returns the exit code."""
     from rcstudy.progress import duration
 
     for failure in done.failures[:_SHOWN_FAILURES]:

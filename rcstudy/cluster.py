@@ -1,12 +1,13 @@
-"""Solves batches of cases on a running Dask cluster: workers anywhere, each solving one case at a time.
+"""Solves batches of cases on a running Dask cluster: workers on any machines, each solving one case at a time.
 
-The client deals the work out itself. Dask would try a task again on one worker after another, four in all, before it
-says that they died of it; and what it holds must stay bounded. So a worker has two parcels, one being solved and one
-to go on with, each tied to it; when it is gone, the client knows which of them it was at. The cases of that parcel are
-tried once more, each alone: the one that ends its worker again gets status ERROR, the others are solved.
+This process distributes the work itself, in parcels (batches that are sent together), for two reasons. Dask would retry
+a task that ends its worker on four workers in all before it reports the failure, and the work that Dask holds must stay
+bounded. A worker therefore has at most two parcels, one being solved and one to follow, each submitted to that worker
+only. When a worker is lost, it is known which parcel it was solving. The cases of that parcel are tried once more, each
+alone: a case that ends its worker again gets status ERROR, the others are solved.
 
-Everything between the machines is Dask's protocol, which trusts all who take part: whoever can reach the scheduler can
-run code on the workers and here.
+The machines communicate by Dask's protocol, which trusts all participants: whoever can reach the scheduler can run code
+on the workers and in this process.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
 
 _CONNECT_SECONDS = 15.0
-_FETCH_SECONDS = 1.0  # before a look whether the worker that holds the results is still there
-_LOOK_SECONDS = 0.5  # between looks at which workers there are
-_PARCELS_HELD = 2  # by a worker: the one it solves, and one to go on with
-_SHARES = 4  # parcels a worker there should at least be, so that all end at about the same time
-_PARCEL_CELLS = 64 * 64 * 64  # of all cases of a parcel: some 0.1 s of work, or one case
+_FETCH_SECONDS = 1.0  # wait for results before checking that their worker is still there; doubled each time
+_LOOK_SECONDS = 0.5  # between checks of which workers there are
+_PARCELS_HELD = 2  # at most by a worker: the one being solved and the next one
+_SHARES = 4  # parcels left for each worker, at least, so that all workers end at about the same time
+_PARCEL_CELLS = 64 * 64 * 64  # most cells of all cases of a parcel (some 0.1 s of work), unless it is a single case
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Scheduler:
     file: Path | None = None
 
     def find(self) -> str:
-        """Its address. Raises UserError if the file is missing or holds none."""
+        """The scheduler's address. Raises UserError if the file is missing or holds none."""
         if self.file is None:
             return self.address
         try:
@@ -72,7 +73,7 @@ def scheduler_at(address: str | None, file: Path | None) -> Scheduler | None:
 
 
 def check(scheduler: Scheduler) -> str:
-    """The address of `scheduler`. Raises UserError when it cannot be told, or when Dask is not installed."""
+    """The address of `scheduler`. Raises UserError when it cannot be found out, or when Dask is not installed."""
     try:
         import distributed  # noqa: F401
     except ImportError as error:
@@ -93,8 +94,8 @@ def solve_on_cluster(
     """Solve `batches` (cases sharing a normal problem) on the cluster of `scheduler`; yield results as they come.
 
     A result is what `solve` yields for the case, or a Result with status ERROR if it ended its workers. `solve` must
-    be importable by name on the workers. Workers may come and go; where there is none, this waits for one. `tell` gets
-    what is to be reported to the user. Closing the iterator withdraws queued work.
+    be importable by name on the workers. Workers may come and go; while there is none, this waits for one. `tell` is
+    called with messages for the user. Closing the iterator withdraws queued work.
 
     Raises UserError when Dask is not installed, the scheduler cannot be reached or is lost, or its workers run other
     code than this process.
@@ -105,7 +106,7 @@ def solve_on_cluster(
 
 @contextlib.contextmanager
 def _connected(scheduler: Scheduler) -> Iterator[Any]:
-    """A client of the scheduler; whatever it still wants is released at the end."""
+    """A client of the scheduler; tasks that it still waits for are released at the end."""
     address = check(scheduler)
     import distributed
 
@@ -116,7 +117,7 @@ def _connected(scheduler: Scheduler) -> Iterator[Any]:
                 client, address or " ", timeout=_CONNECT_SECONDS, set_as_default=False, name="rcstudy"
             )
         except (OSError, ValueError, TypeError, ImportError, RuntimeError) as error:
-            # else it closes itself when it is collected; in the midst of another one's start that waits for itself
+            # else it closes itself when it is garbage collected: during the start of another client that is a deadlock
             with contextlib.suppress(Exception):
                 client.close(timeout=2)
             reason = str(error).strip() or type(error).__name__
@@ -129,7 +130,7 @@ def _connected(scheduler: Scheduler) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _dask_silenced() -> Iterator[None]:
-    """Keep Dask from printing what is dealt with here: workers that are gone, versions that differ."""
+    """Suppress Dask's messages on conditions that are handled here: lost workers, differing versions."""
     logger = logging.getLogger("distributed")
     children = [logging.getLogger(f"distributed.{name}") for name in ("client", "comm", "core", "batched", "utils")]
     before = [(one, one.level) for one in (logger, *children)]
@@ -146,7 +147,7 @@ def _dask_silenced() -> Iterator[None]:
 
 @dataclass(eq=False)
 class _Parcel:
-    """Batches sent to one worker together; `suspect`: a case that was in a parcel whose worker died, now alone."""
+    """Batches sent to one worker together. A `suspect` is one case, alone, from a parcel whose worker died."""
 
     batches: list[list[Case]]
     deaths: int = 0
@@ -164,7 +165,7 @@ class _Parcel:
 
 @dataclass
 class _Deal:
-    """The work and who is at what. `given` are results that no worker sent: of cases that were given up."""
+    """State of the distribution: what waits and what each worker holds. `given`: results of cases that are given up."""
 
     client: Any
     solve: Callable[[Sequence[Scene]], Iterator[Any]]
@@ -186,7 +187,7 @@ class _Deal:
         self.ours = examine()
 
     def run(self) -> Iterator[tuple[Case, Any]]:
-        """Deal out all the work; yield each case with its result."""
+        """Distribute all the work; yield each case with its result."""
         if not self.waiting:
             return
         self._examine_scheduler()
@@ -201,8 +202,8 @@ class _Deal:
     # workers
 
     def _look_round(self) -> None:
-        """See which workers have gone and which are new."""
-        # before a suspect is given away, lest it be blamed for a death that had been before
+        """Update the workers: take back the work of lost ones, examine new ones."""
+        # always done before a suspect is sent, which else could be blamed for an earlier death of its worker
         if time.monotonic() < self.next_look and not self.suspects:
             return
         present = self._ask(self.client.nthreads)
@@ -221,7 +222,7 @@ class _Deal:
         self.next_look = time.monotonic() + _LOOK_SECONDS
 
     def _examine_scheduler(self) -> None:
-        """Raise UserError if the scheduler cannot import what it passes on: it looks into tasks."""
+        """Raise UserError if the scheduler cannot import rcstudy, which it needs as it inspects tasks."""
         try:
             self.client.run_on_scheduler(examine)
         except Exception as error:
@@ -242,7 +243,7 @@ class _Deal:
         return str(getattr(self.client.scheduler, "address", "Dask cluster"))
 
     def _welcome(self, threads: dict[str, int]) -> None:
-        """Examine new workers: those that run other code end the sweep if it has not begun, else are left out."""
+        """Examine new workers: one with other code ends the sweep if no worker was accepted yet, else is left out."""
         answers = self._ask(self.client.run, examine, workers=sorted(threads), on_error="return")
         for address, answer in sorted(answers.items()):
             if isinstance(answer, OSError):  # gone again
@@ -265,7 +266,7 @@ class _Deal:
             self.tell(text)
 
     def _bury(self, address: str) -> None:
-        """Take back what a worker held that is gone: the parcel it was at has seen a death, the next one has not."""
+        """Take back the parcels of a lost worker; the death counts only for the one that was being solved."""
         held = self.workers.pop(address)
         at_work = True
         for parcel in held:
@@ -279,6 +280,7 @@ class _Deal:
                 self._put_back(parcel)
 
     def _died(self, parcel: _Parcel, how: str) -> None:
+        """Count the death of a worker at `parcel`: its cases are tried again one by one, or its only case given up."""
         deaths = parcel.deaths + 1
         if len(parcel.cases) > 1 or deaths < ATTEMPTS:
             self.suspects.extend(_Parcel([[case]], deaths) for case in parcel.cases)
@@ -289,7 +291,7 @@ class _Deal:
     # work
 
     def _hand_out(self) -> None:
-        """Give parcels to workers that have room, first to those that have nothing."""
+        """Send parcels to workers that may hold more, first to those that hold none."""
         held_at_most = 1 if self.suspects else _PARCELS_HELD
         for level in range(held_at_most):
             for address, held in self.workers.items():
@@ -301,7 +303,7 @@ class _Deal:
                 self._send(parcel, address)
 
     def _next_parcel(self) -> _Parcel | None:
-        """The next batches, or the beginning of one: less and less as the work comes to its end."""
+        """The next parcel: some batches or a part of one, smaller towards the end of the work; None if none waits."""
         if not self.waiting:
             return None
         cells = max(1, _PARCEL_CELLS // _cells(self.waiting[0][0]))
@@ -333,7 +335,7 @@ class _Deal:
 
     def _call_back(self, parcel: _Parcel) -> None:
         self.flying.pop(parcel.future.key, None)
-        with contextlib.suppress(Exception):  # a scheduler that is gone is found out soon enough
+        with contextlib.suppress(Exception):  # a lost scheduler is reported by the next `_ask`
             parcel.future.cancel()
 
     def _put_back(self, parcel: _Parcel) -> None:
@@ -344,7 +346,7 @@ class _Deal:
         self.left += len(parcel.cases)
 
     def _landed(self) -> list[_Parcel]:
-        """Parcels that have ended, at once if there are any, else after a while at most."""
+        """Parcels that have ended; waits for the first one, _LOOK_SECONDS at most."""
         keys = []
         with contextlib.suppress(queue.Empty):
             keys.append(self.finished.get(timeout=_LOOK_SECONDS))
@@ -354,11 +356,11 @@ class _Deal:
         for parcel in landed:
             if parcel in self.workers.get(parcel.worker, ()):
                 self.workers[parcel.worker].remove(parcel)
-        self._hand_out()  # before results are taken to the disk: workers shall not wait for that
+        self._hand_out()  # first, so that workers do not wait while results are written to the disk
         return landed
 
     def _opened(self, parcel: _Parcel) -> Iterator[tuple[Case, Any]]:
-        """The results of a parcel that has ended, however that was."""
+        """Each case of an ended parcel with its result; none if it failed, which `_failed` then deals with."""
         try:
             results = self._fetched(parcel)
         except Exception as error:
@@ -369,7 +371,7 @@ class _Deal:
         yield from zip(parcel.cases, results, strict=True)
 
     def _fetched(self, parcel: _Parcel) -> list[Any]:
-        """What the worker sends back. Raises TimeoutError when it has died before it could, else the task's error."""
+        """The results that the worker sends. Raises TimeoutError if it died before that, or the error of the task."""
         seconds = _FETCH_SECONDS
         while True:
             try:
@@ -382,10 +384,10 @@ class _Deal:
                 return fetched
 
     def _failed(self, parcel: _Parcel, error: Exception) -> None:
-        """Deal with a parcel that gave no results: lost on the way, the end of its workers, or an error in itself."""
+        """Deal with a parcel without results: they were lost, its workers died, or the task raised an error."""
         self._ask(lambda: None)
         how = f"{type(error).__name__}: {error}"
-        if type(error).__name__ == "KilledWorker":  # a worker came back at its old address, as often as Dask lets it
+        if type(error).__name__ == "KilledWorker":  # a worker restarted at its address, as often as Dask allows
             self._died(parcel, "its worker came back and died again")
         elif isinstance(error, TimeoutError) or parcel.future.status in ("cancelled", "lost", "pending"):
             self._put_back(parcel)  # solved, but the worker died before it could pass the results on

@@ -1,10 +1,11 @@
-"""Compares a cube with a reference: structure and status exactly, numbers relative to their own scale.
+"""Compares a cube with a reference: structure and status exactly, numbers relative to a scale in each case.
 
-A field is measured against its largest magnitude in its own case, a scalar against its own magnitude there: forces
-and moment (over Hertz's radius) against the largest of them, the area of slip against that of contact, the power of
-friction against force times creepage. So no case hides behind one under a thousand times the load. Where all that is
-next to nothing (the lateral traction of a purely longitudinal creepage) a millionth of the quantity's natural scale
-(friction times load, say) takes its place, so that rounding is not mistaken for a difference.
+The scale of a field is its largest magnitude in the case, that of a scalar its own magnitude in the case. Scalars that
+may be small beside related ones have larger scales: forces and moment (over Hertz's radius) the largest of them, the
+slip area the contact area, the friction power that force times the creepage. Each case has its own scales, so one under
+a small load is compared as strictly as one under a thousand times that load. A scale is at least 1e-6 of the quantity's
+natural size (friction times load for forces), so that rounding is not taken for a difference where a quantity vanishes,
+such as the lateral traction under purely longitudinal creepage.
 Solver diagnostics (iterations, residuals, proof, error estimates, seconds) must be present; their values are not
 compared.
 """
@@ -29,7 +30,7 @@ from rcstudy.yamltree import suggest
 TABLE = "table of all cases"
 """Name, in reports, of the root table of a cube of several grids."""
 
-_FLOOR = 1e-6
+_FLOOR = 1e-6  # of a quantity's natural size: the smallest scale
 _BLOCK = 32  # cases whose fields are in memory at a time
 
 
@@ -37,7 +38,8 @@ _BLOCK = 32  # cases whose fields are in memory at a time
 class Difference:
     """The difference of one variable in one case.
 
-    `value` is relative to `scale` (infinite where only one cube has a value), `allowed` likewise; `note` says more.
+    `value` and the tolerance `allowed` are relative to `scale`; `value` is infinite where there is no number to give,
+    for instance where only one cube has a value. `note` explains.
     """
 
     grid: str
@@ -50,7 +52,7 @@ class Difference:
 
     @property
     def excess(self) -> float:
-        """How many times larger than allowed; above 1 is too much."""
+        """`value` over `allowed`; above 1 is too much."""
         if self.value == 0.0:
             return 0.0
         return self.value / self.allowed if self.allowed > 0 else np.inf
@@ -63,9 +65,12 @@ class Difference:
 
 @dataclass
 class Comparison:
-    """Outcome: `structure` holds differences other than of numbers, `bad` all that exceed their tolerance,
-    `worst` the largest difference of each variable, `cases` the number of cases compared, `unmatched` the patterns of
-    tolerances that match no case."""
+    """Outcome of a comparison: differences in structure and in numbers.
+
+    `structure`: differences other than in numbers, in words; `bad`: differences beyond their tolerance; `worst`: the
+    largest difference of each variable by name; `cases`: number of cases compared; `flips`: cells whose states were
+    allowed to differ; `unmatched`: patterns of tolerances that match no case.
+    """
 
     structure: list[str] = field(default_factory=list)
     bad: list[Difference] = field(default_factory=list)
@@ -80,7 +85,7 @@ class Comparison:
         return not self.structure and not self.bad and self.cases > 0
 
     def add(self, difference: Difference) -> None:
-        """Count one difference in."""
+        """Record one difference."""
         if difference.bad:
             self.bad.append(difference)
         before = self.worst.get(difference.variable)
@@ -153,7 +158,7 @@ def compare(
     if (GRID in cube.dataset) != (GRID in reference.dataset):
         outcome.structure.append("one cube has a table of all cases, the other has not")
     elif GRID in cube.dataset and not outcome.structure and not outcome.bad:
-        # it repeats the grids' scalars: once those agree it is looked at for itself
+        # it repeats the grids' scalars: it is compared only once these agree, else differences would be listed twice
         table, model = _table(cube), _table(reference)
         _compare_grid(TABLE, table, model, tolerances, outcome, allow_unsolved, slack)
     return outcome
@@ -174,7 +179,7 @@ def _compare_grid(
     allow_unsolved: bool,
     slack: dict[str, float],
 ) -> int:
-    """Compare one grid; the number of cases in both cubes. `slack`: see `_Grid`."""
+    """Compare one grid; returns the number of cases that are in both cubes. `slack`: see `_Grid`."""
     dims = case_dims(theirs)
     aligned, problems = align(ours, theirs, case_dims(ours), dims)
     outcome.structure += [f"{name}: {problem}" for problem in problems]
@@ -199,7 +204,7 @@ def _compare_grid(
 class _Grid:
     """One grid of both cubes, reduced to the cases that are in both.
 
-    `slack` gives, by case, the area of cells whose state was let pass: the area of slip moves with them.
+    `slack`: by case, the area (mm2) of the cells whose states were allowed to differ; the slip area may differ by it.
     """
 
     def __init__(
@@ -247,7 +252,7 @@ class _Grid:
                 self._add(index, "status", np.inf, 0.0, 1.0, f"is {here} in both cubes")
 
     def compare_scalar(self, name: str) -> None:
-        """One number (or text, or number per layer) per case; of solver diagnostics, whether they are there."""
+        """Compare one number (or text, or number per layer) per case; of solver diagnostics only their presence."""
         if name in ("status", "status_reason", CASE_KEY):
             return
         own_work = name in VARIABLES and name not in TOLERABLE
@@ -274,7 +279,7 @@ class _Grid:
             self._add(index, name, _relative(difference, scale), rtol, scale, note)
 
     def compare_field(self, name: str) -> None:
-        """Numbers in every cell."""
+        """Compare a field, cell by cell."""
         for index, a, b in self._pairs(name):
             a, b = _as_floats(a), _as_floats(b)
             scale = _largest(b)
@@ -289,7 +294,7 @@ class _Grid:
             self._add(index, name, value, rtol, scale, note)
 
     def compare_state(self) -> None:
-        """States of cells, exactly but for the few that may stick in one cube and slip in the other."""
+        """Compare the states of cells, all but a few at the bound that stick in one cube and slip in the other."""
         for index, a, b in self._pairs("state"):
             different = a != b
             count = int(np.count_nonzero(different))
@@ -314,7 +319,10 @@ class _Grid:
             self._add(index, "state", np.inf, 0.0, 1.0, note)
 
     def _at_bound(self, index: tuple[int, ...], sticks_in: np.ndarray, tolerance: float) -> np.ndarray:
-        """Cells whose traction, in the cube in which they stick (0: the cube, 1: the reference), is at the bound."""
+        """Whether each cell's traction is within `tolerance` of mu p in the cube in which the cell sticks: [nx, ny].
+
+        `sticks_in` [nx, ny]: 0 for the cube, 1 for the reference. False everywhere if a cube lacks the fields.
+        """
         at = dict(zip(self.dims, index, strict=True))
         found = []
         for grid in (self.ours, self.theirs):
@@ -329,7 +337,7 @@ class _Grid:
         return np.where(sticks_in == 0, ours, theirs)
 
     def _pairs(self, name: str) -> Iterator[tuple[tuple[int, ...], np.ndarray, np.ndarray]]:
-        """A field of both cubes, case by case, read in blocks."""
+        """Index and the field `name` of both cubes, [nx, ny] each, case by case; read in blocks of cases."""
         *outer, last = self.shape
         order = self.dims[-1], "x", "y"
         for lead in np.ndindex(*outer):
@@ -367,7 +375,7 @@ def _largest(values: np.ndarray) -> float:
 
 
 def _difference(a: np.ndarray, b: np.ndarray) -> tuple[float, str]:
-    """Largest difference; infinite, with a note, where only one of the two has a value or an infinite one."""
+    """Largest absolute difference, and a note; infinite where only one array has a value or where infinities differ."""
     if a.shape != b.shape:
         return np.inf, f"has shape {a.shape}, in the reference {b.shape}"
     missing = np.isnan(a) != np.isnan(b)
@@ -389,7 +397,7 @@ def _relative(difference: float, scale: float) -> float:
 
 
 def _natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """The size a quantity could have in each case, from its settings: {variable: array of the cases' shape}."""
+    """Natural size of each quantity, from the settings (mu load for forces): {variable: array of the cases' shape}."""
     mu, load, a, p0 = (_by_case(grid, dims, n) for n in ("friction", "load", "hertz_radius", "hertz_pressure"))
     along, across, spin = (_by_case(grid, dims, n) for n in ("longitudinal", "lateral", "spin"))
     slide = np.sqrt(along**2 + across**2 + (spin * a) ** 2)
@@ -411,7 +419,11 @@ def _natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.nda
 
 
 def _scales_of_a_kind(grid: xr.Dataset, dims: tuple[str, ...], natural: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """What numbers of a case are measured against that may vanish beside others of their kind, as `_natural_scales`."""
+    """Scales shared by related quantities, any of which may vanish; shaped as `_natural_scales`, 0 for all others.
+
+    Forces and moment: the largest of |Fx|, |Fy| and |Mz|/a; slip area: the contact area; friction power: that force
+    times the creepage.
+    """
     x, y, moment, contact = (
         np.abs(_by_case(grid, dims, n)) for n in ("force_x", "force_y", "moment_z", "contact_area")
     )
@@ -426,7 +438,7 @@ def _scales_of_a_kind(grid: xr.Dataset, dims: tuple[str, ...], natural: dict[str
 
 
 def _by_case(grid: xr.Dataset, dims: tuple[str, ...], name: str) -> np.ndarray:
-    """A number of each case, in the cases' shape; 0 where there is none."""
+    """Variable `name` as an array of the cases' shape; 0 where it has no finite value."""
     shape = tuple(grid.sizes[d] for d in dims)
     if name not in grid or not set(grid[name].dims) <= set(dims):
         return np.zeros(shape)

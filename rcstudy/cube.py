@@ -63,7 +63,7 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
         tree = xr.open_datatree(path, engine=engine(), chunks={} if chunked else None)
     except UserError:
         raise
-    except Exception as error:  # whatever HDF5, h5netcdf or xarray make of a file that is not theirs
+    except Exception as error:  # HDF5, h5netcdf and xarray raise errors of any type on foreign files
         reason = (
             reason_of(error)
             if isinstance(error, OSError)
@@ -102,11 +102,11 @@ def changed_grids(tree: xr.DataTree) -> list[str]:
 
 @contextlib.contextmanager
 def reading(*paths: Path | str) -> Iterator[None]:
-    """Turn whatever comes of damaged or hostile content of the cubes `paths` in the block into a UserError."""
+    """Turn any error that damaged or hostile content of the cubes `paths` causes in the block into a UserError."""
     try:
         yield
     except OSError as error:
-        if error.filename is not None and str(error.filename) not in map(str, paths):  # what is written from it
+        if error.filename is not None and str(error.filename) not in map(str, paths):  # an output file
             raise UserError(f"{error.filename}: {error.strerror or error}") from error
         raise UserError(f"{_at_fault(paths)}: cannot be read, or damaged: {first_line(error)}") from error
     except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
@@ -115,7 +115,7 @@ def reading(*paths: Path | str) -> Iterator[None]:
 
 
 def _at_fault(paths: Iterable[Path | str]) -> str:
-    """Those of the cubes `paths` that cannot be read to their end and what in them; all if that is not found."""
+    """Those of the cubes `paths` that cannot be read completely, with the first fault of each; all if none is found."""
     given = list(dict.fromkeys(map(str, paths)))
     found = {path: next(illegible(path), None) for path in given}
     at_fault = [f"{path}: {fault}" if fault else path for path, fault in found.items() if fault is not None]
@@ -123,9 +123,9 @@ def _at_fault(paths: Iterable[Path | str]) -> str:
 
 
 def illegible(path: Path | str) -> Iterator[str]:
-    """What HDF5 cannot read of all that is stored in a file, a piece at a time: the variable, of fields the case too.
+    """Names of what HDF5 cannot read in a file: variables, for fields with the case; "" for the file itself.
 
-    "" is the file itself. Nothing if all can be read, values missing or wrong apart.
+    Nothing if all can be read; whether values are missing or wrong is not examined.
     """
     nodes: list[h5py.Dataset] = []
     try:
@@ -133,7 +133,7 @@ def illegible(path: Path | str) -> Iterator[str]:
             file.visititems(lambda _, node: nodes.append(node) if isinstance(node, h5py.Dataset) else None)
             for node in nodes:
                 yield from _illegible_chunks(node)
-    except Exception:  # whatever h5py makes of it
+    except Exception:  # h5py raises errors of any type on damaged files
         yield ""
 
 
@@ -168,9 +168,9 @@ def engine() -> Literal["netcdf4", "h5netcdf"]:
 
 
 def _problem_of_grid(name: str, grid: xr.Dataset) -> str:
-    """What is not as in any cube about a grid's name, or its variables' dimensions and types; "" if nothing."""
+    """What is wrong with a grid's name, or with its variables' dimensions and types; "" if nothing."""
     if reason := grid_name_problem(name):
-        return reason  # it becomes part of the names of files
+        return reason  # checked because the name becomes part of file names
     dims = case_dims(grid)
     if not set(dims) <= set(grid.dims) or grid[LABEL].dims != dims:
         return "its cases have no labels"
@@ -240,8 +240,10 @@ def unit_text(coordinate: xr.DataArray) -> str:
 
 
 def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
-    """One result with the names, units and dimensions (x, y) of a cube, and the scene's `hertz_radius` and
-    `hertz_pressure`; floats are NaN where there is no value."""
+    """One result as a Dataset with the names, units and dimensions (x, y) of a cube.
+
+    It has the scene's `hertz_radius` and `hertz_pressure`, too; floats are NaN where there is no value.
+    """
     values: dict[str, Any] = {**result.scalars, **result.fields}
     values |= {"status": Status(result.status).value, "status_reason": result.reason}
     variables = {}

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Mesh
     from rcstudy.study import Study
 
-_COMPRESSION = 1  # of deflate, as the file says; streams come from rcstudy.deflate
+_COMPRESSION = 1  # deflate level that the file states; the streams are made by rcstudy.deflate
 
 
 @contextlib.contextmanager
@@ -34,9 +34,9 @@ def writing(
     expansion: Expansion,
     cropped: Mapping[str, Mapping[Mesh, Region]] | None = None,
 ) -> Iterator[CubeWriter]:
-    """The cube `path` in the making. It takes the place of what is there when the block ends, if that is without error.
+    """The writer of the cube `path`, which replaces an existing file when the block ends without error.
 
-    `cropped`: the cells that fields are cut to, of each mesh of a grid. Raises UserError when the file cannot be
+    `cropped`: the cells that fields are cut to, for each mesh of a grid. Raises UserError when the file cannot be
     written.
     """
     outputs = study.outputs
@@ -91,7 +91,7 @@ class CubeWriter:
         storage.check()
 
     def add(self, some: Sequence[tuple[Case, Record]]) -> None:
-        """Take some cases, few enough that Ctrl-C may wait. Raises OSError when the file cannot be written."""
+        """Add cases, few enough that Ctrl-C may wait for them. Raises OSError when the file cannot be written."""
         with interrupts_held():
             for case, record in some:
                 self._grids[case.grid].add(case, record)
@@ -124,7 +124,7 @@ class CubeWriter:
 
 
 class _Group:
-    """One group of the file: lays it out and writes what is known, then takes results.
+    """One group of the file: creates its variables and writes what is known, then takes results.
 
     Dimensions are HDF5 dimension scales as netCDF-4 has them (NetCDF-4 format, appendix C of the netCDF user's
     guide). Made with h5py, not h5netcdf, which takes ten times as long: seconds for a study of ten grids.
@@ -158,7 +158,7 @@ class _Group:
         group.attrs.update(layout.attrs)
         coordinates = [i.name for i in layout.items if i.coordinate and i.name not in layout.dims]
         if coordinates:
-            group.attrs["coordinates"] = " ".join(coordinates)  # what xarray writes and reads for them
+            group.attrs["coordinates"] = " ".join(coordinates)  # as xarray writes and reads it
 
     def _create(self, group: h5py.Group, item: Item) -> h5py.Dataset:
         options: dict[str, Any] = {}
@@ -198,7 +198,7 @@ class _Group:
         place = (*case.index, 0, 0)
         stored = self._stored[case.scene.mesh] if self._fields else record.region
         for item in self._fields:
-            # a case's field is a chunk: handed over as it was compressed, in half the time h5py takes for it
+            # a case's field is a chunk: written as it was compressed, in half the time that h5py takes
             self._variables[item.name].id.write_direct_chunk(place, self._chunk(item, stored, record))
         self._numbers[case.index] = record.numbers
         self._statuses[case.index] = record.status.value

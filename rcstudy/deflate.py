@@ -1,6 +1,6 @@
 """Compresses fields into zlib streams, as cubes store them, with ISA-L: at six times the speed of zlib itself.
 
-Outside the contact a field is zeros, inside it is numbers that nothing compresses, so the quickest level will do.
+Outside the contact a field is zero, inside it holds numbers that do not compress, so the fastest level is enough.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The cases of a published cube as records: a sweep of an edited study takes over what is still wanted of them.
+"""The cases of a published cube as records: a sweep of an edited study takes over those that it still has.
 
-A grid's keys, statuses and numbers stand under a checksum, its fields under those of their streams; what does not
-match is not taken over. Fields are copied as they were compressed.
+A grid's keys, statuses and numbers have a checksum, its fields those of their zlib streams; what does not match is not
+taken over. Fields are copied as they were compressed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
 def refuse_foreign(output: Path) -> None:
     """Raise UserError unless `output` is free or a cube, perhaps a damaged one: nothing else is replaced by a cube.
 
-    Nor is one that another program has open for writing.
+    A cube that another program has open for writing is not replaced either.
     """
     if not output.exists():
         return
@@ -49,14 +49,14 @@ def refuse_foreign(output: Path) -> None:
             foreign = SCHEMA_ATTRIBUTE not in cube.attrs
     except BlockingIOError as error:
         raise UserError(f"{output}: {reason_of(error)}: wait until it is closed, or choose another --output") from None
-    except Exception:  # whatever h5py makes of a damaged file, as in `EarlierCube`
+    except Exception:  # h5py raises errors of any type on damaged files, as in `EarlierCube`
         foreign = head != _SIGNATURE or not _was_cube(output)
     if foreign:
         raise UserError(f"{output}: exists and is not an rcstudy cube; not overwritten: choose another --output")
 
 
 def _was_cube(path: Path) -> bool:
-    """Whether a file that cannot be opened was a cube: it holds a name that stands near the beginning of all."""
+    """Whether a file that cannot be opened was a cube: it holds a name that stands near the beginning of all cubes."""
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         return data.find(CASE_KEY.encode()) >= 0
 
@@ -102,7 +102,7 @@ class EarlierCube:
             self._file = h5py.File(path, "r")
         except OSError as error:
             raise ValueError(reason_of(error)) from error
-        except Exception as error:  # whatever h5py makes of a damaged or hostile file
+        except Exception as error:  # h5py raises errors of any type on damaged or hostile files
             raise ValueError(first_line(error)) from error
         try:
             attrs = self._file.attrs
@@ -111,7 +111,7 @@ class EarlierCube:
             self.sha256 = str(attrs.get("study_sha256", ""))
             found = [self._file, *(node for node in self._file.values() if isinstance(node, h5py.Group))]
             self.grids = [_EarlierGrid(group) for group in found if "axes" in group.attrs]
-        except Exception as error:  # whatever h5py and NumPy make of a damaged or hostile file
+        except Exception as error:  # h5py and NumPy raise errors of any type on such files
             self._file.close()
             raise ValueError(first_line(error)) from error
 
@@ -135,13 +135,13 @@ class EarlierCube:
     def record(self, grid: int, flat: int, scene: Scene, *, checked: bool = False) -> Record:
         """The record of a case, whose scene is `scene`. Raises DamagedRecord when there is something wrong with it.
 
-        `checked`: it is solved and was read before without an error, so its fields are copied and not looked into.
+        `checked`: it is solved and was read before without an error, so its fields are copied without a check.
         """
         try:
             return self.grids[grid].record(flat, scene, checked)
         except DamagedRecord:
             raise
-        except Exception as error:  # whatever h5py and NumPy make of a damaged or hostile file
+        except Exception as error:  # h5py and NumPy raise errors of any type on such files
             raise DamagedRecord(first_line(error)) from error
 
 
@@ -159,7 +159,7 @@ class _EarlierGrid:
         self.statuses = [Status(status) for status in numbers.pop("status").tolist()]
         self.numbers = np.stack([_as_doubles(numbers.get(name), len(self.keys)) for name in SCALARS], axis=-1)
         self.fields = {name: group[name] for name in FIELDS if name in group}
-        # of coordinates that all cases share, one mesh each; of others, one for each case, what HDF5 reads them by
+        # datasets of centres that are stored for each case; regions, by mesh, of coordinates that all cases share
         self._centres = {name: group[name] for name in ("x_centre", "y_centre") if name in group}
         self._regions: dict[Mesh, Region] = {}
         for dataset in self.fields.values():
@@ -204,13 +204,13 @@ class _EarlierGrid:
                 raise DamagedRecord("its coordinates are not those of its mesh")
             found += [first, first + centres.size]
         i0, i1, j0, j1 = found
-        if not self._centres:  # else another case of that mesh may say something else
+        if not self._centres:  # else the centres of another case of that mesh may be different
             self._regions[mesh] = i0, i1, j0, j1
         return i0, i1, j0, j1
 
 
 def _as_doubles(values: np.ndarray | None, count: int) -> np.ndarray:
-    """A number of `count` cases as records hold it: NaN where there is none."""
+    """The values of a scalar in `count` cases as records hold them: NaN where there is none."""
     if values is None:
         return np.full(count, np.nan)
     found = values.astype(np.float64)
@@ -226,7 +226,7 @@ def _check_chunks(dataset: h5py.Dataset, case_dims: int) -> None:
 
 
 def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region, checked: bool) -> PackedField | None:
-    """A case's field, checked to its last byte unless it was before; None where nothing but missing values stands."""
+    """A case's field, checked to its last byte unless `checked` before; None if all of its values are missing."""
     _, stream = dataset.id.read_direct_chunk((*index, 0, 0))
     shape = dataset.shape[-2:]
     dtype = dataset.dtype.str[1:]
@@ -236,11 +236,11 @@ def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region, checke
     region_of_all = (0, shape[0], 0, shape[1])
     whole = Record(Status.SOLVED, "", shape, region_of_all, (), {"": PackedField(dtype, stream)}).values("")
     inner = whole[: held[0], : held[1]]
-    if _is_missing(inner[:1, :1]) and _is_missing(inner):  # most are not, as their first cell tells
+    if _is_missing(inner[:1, :1]) and _is_missing(inner):  # the first cell is enough to rule out most fields
         return None
     return PackedField(dtype, bytes(stream) if held == shape else compress(np.ascontiguousarray(inner)))
 
 
 def _is_missing(values: np.ndarray) -> bool:
-    """Whether nothing but missing values stands in a field."""
+    """Whether all values of a field are missing."""
     return bool((np.isnan(values) if values.dtype.kind == "f" else values == MISSING).all())

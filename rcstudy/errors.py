@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 EXIT_DIFFERENT = 1
-"""Of `compare` where cubes differ."""
+"""Exit code of `compare` where cubes differ."""
 
 EXIT_BAD_INPUT = 2
-"""Of a command that was given what it cannot use."""
+"""Exit code of a command with input that it cannot use."""
 
 EXIT_FAILED_CASES = 3
-"""Of a sweep or merge some of whose cases are not solved."""
+"""Exit code of a sweep or merge some of whose cases are not solved."""
 
 EXIT_INTERRUPTED = 130
-"""Of a command that Ctrl-C ended."""
+"""Exit code of a command that Ctrl-C ended."""
 
 EXIT_UNHEARD = 141
-"""Of a command whose output pipe was closed by its reader, as of a program that a broken pipe ended."""
+"""Exit code of a command whose output pipe was closed by its reader, like that of a program ended by SIGPIPE."""
 
 
 class UserError(Exception):
@@ -23,5 +23,5 @@ class UserError(Exception):
 
 
 def first_line(error: Exception) -> str:
-    """What an error says in its first line, its type if it says nothing."""
+    """The first line of an error's message, or its type if it has none."""
     return (str(error).strip() or type(error).__name__).splitlines()[0]

@@ -1,18 +1,21 @@
-"""Estimates of the discretisation error of each scalar, from the coarser meshes that every solution starts from.
+"""Estimates of the discretisation error of each scalar, from the coarser meshes on which each solution is started.
 
-What differences between these meshes and the number of cells tell is in `fits.py`. What a contact of one to four cells
-is, or a long one of no more than three along one side, cells do not tell at all: it may be of any size below theirs. To
-its bars comes by how much it differs from the Hertz contact of what the layers yield to a wave of its size, and cells
-per radius count along the narrower side.
+`fits.py` estimates it from the differences between these meshes and from N, the number of cells per radius of the
+contact. Here the other contributions are added:
 
-The slip area on aligned cells shares the error of the contact's, in quadrature, and a traction that is largest where
-the pressure is has that one's; where nothing is seen to slip, `_UNSEEN` of a cell may, and tractions grow towards the
-trailing edge beyond what cells show (aligned ones find both, `trailing.py`). Where all cells slip a strip narrower than
-one may stick, unless they all slip fast (`_STRIP`). Where bodies are alike friction takes what creepages put in: by how
-much it does not, on kalker's cells, is an error that is known (`balance_power`). To all estimates comes what the
-solver's tolerances leave, and what is hidden from all meshes alike (`Hidden`): layers and slip zones narrower than
-cells, what tractions lift, cusps at the stick zone's border, and what stiff skins gather at the rim. Forces that are
-none by symmetry have only the tolerance as bar (`vanishes`).
+- Contacts of fewer than five cells, or long and at most three cells across, may be of any size below that of their
+  cells. Their difference from an estimated Hertz contact is added; of long ones N is counted along the narrower side.
+- The slip area with `aligned` has the error of the contact area, too, in quadrature. If no cell slips, a zone narrower
+  than half a cell may (`_UNSEEN`), and tractions grow towards the trailing edge beyond those of the cells (`aligned`
+  corrects for both, `trailing.py`). If all cells slip, a strip narrower than a cell may stick unless all of them slip
+  fast (`_STRIP`).
+- The largest traction, where it is mu times the largest pressure, has the error of that pressure.
+- The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
+  with `kalker`, is a known error (`balance_power`).
+- All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`Hidden`): layers
+  and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins.
+
+Forces and moments that vanish by symmetry have only the tolerance as error bar (`vanishes`).
 """
 
 from __future__ import annotations
@@ -30,17 +33,17 @@ from rcstudy.mechanics.unseen import Unseen
 
 
 class Hidden(NamedTuple):
-    """What differences between meshes do not show; on kalker's cells `unsettled`, `by_layers` and `slip` are 0.
+    """Errors that differences between meshes do not show; with `kalker` `unsettled`, `by_layers` and `slip` are 0.
 
-    `unsettled`: by how much of their bounds tractions are off (`RollingSolution`); `by_layers`: the part of the
-    contact's area that layers too thin for the cells take or add (`AlignedContact.beyond_edges`); `slip`: what slip
-    zones too narrow for the cells change (`mechanics/unseen.py`); `lift`: the part of the approach that tractions make
-    (full coupling); `raised`: of the largest pressure the part by which layers make it less concentrated on cells
-    than half-spaces do (`raised_by_layers`); `cusp_of_pressure`, `cusp_of_tractions`: slopes that jump at the
-    stick zone's border, over p0/a, where they are largest there (full coupling); `least_slip`: the smallest slip of all
-    cells over the largest, 1 where it is not known; `at_rim`: by what part of itself the largest pressure
-    may be too small under stiff skins (`mechanics/plates.py`); `shown`: whether some cell slips; `on_cells`:
-    the largest traction (MPa) of a cell.
+    `unsettled`: deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`); `by_layers`: area
+    that layers too thin for the cells add to the contact (negative: take from it), over the contact's
+    (`AlignedContact.beyond_edges`); `slip`: effect of slip zones too narrow for the cells (`mechanics/unseen.py`);
+    `lift`: lift of the surface by tractions over the approach (full coupling); `raised`: difference of the largest
+    pressure corrected for layers from that corrected as on half-spaces, over that pressure (`raised_by_layers`);
+    `cusp_of_pressure`, `cusp_of_tractions`: jump of the slope at the border of the stick zone, over p0/a, where the
+    quantity is largest there (full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is
+    not known; `at_rim`: fraction by which the largest pressure may be too small under stiff skins
+    (`mechanics/plates.py`); `shown`: whether any cell slips; `on_cells`: largest traction (MPa) of a cell.
     """
 
     unsettled: float = 0.0
@@ -57,19 +60,20 @@ class Hidden(NamedTuple):
 
 
 def least_over_largest(slip: np.ndarray) -> float:
-    """The smallest of slips [m, 2] over the largest; 1 where there is none."""
+    """The smallest magnitude of slips [m, 2] over the largest; 1 if all of them are zero."""
     sizes = np.hypot(slip[:, 0], slip[:, 1])
     return float(sizes.min() / sizes.max()) if sizes.any() else 1.0
 
 
-# Cells per radius, on fewer of which the one coarser mesh tells less: so many times what it does (500 contacts).
+# With fewer cells per radius and only one coarser mesh the estimate by meshes is too small: it is multiplied by these
+# factors (set on 500 contacts).
 _FEW = 6.0
 _ON_FEW = {"kalker": 1.15, "aligned": 1.4}
-_NARROW = 3  # cells: a longer contact of no more along one side is no better than these
-_FEWEST = 5  # cells, of fewer than which a contact may be of any size below theirs
+_NARROW = 3  # cells across the narrower side, up to which long contacts count as too narrow
+_FEWEST = 5  # number of cells below which a contact may be of any size below that of its cells
 
-# Of what layers too thin for the cells do to the contact's area, for which their shift of the edge makes up: parts that
-# may be left, and that forces, which know nothing of it, may be off.
+# Relative errors per unit of `by_layers`. Areas are corrected for layers too thin for the cells, by the shift of the
+# edge (`half_line.py`): theirs are the parts that may be left. Forces are not corrected.
 _BY_LAYERS = {
     "contact_area": 0.37,
     "contact_radius": 0.185,
@@ -81,25 +85,29 @@ _BY_LAYERS = {
     "moment_z": 0.1,
     "friction_power": 0.26,
 }
-_BY_SKINS = 1.8  # times as much, of layers stiffer than what is below
-_RAISED, _SUNK = 0.5, 0.9  # times `raised`: what is left in the largest pressure, and what the approach is off by
-# Over cells a radius: what cells round off of such slopes in pressure and in tractions.
+_BY_SKINS = 1.8  # factor on that for layers stiffer than what is below, whose `by_layers` is negative
+_RAISED, _SUNK = 0.5, 0.9  # relative errors of the largest pressure and of the approach, over `raised`
+# Relative errors of the largest pressure and traction, times N, per unit of the cusps that cells round off.
 _CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.72, 0.4)}
-_STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # of themselves over cells a radius, where none slip
-# Of the area and the largest traction of slip zones narrower than a cell that aligned cells find (`trailing.py`).
+_STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative errors times N, where no cell slips
+# Relative errors of the area and of the largest traction of slip zones narrower than a cell, with `aligned`
+# (`trailing.py`).
 _NARROW_ZONE, _AT_BORDER = 0.25, 0.12
-_LEADING = 1.2  # times a leading cell's traction and its bound: the square of the largest where they meet (1 to 1.2)
-_LIFT = {"kalker": 0.35, "aligned": 0.03}  # over cells a radius: how far tractions, and so their lift, may be off
-_UNDER = 0.9  # times what slip zones at the leading edge hide, and is made up for
-_TRACTIONS = 2.0  # largest traction everywhere, times so much: all that friction can do, for forces' scale
+# Square of the largest traction over the product of that of a cell and the bound one cell from the edge (1 to 1.2).
+_LEADING = 1.2
+_LIFT = {"kalker": 0.35, "aligned": 0.03}  # relative error of tractions, and so of their lift, times N
+_UNDER = 0.9  # error of the corrections for slip zones at the leading edge, over these corrections
+_TRACTIONS = 2.0  # limit of the friction force as scale of errors, over largest traction times contact area
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
-# Where all cells stick a zone narrower than half a cell may slip behind them: so much of the area over cells a radius.
+# Where all cells stick, a zone narrower than half a cell may slip behind them, of `_UNSEEN`/N of the contact's area.
 _UNSEEN = 0.3
-# Where all cells slip a strip at the leading edge may stick, less than a cell wide and so as long as the root of that
-# over the radius: so much of the area over N^(3/2), until the least slip is so many times the largest over N. Slip by
-# pressure, which rises steeply towards the edge, hides more. Tractions there do not go as far, or not that way: so much
-# of all friction can do. Set on 650 contacts near full slip, on 16 to 64 cells; others: `scripts/error_bars.py`.
+# Where all cells slip, a strip at the leading edge may stick. It is less than 1/N radii wide and so about N^(-1/2)
+# radii long: `_STRIP` N^(-3/2) of the contact's area, falling to zero as the least slip of all cells rises to
+# `_BEYOND`/N of the largest. That limit is lower for quasi-identical bodies (`_BEYOND_ALIKE`), which have no slip by
+# pressure, as this rises steeply towards the edge. As tractions in the strip are below the bound or point elsewhere,
+# forces have a bar of `_IN_STRIP` N^(-3/2) of their scale. Set on 650 contacts near full slip, on 16 to 64 cells;
+# checked on others (`scripts/error_bars.py`).
 _STRIP = 0.25
 _BEYOND, _BEYOND_ALIKE = 2.5, 1.0
 _IN_STRIP = 0.05
@@ -112,13 +120,14 @@ def error_estimates(
     hidden: Hidden | None = None,
     across: int = _NARROW + 1,
 ) -> dict[str, float]:
-    """`<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
+    """Error bars `<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
 
     `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact;
-    `hidden`: what differences between them do not show; `across`: cells in contact along its narrower side.
+    `hidden`: errors that differences between the meshes do not show; `across`: number of cells across the narrower side
+    of the contact.
     """
     dx, dy = scene.mesh.spacing
-    # of oblong cells the longer sides count
+    # of oblong cells the longer side counts
     per_radius = math.sqrt(cells * min(dx / dy, dy / dx) / math.pi)
     long = across <= _NARROW and cells > _NARROW * across
     if long:
@@ -142,17 +151,17 @@ def error_estimates(
 
 
 class _Case:
-    """One solution: scalars on its own mesh (`finest`), what is hidden, and the scales of its errors.
+    """One solution: scalars on its own mesh (`finest`), hidden errors, and the scales of its errors.
 
-    `per_radius`: cells per radius of the contact. The methods that begin with a verb change the `bars` they are given,
-    by the names of the scalars.
+    `per_radius`: N, cells per radius of the contact. Methods with an argument `bars` (error bars by the names of the
+    scalars) change it in place.
     """
 
     def __init__(self, scene: Scene, finest: dict[str, float], hidden: Hidden, per_radius: float) -> None:
         self.scene, self.finest, self.hidden, self.per_radius = scene, finest, hidden, per_radius
         self.aligned = scene.discretisation == "aligned"
         force = scene.friction * scene.load
-        if "traction_max" in finest:  # where friction is far more than is needed, tractions are what they are
+        if "traction_max" in finest:  # tractions far below the bound limit forces more than mu P does
             largest = min(finest["traction_max"], hidden.on_cells)
             force = min(force, _TRACTIONS * largest * finest["contact_area"])
         self.creepage = scene.creepage or Creepage()
@@ -166,12 +175,12 @@ class _Case:
             self.scales["slip_area"] = finest["contact_area"]
             self.slipping = finest["slip_area"] / finest["contact_area"]
             self.all_slips = finest["slip_area"] == finest["contact_area"] and hidden.slip.missing == 0.0
-        # tractions are mu p where they are largest, where the pressure is
+        # whether the largest traction is mu p at the largest pressure
         most = scene.friction * finest.get("pressure_max", math.inf)
         self.at_peak = finest.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
 
     def by_meshes(self, name: str, fit: Fit, values: Sequence[float]) -> float:
-        """What the `values` of a scalar on the meshes tell, or the number of cells if there is one mesh only."""
+        """Estimate from the `values` of a scalar on the meshes; from the number of cells if there is only one mesh."""
         scale = abs(self.scales[name])
         if len(values) == 1:
             return fit.by_cells(scale, self.per_radius)
@@ -181,14 +190,14 @@ class _Case:
         return by_meshes * (_ON_FEW[self.scene.discretisation] if few else 1.0)
 
     def vanishes(self, name: str) -> bool:
-        """Whether the contact is its own mirror image so that there is no such force or moment, on any mesh."""
+        """Whether the scalar is a force or moment that vanishes by the mirror symmetry of the contact, on any mesh."""
         creepage = self.creepage
         if name == "force_x":
             return creepage.longitudinal == 0.0 and not self.scene.moves_by_pressure
         return name in ("force_y", "moment_z") and creepage.lateral == creepage.spin == 0.0
 
     def add_what_cells_miss(self, bars: dict[str, float]) -> None:
-        """By how much a contact of too few cells, or on too narrow ones, differs from the Hertz contact it is about."""
+        """Add the difference of a contact on too few cells from the Hertz contact that approximates it."""
         finest, (ax, ay) = self.finest, estimated_contact(self.scene)
         pressure = abs(1.5 * self.scene.load / (math.pi * ax * ay) - finest["pressure_max"])
         area = abs(math.pi * ax * ay - finest["contact_area"])
@@ -207,19 +216,19 @@ class _Case:
             bars[name] += missed.get(name, 0.0)
 
     def left_by_solver(self, name: str) -> float:
-        """What the tolerances leave, unsettled directions of slip, and layers too thin for the cells."""
+        """Error left by the tolerances, by unsettled directions of slip, and by layers too thin for the cells."""
         off = self.hidden.unsettled if name in _BY_FRICTION else 0.0
         by_layers = self.hidden.by_layers
         off += _BY_LAYERS.get(name, 0.0) * max(by_layers, -_BY_SKINS * by_layers)
         return self.tolerance(name) + off * abs(self.scales[name])
 
     def tolerance(self, name: str) -> float:
-        """What the tolerances leave of a scalar's error, in its unit."""
+        """Error that the solver's tolerances leave in a scalar, in its unit."""
         tolerance = self.scene.tolerance
         return max(tolerance.normal, tolerance.tangential) * abs(self.scales[name])
 
     def parts_hidden(self) -> dict[str, float]:
-        """Of scalars, parts of themselves that soft layers, cusps and the lift by tractions hide."""
+        """Relative errors of scalars from layers (`raised`, `at_rim`), cusps and the lift by tractions."""
         hidden, discretisation = self.hidden, self.scene.discretisation
         of_pressure, of_tractions = (part / self.per_radius for part in _CUSPS[discretisation])
         lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
@@ -230,14 +239,14 @@ class _Case:
         }
 
     def add_what_slips(self, bars: dict[str, float], meshes: int) -> None:
-        """Slip areas where all slips, and all that follows from slip where cells show none."""
+        """Set the bar of the slip area and, where no cell slips, those of power, forces and moment."""
         scene, finest = self.scene, self.finest
         dx, dy = scene.mesh.spacing
         slip = finest["slip_area"]
         if self.all_slips:
             bars["slip_area"] = bars["contact_area"]
             if self.creepage.turns_within(finest["contact_radius"]):
-                bars["slip_area"] += dx * dy  # that may stick around the pole of spin
+                bars["slip_area"] += dx * dy  # a cell may stick around the pole of spin
             else:
                 self.add_strip_that_sticks(bars)
         elif finest["traction_max"] == 0.0:
@@ -247,18 +256,18 @@ class _Case:
                 bars["slip_area"] += _NARROW_ZONE * slip
             else:
                 bars["slip_area"] = max(bars["slip_area"], _UNSEEN / self.per_radius * finest["contact_area"])
-            # and what pressure it has, that goes like the root of the distance from the edge
+            # pressure goes like the root of the distance from the edge, so power like the width of the zone to 3/2
             unseen = (_UNSEEN / self.per_radius) ** 1.5 * self.power
             bars["friction_power"] = max(bars["friction_power"], unseen)
-            if self.aligned:  # tractions that grow without bound towards the trailing edge
+            if self.aligned:  # tractions in stick are singular at the trailing edge
                 for name, part in _STUCK.items():
                     bars[name] += part / self.per_radius * abs(finest[name])
         elif slip and self.aligned and meshes > 1:
-            # its borders are found within the contact's edge
+            # the slip zone ends at the edge of the contact, whose error it shares
             bars["slip_area"] = math.hypot(bars["slip_area"], bars["contact_area"])
 
     def add_strip_that_sticks(self, bars: dict[str, float]) -> None:
-        """What sticks along the leading edge, where slip falls to nothing, in less than a cell; forces know of it."""
+        """Add what may stick in a strip narrower than a cell at the leading edge, where slip vanishes; see `_STRIP`."""
         unlike = self.scene.moves_by_pressure
         left = max(1.0 - self.hidden.least_slip * self.per_radius / (_BEYOND if unlike else _BEYOND_ALIKE), 0.0)
         part = left * self.per_radius**-1.5
@@ -269,7 +278,11 @@ class _Case:
                     bars[name] += _IN_STRIP * part * self.scales[name]
 
     def balance_power(self, bars: dict[str, float]) -> None:
-        """What creepages put into bodies that are alike goes somewhere: all of it, but for what kalker's cells lose."""
+        """Bound the power of quasi-identical bodies by its balance: friction takes the power of the creepages.
+
+        `kalker` misses that balance by a known error; with `aligned`, where no cell slips, errors of forces limit that
+        of the power.
+        """
         creepage, finest = self.scene.creepage, self.finest
         if self.scene.moves_by_pressure or creepage is None or not bars.keys() >= _BY_FRICTION:
             return
@@ -282,24 +295,24 @@ class _Case:
             bars["friction_power"] = max(bars["friction_power"], lost + doubt)
 
     def raise_largest_traction(self, bars: dict[str, float]) -> None:
-        """The largest traction where nearly all sticks, and where it is that of the largest pressure."""
+        """Set the bar of the largest traction where nearly all sticks, or where it follows from the pressure."""
         finest, friction = self.finest, self.scene.friction
         slip = finest["slip_area"]
         hardly = slip - self.hidden.slip.missing <= _UNSEEN / self.per_radius * finest["contact_area"]
         if hardly and self.aligned:
             bars["traction_max"] += _AT_BORDER * finest["traction_max"]
         elif hardly:
-            # where nearly all stick tractions grow like K/sqrt(r) until they meet the bound, p0 sqrt(2 r/a)
+            # tractions in stick grow like K/sqrt(r) towards the edge until they meet the bound, mu p0 sqrt(2 r/a)
             found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
             bars["traction_max"] = max(bars["traction_max"], math.sqrt(_LEADING * found * bound) - found)
         if self.at_peak:
             bars["traction_max"] = friction * bars["pressure_max"]
-        elif slip and self.hidden.at_rim > 0.0:  # what slips at the rim carries what pressure there is
+        elif slip and self.hidden.at_rim > 0.0:  # cells that slip at the rim carry mu times the pressure there
             at_rim = friction * finest["pressure_max"] * (1.0 + self.hidden.at_rim)
             bars["traction_max"] = max(bars["traction_max"], at_rim - finest["traction_max"])
 
     def add_unseen_slip(self, bars: dict[str, float]) -> None:
-        """What slip zones at the leading edge hide that are narrower than a cell."""
+        """Add the errors due to slip zones narrower than a cell at the leading edge."""
         slip = self.hidden.slip
         if slip.force <= 0.0:
             return

@@ -22,7 +22,7 @@ from rcstudy.study import study_from_text
 
 @dataclass(frozen=True)
 class FailedCase:
-    """A case that was not solved: `name` fit for a file, place, end, and the text of a study of it alone."""
+    """A case that was not solved: `name` fit for a file, its place, how it ended, and `study`, a study of it alone."""
 
     name: str
     grid: str
@@ -58,7 +58,7 @@ def failed_cases(path: Path) -> list[FailedCase]:
 
 
 def _plain(name: str) -> str:
-    """`name` fit for a file and for a study, whatever the cube calls itself."""
+    """`name`, which a cube gives, made fit for a file and for a study."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", name).lstrip("_.-") or "study"
 
 
@@ -75,7 +75,7 @@ def _study(name: str, heading: str, scene: Scene) -> str:
     """A study file of one case; `heading` becomes a comment."""
     lines = [f"# {line}" for line in textwrap.wrap("".join(c if c.isprintable() else " " for c in heading), 110)]
     lines += [f"study: {name}", "scene:"]
-    # JSON is YAML, too, and has floats to their last bit
+    # JSON is YAML, too, and keeps floats to their last bit
     lines += [f"  {key}: {json.dumps(value)}" for key, value in scene_record(scene).items()]
     lines += ["grids:", "  failed:", "    cases:", "      - {label: failed}"]
     return "\n".join(lines) + "\n"

@@ -1,4 +1,4 @@
-"""Error bars by meshes: what the differences between them, and the number of cells, tell of a scalar's error.
+"""Fits for error bars: the error of a scalar from differences between meshes and from the number of cells.
 
 With S(h) a scalar on cells of size h and D = max(|S(h) - S(2h)|, |S(2h) - S(4h)|/2) the estimate is
 
@@ -6,23 +6,27 @@ With S(h) a scalar on cells of size h and D = max(|S(h) - S(2h)|, |S(2h) - S(4h)
     noise = (k part + k1) N^-s scale,   pull = f mu part N^-s scale,   shift = g part scale/N,
     part = (1 - slip)^m slip^n,
 
-N being the cells per radius of the contact (along their longer side), slip the part of it that slips. c D is what a
-method of some order makes of the difference between two meshes; half the difference one mesh up guards against two
-meshes that agree by chance (where there is none, D is `_NO_GUARD` times the first). The noise is that of edges that
-fall between cells, which no difference of two meshes shows reliably; what comes from the stick zone's border depends on
-how large that zone is. What `kalker` gets wrong is of the first order and of one sign (its contacts reach about a fifth
-of a cell too far): the shift is what is known of it without any coarser mesh, where c is above 1 the difference tells
-the rest. Meshes that fit the contact, all edges of which lie at one place between cells, make all of it systematic; c
-alone, fitted to windows of random size, held in as few as six of ten of them. Under full coupling pressures have their
-share, the pull, of what friction mu does. Differences far beyond the noise show a mesh too coarse for what the bodies
-do, such as layers thinner than a cell: then a multiple of them counts.
+with N the number of cells per radius of the contact (counted along the longer side of the cells) and slip the fraction
+of the contact that slips.
 
-A contact too small for a coarser mesh (fewer than six cells across) gets k0 scale/N, or, where it is of fewer cells
-still, q scale/N^r, which falls as errors do there: what 19 of 20 such contacts kept.
+- c D: error of a method of some order. Half the difference of the two coarser meshes guards against two meshes that
+  agree by chance; with two meshes only, D is `_NO_GUARD` times their difference.
+- noise: scatter due to edges that fall between cells, which the difference of two meshes does not show reliably. The
+  part that stems from the border of the stick zone depends on the size of that zone.
+- pull: additional noise under full coupling, where friction mu acts on the pressure.
+- shift: `kalker` has an error of first order and of one sign, as its contacts reach about a fifth of a cell too far.
+  The shift is the part of it that is known without a coarser mesh; where c is above 1, the difference covers the rest.
+  In windows that fit the contact all edges lie at one place between cells, which makes all of this error systematic: c
+  alone, fitted to windows of random size, held in as few as six of ten of them.
+- x max(D - 6 noise, 0): differences far beyond the noise show a mesh too coarse for the bodies, for example for layers
+  thinner than a cell.
+
+A contact too small for a coarser mesh (fewer than six cells across) gets the larger of k0 scale/N and q scale/N^r. The
+latter holds on the fewest cells, where errors fall like that. 19 of 20 such contacts were within these bars.
 
 Constants of `aligned` were set on 2500 random contacts, 400 of them wild, those of `kalker` on 1350, most of them in
-windows that fit: mild, wild, coatings and rails; those of contacts with no coarser mesh on 560. The truth was that of
-aligned cells four times finer (eight times); checked on others (`scripts/error_bars.py`).
+windows that fit: mild, wild, coatings and rails; those of contacts without a coarser mesh on 560. The reference was
+`aligned` on cells four times finer (eight times without a coarser mesh); checked on others (`scripts/error_bars.py`).
 """
 
 from __future__ import annotations
@@ -31,14 +35,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-_NO_GUARD = 1.3  # times the difference of two meshes, where there is no third one
-_HARDLY = 0.01  # part of the contact that slips, or sticks, at least, where less of it means more noise
-_FAR = 6.0  # differences between meshes beyond so many times the noise are more than those of a fine enough mesh
+_NO_GUARD = 1.3  # factor on the difference of two meshes where there is no third one
+_HARDLY = 0.01  # lower limit of the fraction that slips (or sticks) where its exponent is negative
+_FAR = 6.0  # multiple of the noise that differences between meshes exceed only if the mesh is too coarse
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Constants of one scalar's estimate (see above).
+    """Constants of one scalar's error estimate, see the formulas above.
 
     (q, r) = `few`, m = `stick`, n = `slip`, k1 = `rest`, x = `excess`, f = `coupled`, g = `first`, s = `order`.
     """
@@ -58,10 +62,10 @@ class Fit:
     def by_meshes(
         self, values: Sequence[float], scale: float, per_radius: float, slipping: float, pulling: float
     ) -> float:
-        """What differences between the `values` on two or more meshes tell, and the noise of edges between cells.
+        """Error estimated from the `values` on two or more meshes, in the unit of `scale`.
 
-        `values`: finest first; `scale`: of the scalar's error; `per_radius`: N; `slipping`: the part of the contact
-        that slips; `pulling`: friction that acts on the pressure.
+        `values`: finest first; `scale`: of the scalar's error; `per_radius`: N; `slipping`: fraction of the contact
+        that slips; `pulling`: friction coefficient mu under full coupling, else 0.
         """
         difference = abs(values[0] - values[1])
         guard = 0.5 * abs(values[1] - values[2]) if len(values) > 2 else _NO_GUARD * difference
@@ -74,12 +78,12 @@ class Fit:
         )
 
     def by_cells(self, scale: float, per_radius: float) -> float:
-        """What contacts of so many cells kept that have no coarser mesh; arguments as above."""
+        """Error estimated from the number of cells alone, without a coarser mesh; arguments as in `by_meshes`."""
         q, r = self.few
         return max(self.k0 / per_radius, q * per_radius**-r) * scale
 
     def _part(self, slipping: float) -> float:
-        """What of the noise counts, by how much of the contact slips."""
+        """Factor (1 - slip)^m slip^n of the noise, from the fraction of the contact that slips."""
         if self.stick == self.slip == 0.0:
             return 1.0
         least = _HARDLY if self.slip < 0.0 else 0.0
@@ -101,7 +105,7 @@ FITS: dict[str, Fit] = {
     "friction_power": Fit(2.0, 1.5, 0.95, (1.3, 2.0), stick=0.5, rest=0.25, first=0.28),
 }
 
-# cells that begin where the contact begins (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
+# cells aligned with the edge of the contact (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
 ALIGNED: dict[str, Fit] = {
     "force_x": Fit(0.57, 0.0, 0.075, (0.13, 3.0), rest=0.0065, excess=0.055, coupled=0.007),
     "force_y": Fit(0.36, 0.0, 0.034, (0.13, 2.5), rest=0.0105, excess=0.03, coupled=0.005),
@@ -114,7 +118,7 @@ ALIGNED: dict[str, Fit] = {
     "traction_max": Fit(0.3, 0.02, 0.2, (0.32, 2.0), stick=1.0, slip=-1.0, rest=0.006, excess=1.0, coupled=0.03),
     "friction_power": Fit(0.3, 0.0035, 0.15, (0.0, 1.0), slip=2.0, rest=0.012, excess=0.04, coupled=0.007),
 }
-# where pressure moves no surface along the other tractions rise from nothing at the leading edge, and cells err less
+# quasi-identical bodies: without slip by pressure tractions rise from zero at the leading edge, and errors are smaller
 ALIKE = ALIGNED | {
     "force_x": Fit(0.12, 0.003, 0.075, (0.13, 3.0), stick=1.0, rest=0.0075),
     "slip_area": Fit(0.12, 0.048, 0.0, (0.32, 1.5), stick=-0.35, excess=0.35),

@@ -1,7 +1,7 @@
-"""The grids of a study: read, expanded to trees that still know their places in the file, and validated.
+"""Reading of a study's grids: they are expanded to trees whose nodes keep their place in the file, and validated.
 
-Each value of an axis is validated in a whole scene (the others at their first value), then every combination that can
-make a difference is built and its window checked, so that nothing is refused later that could be refused here.
+Each value of an axis is validated within a complete scene, all other axes at their first value. Then every combination
+that can make a difference is built and its window checked, so that errors are found here and not during the sweep.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, label_problem, submod
 from rcstudy.yamltree import Node, Problems, child_path, find, merge, suggest, with_entry, without
 
 MAX_AXES = 16  # of one grid: HDF5 allows 32 dimensions
-# of one grid, once each of its values is found good by itself: problems of its cases that are reported, and counted
+# errors in combinations of values that are valid one by one: how many of one grid are reported, and at most counted
 _MAX_CASE_PROBLEMS, _MAX_COUNTED = 5, 10_000
 
 # keys whose value is a mapping or list, so that an axis over them needs labels
 _LABELLED = ("creepage", "counterbody", "substrate", "mesh", "tolerance", "layers")
-# keys whose value is no number, or a whole one, so that no range gives an axis over them
+# keys whose value is not a single real number, so that an axis over them cannot be given as a range
 _NO_RANGE = (*_LABELLED, "layer_count", "coupling", "method", "discretisation", "mesh.size", "mesh.cells")
 # axes that matter neither to the size of the contact nor to how a scene is built
 _HARMLESS = ("creepage", "friction", "spin_point", "tolerance")
@@ -118,7 +118,7 @@ class _Entry:
 
 
 class GridReader:
-    """Reads one grid: expands it to trees that still know their places, and validates those."""
+    """Reads one grid: expands it to trees whose nodes keep their place in the file, and validates these."""
 
     def __init__(self, name: str, node: Node, shared: Node, problems: Problems) -> None:
         self.name, self.node, self.problems = name, node, problems
@@ -130,7 +130,7 @@ class GridReader:
         self.cases: Node | None = inside.get("cases")
 
     def _with_ranges(self, axes: Node | None) -> Node | None:
-        """The axes, those given by ranges as lists of their values."""
+        """`axes` with every range {first, last, count, spacing} replaced by the list of its values."""
         if axes is None or not axes.is_mapping:
             return axes
         ranged = {
@@ -154,7 +154,7 @@ class GridReader:
         """The grid; None, with its errors among the problems, if it is not valid."""
         before = len(self.problems.found)
         spec = validate(GridSpec, self.node, self.problems)
-        # by itself too: what an axis overrides must still be valid
+        # also by themselves: settings that an axis overrides must be valid too
         for model, key in ((SceneSpec, "scene"), (CoatingSpec, "coating")):
             given = self.node.value.get(key) if self.node.is_mapping else None
             if given is not None and given.is_mapping:
@@ -220,7 +220,7 @@ class GridReader:
                 )
                 return None
             return ""
-        # a label such as 0.002 is what was written, not the number
+        # a label that is a number, such as 0.002, is taken as it was written
         label = given.text if isinstance(given.value, str | int | float) and not isinstance(given.value, bool) else ""
         if reason := label_problem(label):
             self.problems.add(given, reason)
@@ -245,7 +245,7 @@ class GridReader:
             else:
                 known[path] = node
         for path in self._overlapping(known):
-            del known[path]  # its values would be taken for equal to each other, which they are not
+            del known[path]  # else its values, set by the other axis too, would be reported as equal to each other
         entries = {path: self._entries(path, node) for path, node in known.items()}
         firsts = {path: found[0] for path, found in entries.items() if found}
         base = self._expanded(firsts)
@@ -261,7 +261,7 @@ class GridReader:
         return plan
 
     def _overlapping(self, axes: Mapping[str, Node]) -> set[str]:
-        """The axes that set a part of what another sets; other axes that cannot stand together are reported only."""
+        """The axes that set a part of what another axis sets. Reports these and other axes that exclude each other."""
         assert self.axes is not None
         found = set()
         if len(axes) > MAX_AXES:
@@ -283,7 +283,7 @@ class GridReader:
         return found
 
     def _entries(self, path: str, node: Node) -> list[_Entry]:
-        """The values of an axis with their own labels; those that are none are reported and left out."""
+        """The values of an axis, with labels where the file gives them; invalid ones are reported and left out."""
         entries = []
         seen: dict[str, Node] = {}
         for entry in node.value:
@@ -305,7 +305,7 @@ class GridReader:
         return entries
 
     def _expanded(self, chosen: Mapping[str, _Entry]) -> Parts | None:
-        """Validated settings of the case that takes the value `chosen` of each axis."""
+        """Validated settings of the case with the values `chosen` of the axes, by path; None if they are not valid."""
         scene, coating = self.scene, self.coating
         for path, entry in chosen.items():
             keys = keys_to(path)
@@ -328,7 +328,7 @@ class GridReader:
             if parts is None:
                 continue
             value = part(parts, path)
-            # a word, rigid or auto, stands for None
+            # the words rigid and auto are read as None: the word itself becomes the label
             label = entry.label or (entry.value.text if value is None else default_label(value, i))
             first = seen_values.setdefault(_identity(value, parts), entry.place)
             if first is not entry.place:
@@ -347,7 +347,7 @@ class GridReader:
         return AxisPlan(path, path.split(".")[-1], tuple(labels), tuple(values))
 
     def _check_product(self, plan: GridPlan, entries: Mapping[str, list[_Entry]]) -> None:
-        """Build every case that can differ in whether it can be built, and check that its window holds the contact."""
+        """Build every case, harmless axes at their first value, and check that its window holds the contact."""
         found = Problems()
         heads = [axis.path.split(".")[0] for axis in plan.axes]
         matters = [head not in _HARMLESS for head in heads]
@@ -369,7 +369,7 @@ class GridReader:
         self.problems.found.update(dict.fromkeys(shown))
         if more := len(found.found) - len(shown):
             least = "at least " if len(found.found) >= _MAX_COUNTED else ""
-            line, column = max(problem[:2] for problem in shown)  # below all of them
+            line, column = max(problem[:2] for problem in shown)  # problems are sorted by place: this comes last
             self.problems.at(
                 line, column, self.node.path, "", f"... and {least}{more} more errors in cases of this grid"
             )
@@ -385,8 +385,9 @@ class GridReader:
     ) -> None:
         """Report a case that cannot be built (at `place`) or whose mesh in the tree `scene` does not suit its contact.
 
-        `words` say which case of a product it is, as far as it matters to its mesh or to the whole scene; `varied` are
-        the keys of the scene that differ from case to case. What is wrong with others is told once, where they stand.
+        `words` name the case of a product in messages: by the values that affect its mesh ("mesh"), or by all that
+        affect how it is built ("scene"). `varied`: keys of the scene that differ from case to case. Conflicts of other
+        keys are reported once, where the keys stand in the file.
         """
 
         def case(what: str) -> str:
@@ -408,7 +409,7 @@ class GridReader:
 
 
 def _identity(value: Any, parts: Parts) -> str:
-    """What tells the values of one axis apart: a relative quantity counts as the absolute one that it comes to."""
+    """Text that identifies a value among those of its axis; relative quantities are converted to absolute ones."""
     if isinstance(value, Quantity) and value.scale:
         try:
             scene = build(parts)

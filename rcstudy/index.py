@@ -1,6 +1,6 @@
-"""Where the results of a study's cases are: in units on the disk, or in the cube of an earlier sweep.
+"""Index of the results of a study's cases: in units on the disk, or in the cube of an earlier sweep.
 
-Kept in memory is a place for each case, some hundred bytes; records are read when they are asked for.
+Only the place of each result is in memory, some hundred bytes per case; records are read when they are needed.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ _OPEN_FILES = 32
 class Index:
     """Where the result of each of `cases` is, by the case's key.
 
-    Results that lack something of what is to be kept (`keep`) do not count.
+    Results that lack some of what is to be kept (`keep`) do not count.
     """
 
     def __init__(self, cases: Iterable[Case], keep: Keep) -> None:
         self.keep = keep
         self.cube: EarlierCube | None = None
         self._checked = False  # whether all solved cases that are taken from the cube were read
-        self._leaving: set[str] = set()  # solved cases that are there and not among these
+        self._leaving: set[str] = set()  # solved cases on the disk that are not among `cases`
         self._scenes: dict[str, Scene] = {}
         for case in cases:
             self._scenes.setdefault(case.key, case.scene)
         self._units: list[tuple[Path, Form]] = []
-        # status, number of the unit (-1: the cube), and offset and length (in the cube: grid and case)
+        # status, number of the unit (-1: the cube), then offset and length (in the cube: numbers of grid and case)
         self._places: dict[str, tuple[Status, int, int, int]] = {}
         self._open: OrderedDict[int, int] = OrderedDict()
 
@@ -81,7 +81,7 @@ class Index:
         return "the cube" if unit < 0 else str(self._units[unit][0])
 
     def take_cube(self, cube: EarlierCube) -> None:
-        """Note the cases of a cube, which is this index's from now on."""
+        """Note the cases of a cube, which this index owns, and closes, from now on."""
         self.cube = cube
         serves = [grid.keep.covers(self.keep) for grid in cube.grids]
         places = list(cube.places())
@@ -91,7 +91,7 @@ class Index:
                 self._put(key, (status, -1, grid, flat))
 
     def losses(self) -> str:
-        """What the cube and the units have and the next cube will not have, in words; "" if nothing."""
+        """What is in the cube or the units and will not be in the next cube, in words; "" if nothing."""
         lost = [f"{len(self._leaving)} solved cases that the study no longer has"] if self._leaving else []
         if self.cube is not None and not self.keep.fields and any(grid.keep.fields for grid in self.cube.grids):
             lost.append("all fields")
@@ -114,7 +114,7 @@ class Index:
     def take_unit(self, unit: Unit, data: bytes, *, thoroughly: bool = False) -> int:
         """Note the cases of a unit, whose bytes are `data`; the number of cases in it that are not of this study.
 
-        `thoroughly`: look into all fields. Raises BadUnit, having noted nothing, when it holds something improper.
+        `thoroughly`: decompress all fields. Raises BadUnit, having noted nothing, when the unit's content is invalid.
         """
         found, foreign, leaving = [], 0, set()
         for key, offset, length in unit.entries:
@@ -153,7 +153,7 @@ class Index:
             self._put(key, (status, number, offset, length))
 
     def _put(self, key: str, place: tuple[Status, int, int, int]) -> None:
-        """A failure never takes the place of a solution; else units count before the cube, later ones before others."""
+        """Note a place. A failure never replaces a solution; else units replace the cube, later units earlier ones."""
         before = self._places.get(key)
         if before is None or _rank(place) >= _rank(before):
             self._places[key] = place
@@ -169,7 +169,7 @@ class Index:
         return parse(body, self._units[unit][1])
 
     def _descriptor(self, unit: int) -> int:
-        """The open file of a unit; the one that was not used for the longest time is closed for it."""
+        """The open file of a unit; if too many are open, the least recently used one is closed."""
         if unit in self._open:
             self._open.move_to_end(unit)
             return self._open[unit]

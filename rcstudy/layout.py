@@ -1,4 +1,4 @@
-"""What stands in a cube: its groups, dimensions, coordinates, variables, attributes and case labels.
+"""Layout of a cube: its groups, dimensions, coordinates, variables, attributes and case labels.
 
 A study of one grid is one flat file. A study of several has a group per grid, and in the root a table of all
 cases (dimension ``entry``), so that opening the file without options shows something useful. Knows nothing of
@@ -39,7 +39,7 @@ LABEL = "label"
 GRID = "grid"
 CASE_KEY = "case_key"
 CHECKSUM = "numbers_sha256"
-"""Attribute of a grid: SHA-256 of keys, statuses, reasons and numbers of its cases, for those who take cases over."""
+"""Attribute of a grid: SHA-256 of keys, statuses, reasons and numbers of its cases, checked when these are reused."""
 
 
 @dataclass(frozen=True)

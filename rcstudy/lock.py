@@ -2,8 +2,8 @@
 
 The lock is `flock` on a file, exclusive for a whole sweep, shared among the shards of one, each of which holds its own
 file as well. The file also says who holds it, for people, and for two cases that `flock` alone does not settle: file
-systems without it, and those on which it does not reach other machines. No clock is asked for anything: a process is
-known by its machine, the machine's start (boot id) and its own start counted from there.
+systems without it, and those on which it does not reach other machines. No clock times are compared: a process is
+identified by its machine, the machine's start (boot id) and its own start counted from there.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pathlib import Path
 from rcstudy.errors import UserError
 
 NAME = "lock"
-_TRIES = 1000  # at a folder that others make and remove
+_TRIES = 1000  # to open the lock in a folder that other processes make and remove meanwhile
 _UNSUPPORTED = (errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOLCK, errno.EINVAL)
 
 
@@ -64,7 +64,7 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
             descriptors.append(_take(folder, f"{NAME}-{shard[0]}-of-{shard[1]}", shared=False, take_over=take_over))
         yield
     finally:
-        # an empty record means that its owner left in good order; the last one out takes the file with it
+        # an empty record means that its owner ended in good order; the last owner removes the file
         names = [NAME] if shard is None else [NAME, f"{NAME}-{shard[0]}-of-{shard[1]}"]
         for name, descriptor in reversed(list(zip(names, descriptors, strict=False))):
             with contextlib.suppress(OSError):
@@ -98,7 +98,7 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
             folder.mkdir(parents=True, exist_ok=True)
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         except (FileNotFoundError, FileExistsError):
-            # its last owner has just removed the folder, between two looks at it
+            # its last owner has just removed the folder, between the two calls
             if _is_no_folder(folder):
                 raise UserError(f"{folder}: is a file, not a folder") from None
             if tried == _TRIES:
@@ -142,10 +142,10 @@ def _refusal(folder: Path, who: str) -> str:
 
 
 def _may_live(owner: Owner, *, flocks: bool) -> bool:
-    """Whether the owner of a record may still be at work, seen from here by one who could lock the file (`flocks`)."""
+    """Whether the owner of a record may still be at work; `flocks`: this process could lock the file."""
     if owner.boot and owner.boot == _boot_id():
-        return not flocks and owner.runs_here()  # one kernel: what it says of locks is so
-    # of this machine before it was restarted: dead; of another one: its locks may not reach here
+        return not flocks and owner.runs_here()  # one kernel: a lock that it grants is free
+    # an owner from before a restart of this machine is dead; locks of another machine may not reach here
     return owner.host != socket.gethostname()
 
 
@@ -188,7 +188,7 @@ def _read(path: Path) -> Owner | None:
 
 
 def _boot_id() -> str:
-    """A name of this run of the machine's kernel."""
+    """Identifier of this run of the machine's kernel; "" where it is not known."""
     try:
         return Path("/proc/sys/kernel/random/boot_id").read_text().strip()
     except OSError:

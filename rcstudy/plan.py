@@ -1,4 +1,4 @@
-"""What a study comes to before it is run: its grids with all values, shared work, and estimates of cost."""
+"""Report on a study before it is run: its grids with all values, shared work, and estimates of cost."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from rcstudy.study import Study
 
 # Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025 with
 # kernels compiled, on 32 to 256 cells a side: bare, one soft, one very soft and two layers, with and without an elastic
-# counterbody, the contact filling 2 to 52 % of the window (the last with size: auto); times a fifth longer, as machines
-# are rarely at rest. What a window has outside of its contact costs next to nothing, so times and sizes go with the
-# cells in contact.
+# counterbody, the contact filling 2 to 52 % of the window (the last with size: auto). Times are a fifth longer than
+# measured, as machines are rarely idle. Cells outside of the contact cost next to nothing, so times and sizes grow with
+# the number of cells in contact.
 PRESSURE_SECONDS, PRESSURE_CELL_SECONDS = 0.001, 2e-6  # one normal problem with its coefficients; each cell in contact
 TRACTION_SECONDS, TRACTION_CELL_SECONDS = 0.0012, 4.5e-6  # a case with creepage (newton, one-way); each cell in contact
 FULL_COUPLING_FACTOR = 2.2  # of a traction solution, besides a pressure for each case
 PAPER_CG_FACTOR = 90.0  # it runs to its limit of iterations
-EMPTY = 0.008  # of the raw size of fields: zeros compressed; numbers in the contact do not compress
-LAYER_DEPTH = 0.5  # of the contact's radius: what lies deeper by this counts 1/e times as much for its size
+EMPTY = 0.008  # compressed over raw size of the zeros of fields; numbers in the contact do not compress
+LAYER_DEPTH = 0.5  # of the contact's radius: increase in depth by which the weight of a compliance falls to 1/e
 CASE_BYTES = 1000  # stored for a case besides fields: scalars, label, key, and the index of its chunks
 GROUP_BYTES = 80e3  # stored for a group of the cube: names, attributes, coordinates
-PROCESS_BYTES = 250e6  # an interpreter with NumPy, Numba and the compiled kernels
+PROCESS_BYTES = 250e6  # held by an interpreter with NumPy, Numba and the compiled kernels
 CELL_BYTES = 600  # held by a solver for each cell of the largest mesh
 HELD_CASE_BYTES = 3000  # held for each case by the process that deals out the work
 
@@ -38,7 +38,7 @@ _WIDTH = 110  # of a line of values
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a study comes to: counts, seconds on one core, bytes of memory and of the cube."""
+    """Counts and costs of a study: seconds on one core, bytes of memory (worker, main process) and of the cube."""
 
     cases: int
     distinct: int
@@ -52,16 +52,16 @@ class Estimate:
 
 
 def contact_cells(scene: Scene) -> float:
-    """About how many cells are in contact: those of Hertz's contact of the pair, with the layers near the surface.
+    """Estimated number of cells in contact: Hertz's contact with the compliances of the layers weighted by depth.
 
-    Within a twentieth without layers. With layers 0.05 to 20 times as stiff at most 2 times too many, mostly within a
-    sixth.
+    Accurate to a twentieth without layers. With layers 0.05 to 20 times as stiff as the substrate it is mostly accurate
+    to a sixth, and at most 2 times too large.
     """
     contact = scene_hertz(scene)
     other = 0.0 if scene.counterbody is None else scene.counterbody.compliance
     bare = other + scene.substrate.compliance
-    wider = 1.0  # the contact, with its layers, over the uncoated one
-    for _ in range(6):  # how deep it reaches depends on how wide it is
+    wider = 1.0  # radius of the contact with layers over that of the uncoated one
+    for _ in range(6):  # fixed-point iteration, as the depth that counts depends on the radius
         whole, above, depth = other, 1.0, 0.0
         for layer in scene.layers:
             depth += layer.thickness
@@ -95,7 +95,7 @@ def _cell_bytes(cases: Sequence[Case], outputs: OutputsSpec) -> int:
 
 
 def _most_cells(cases: Sequence[Case]) -> int:
-    """Cells that each of a grid's `cases` takes in the cube: those of its largest mesh, which others are padded to."""
+    """Cells stored for each of a grid's `cases`: those of its largest mesh, to which others are padded."""
     return math.prod(max(case.scene.mesh.cells[k] for case in cases) for k in (0, 1))
 
 
@@ -187,9 +187,9 @@ def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
 
 
 def _values(axis: Axis, room: int, most: int = 12) -> str:
-    """The values of an axis as written and what they come to; spaces at which no line may end are no-break spaces.
+    """The values of an axis as written and in absolute units; spaces within a value are no-break spaces.
 
-    Those are all within a value, but for one that is longer than the `room` of a line.
+    A value that is longer than the `room` of a line may be broken between its parts.
     """
     kept = range(axis.size) if axis.size <= most else (*range(most - 1), axis.size - 1)
     texts = [_value(axis, i).replace(" ", "\xa0") for i in kept]
@@ -206,14 +206,14 @@ def _value(axis: Axis, i: int) -> str:
         value = coord.values[i]
         if isinstance(value, str) or name.endswith("_ratio") or (axis.name == "creepage" and value == 0.0):
             continue
-        if math.isnan(value):  # what this value has not: the modulus of a rigid counterbody
+        if math.isnan(value):  # the modulus of a rigid counterbody, which it does not have
             continue
         unit = f" {unit_as_written(coord.units, coord.long_name)}".rstrip()
         if name != axis.name:
             inside.append(f"{name} {value:.6g}{unit}")
-        elif coord.units == "1":  # the label says it all
+        elif coord.units == "1":  # the label is complete
             continue
-        elif f"{value:.12g}" == label:  # but for its unit
+        elif f"{value:.12g}" == label:  # the label lacks only the unit
             label += unit
         else:
             inside.append(f"{value:.6g}{unit}")

@@ -1,9 +1,9 @@
 """Solves batches of cases in worker processes: single-threaded, spawned, replaced when they die.
 
-All workers start at once, before it is known what there is to solve if need be. Each solves one batch, has the next one
-with it where batches are short, and sends its results every tenth of a second. Once a worker has died, and the
-cases it held go to others, all send a result as soon as they have one, so that it is known which case a worker dies of.
-That case is tried once more; if its worker dies again it gets status ERROR, and the rest goes on in another worker.
+All workers start at once, if wanted before it is known what there is to solve. Each solves one batch at a time, holds
+the next one where batches are short, and sends its results every tenth of a second. When a worker dies, its cases go to
+others. From then on every result is sent as soon as it is there, so that the case at which a worker dies is known. That
+case is tried once more; if its worker dies again, it gets status ERROR, and the other cases go to another worker.
 """
 
 from __future__ import annotations
@@ -38,20 +38,21 @@ ATTEMPTS = 2
 """Attempts before a worker's death is blamed on its case."""
 
 _FAILED_STARTS = 3
-# signals that end a sweep: terminals and batch systems send them to all its processes, and it is the parent that heeds
+# signals that end a sweep; terminals and batch systems send them to all its processes, but only the parent handles them
 _ENDS = {getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)}
 _PATIENCE = 0.1  # seconds that results may wait for others to be sent with
-_SEND_BYTES = 2**21  # of results, several times those of 0.1 s
-# A batch is sent to a worker that is still at another one, so that it need not wait, if a pipe takes so many bytes
-# whether read or not, and if the worker took no longer for the last one: else others wait for it at the end.
+_SEND_BYTES = 2**21  # buffer for results, several times those of 0.1 s
+# A worker is sent its next batch while it is still solving one, so that it need not wait, on two conditions: the
+# message fits into the buffer of a pipe, and its last batch took no longer than this (else others wait for it at the
+# end).
 _AHEAD_BYTES = 8000
 _AHEAD_SECONDS = 1.0
 
 
 @dataclass
 class _Batch:
-    cases: deque[Case]  # whose results are not here yet
-    at_once: bool  # each result is sent as it is there: the first case is the one being solved
+    cases: deque[Case]  # those without a result yet
+    at_once: bool  # each result is sent as soon as it is there: the first case is the one being solved
 
 
 @dataclass
@@ -71,7 +72,7 @@ class _Worker:
         self.batches.append(batch)
 
     def solved(self) -> Case:
-        """The case that the next result belongs to, which is not expected any more."""
+        """The case that the next result belongs to; it is removed from the cases that are awaited."""
         case = self.batches[0].cases.popleft()
         if not self.batches[0].cases:
             self.batches.popleft()
@@ -94,7 +95,7 @@ class Pool:
         self._deaths: dict[tuple[str, tuple[int, ...]], int] = {}
         self._failed_starts = 0
         self._patience = _PATIENCE
-        self._next: memoryview | None = None  # the first of those waiting, as it is sent
+        self._next: memoryview | None = None  # the first waiting batch, pickled
 
     def __enter__(self) -> Self:
         return self
@@ -119,7 +120,7 @@ class Pool:
             self._send(worker, message)
 
     def start(self, workers: int) -> None:
-        """See to it that at least so many workers have been started."""
+        """Start workers until there are at least so many."""
         while len(self._workers) < workers:
             self._start()
 
@@ -156,7 +157,7 @@ class Pool:
                     worker.ready = True
                     self._failed_starts = 0
                 solved = [(worker.solved(), result) for result in message or ()]
-                self._give_all()  # first, so that they need not wait
+                self._give_all()  # first, so that workers need not wait
                 yield from solved
             self.start(min(workers, len(self._workers) + len(self._waiting)))
             self._give_all()
@@ -166,8 +167,8 @@ class Pool:
         ours, theirs = context.Pipe()
         _widen(theirs)
         process = context.Process(target=_work, args=(theirs, self._preload), daemon=True)
-        # Ctrl-C goes to every process of the terminal: it is this one's to handle. Starting multiprocessing's own
-        # helper lets interrupts through again, so that comes first.
+        # Ctrl-C goes to every process of the terminal, and only this one is to handle it. Starting multiprocessing's
+        # resource tracker unblocks interrupts again, so that comes first.
         resource_tracker.ensure_running()
         with limited_threads(), _interrupts_held():
             process.start()
@@ -175,11 +176,11 @@ class Pool:
         self._workers.append(_Worker(process, ours))
 
     def _give_all(self) -> None:
-        """Give batches to workers that know what solves: one to each that has none, then one to solve next."""
+        """Give batches to workers that are ready: one to each that has none, then one to solve next."""
         self._tell_all()
         for held in (0, 1):
             for worker in self._workers:
-                # at the end nobody waits for another's batch
+                # near the end no batch waits behind another one, as a free worker could solve it
                 wanted = len(self._waiting) > held * len(self._workers) and (held == 0 or worker.quick)
                 if worker.ready and len(worker.batches) == held and wanted:
                     self._give(worker)
@@ -191,7 +192,7 @@ class Pool:
                 self._send(worker, ForkingPickler.dumps(self._solve))
 
     def _give(self, worker: _Worker) -> None:
-        """Send the next batch, unless the worker has one and it is too long to lie in the pipe."""
+        """Send the next batch, unless the worker has one already and the message exceeds the pipe's buffer."""
         if self._next is None:
             self._next = ForkingPickler.dumps(([case.scene for case in self._waiting[0]], self._patience))
         if not worker.batches or len(self._next) <= _AHEAD_BYTES:
@@ -200,12 +201,12 @@ class Pool:
             self._next = None
 
     def _send(self, worker: _Worker, message: memoryview) -> None:
-        # a worker that has just died is found out at the next wait
+        # a worker that has just died is noticed at the next wait
         with contextlib.suppress(OSError):
             worker.connection.send_bytes(message)
 
     def _bury(self, worker: _Worker) -> Iterator[tuple[Case, Result]]:
-        """Deal with a dead worker: its case again or given up, the rest of its batch to others."""
+        """Deal with a dead worker: its case is tried again or given up, its other cases go to other workers."""
         from rcstudy.result import Result, Status
 
         self._workers.remove(worker)
@@ -229,7 +230,7 @@ class Pool:
         self._waiting.extendleft(list(batch.cases) for batch in reversed(worker.batches))
 
     def stop(self) -> None:
-        """End all workers. They hold nothing that is wanted, and to leave by themselves would take them a while."""
+        """Kill all workers: they hold nothing of use, and an orderly exit would take longer."""
         for worker in self._workers:
             worker.process.kill()
         for worker in self._workers:
@@ -239,28 +240,28 @@ class Pool:
 
 
 def _widen(connection: Connection) -> None:
-    """Let what is sent lie in the connection until it is read, so that a worker need not wait for that.
+    """Enlarge the send buffer of a connection, so that a worker need not wait until its results are read.
 
-    As far as the system allows: by default results of a twentieth of a second fill it.
+    As far as the system allows; the default buffer is filled by the results of a twentieth of a second.
     """
     with contextlib.suppress(OSError), socket.socket(fileno=os.dup(connection.fileno())) as end:  # not on every system
         end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
 
 
 def _work(connection: Connection, preload: str) -> None:
-    """A worker's life: what solves, then scenes in, their results out, until it is ended or the parent is gone."""
-    for number in _ENDS:  # where they could not be held back from the start
+    """Main loop of a worker: receives `solve`, then scenes, sends results; until it is killed or the parent is gone."""
+    for number in _ENDS:  # where they could not be blocked from the start
         signal.signal(number, signal.SIG_IGN)
     if preload:
         importlib.import_module(preload)
     try:
         solve = connection.recv()
-        for _ in solve([]):  # nothing to solve: what solves is loaded
+        for _ in solve([]):  # nothing to solve, but its modules are loaded
             pass
         connection.send(None)
         while True:
             scenes, patience = connection.recv()
-            if patience is None:  # nobody wants the results; no two of the scenes need have a pressure in common
+            if patience is None:  # warm-up: results are discarded, and scenes need not share a normal problem
                 for scene in scenes:
                     for _ in solve([scene]):
                         pass
@@ -274,7 +275,7 @@ def _work(connection: Connection, preload: str) -> None:
             if results:
                 connection.send(results)
     except (EOFError, OSError):
-        pass  # the parent has gone, and with it whoever wanted the results
+        pass  # the parent has gone, and with it the need for results
 
 
 def _how_it_died(code: int | None) -> str:
@@ -288,7 +289,7 @@ def _how_it_died(code: int | None) -> str:
 
 @contextlib.contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Hold back in the block what ends a sweep; processes started in it never see it, this one does afterwards."""
+    """Block the signals that end a sweep; processes started in the block never get them, this one does afterwards."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

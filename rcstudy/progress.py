@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from rich.progress import TaskID
 
 
-_SETTLED_SECONDS, _SETTLED_CASES = 4.0, 3  # after the first case, before a rate and the time left are told
-LATE_SECONDS = 2.0  # of silence
+_SETTLED_SECONDS, _SETTLED_CASES = 4.0, 3  # after the first case, before a rate and the time left are shown
+LATE_SECONDS = 2.0  # after which a slow step is announced
 
 
 class Progress(Protocol):
-    """What a sweep tells of itself."""
+    """Receiver of the progress of a sweep."""
 
     def begin(self, total: int) -> None:
         """`total` cases are to be solved."""
@@ -38,16 +38,16 @@ def for_stream(stream: TextIO | None = None) -> Progress:
 
 
 class Silent:
-    """Tells nothing."""
+    """Shows nothing."""
 
     def begin(self, total: int) -> None:
-        """Nothing."""
+        """Do nothing."""
 
     def advance(self, *, failed: bool) -> None:
-        """Nothing."""
+        """Do nothing."""
 
     def end(self) -> None:
-        """Nothing."""
+        """Do nothing."""
 
 
 @contextlib.contextmanager
@@ -63,7 +63,7 @@ def told_late(tell: Callable[[str], None], text: str) -> Iterator[None]:
 
 
 class _Pace:
-    """How fast cases are done, without the first one: whoever solves loads or compiles the kernels before it."""
+    """Rate at which cases are done, without the first one, before which kernels are loaded or compiled."""
 
     def __init__(self) -> None:
         self.done = 0
@@ -76,7 +76,7 @@ class _Pace:
         self.done += 1
 
     def seconds_per_case(self, now: float) -> float | None:
-        """Seconds from one case to the next; None while there are too few to tell."""
+        """Seconds from one case to the next; None while too few are done."""
         since = now - self._first
         if self.done <= _SETTLED_CASES or since < _SETTLED_SECONDS:
             return None
@@ -164,7 +164,7 @@ class Lines:
         self._print(", ".join([*parts, f"{self._failed} failed"]))
 
     def end(self) -> None:
-        """Nothing: the last case's line has been printed."""
+        """Do nothing: the last case's line has been printed."""
 
     def _print(self, text: str) -> None:
         print(text, file=self._stream, flush=True)
@@ -181,7 +181,7 @@ def counted(number: int, thing: str) -> str:
 
 
 def not_solved(number: int) -> str:
-    """That so many cases are not: ``1 case is not solved``, ``2 cases are not solved``."""
+    """So many cases, not solved: ``1 case is not solved``, ``2 cases are not solved``."""
     return f"{counted(number, 'case')} {'is' if number == 1 else 'are'} not solved"
 
 

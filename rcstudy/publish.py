@@ -32,7 +32,7 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
     Raises UserError when the folder cannot be written to or the disk is full.
     """
-    target = Path(os.path.realpath(path))  # a link keeps pointing to what it pointed to
+    target = Path(os.path.realpath(path))  # a symbolic link is kept, and the file that it points to is replaced
     if target.is_dir():
         raise UserError(f"{path}: is a folder, not a file")
     try:
@@ -124,7 +124,7 @@ def host() -> str:
 def _runs(pid: int) -> bool:
     """Whether another process `pid` runs here; when that cannot be known, it is taken to run."""
     if pid == os.getpid():
-        return False  # not among the active ones: a process before this one had the same number
+        return False  # not among the active ones: an earlier process had the same number
     if os.name != "posix":
         return True
     try:

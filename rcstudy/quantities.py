@@ -1,9 +1,9 @@
-"""Numbers of a study: plain, or relative such as `0.25 a` and `2 Es`; and what is allowed for each kind of value.
+"""Numbers of a study, plain or relative such as `0.25 a` and `2 Es`, and the validators of all kinds of values.
 
-Each kind is a callable used as a pydantic validator. Its `allowed` says in words what it takes; a value outside
-raises a PydanticCustomError of type "allowed" whose message is those words. bool and text never pass as numbers.
-Words and test come from the same bounds; pydantic's own constraints would need the words beside them, as its messages
-are not those for a study. Only words to choose from (Literal) and true or false (StrictBool) are left to it.
+Each kind is a callable used as a pydantic validator. Its `allowed` describes in words the values it accepts; any other
+value raises a PydanticCustomError of type "allowed" with these words as message. bool and text are never accepted as
+numbers. Words and test come from the same bounds; pydantic's own constraints would need separate words, as its messages
+do not suit a study. Only choices between words (Literal) and true or false (StrictBool) are validated by pydantic.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ class Quantity:
 
 
 def number_text(value: float) -> str:
-    """A number as a person writes it: `0.25`, `210000`, `1e-07`."""
+    """Text of a number, with at most 12 digits: `0.25`, `210000`, `1e-07`."""
     return format(value, ".12g")
 
 
 def refusal(allowed: str) -> PydanticCustomError:
-    """The error that says what is allowed."""
+    """The error with the words `allowed` as its message."""
     return PydanticCustomError("allowed", "{words}", {"words": allowed})
 
 
@@ -77,7 +77,7 @@ def as_quantity(value: Any) -> Quantity | None:
 
 
 def with_hint(allowed: str, value: Any) -> str:
-    """`allowed`, and that units are not written if the value is a number with one."""
+    """The words `allowed`, with a hint that units are not written if `value` is a number with a unit."""
     if isinstance(value, str) and _WITH_UNIT.fullmatch(value) and not _RELATIVE.fullmatch(value):
         return f"{allowed}; {_UNITS}"
     return allowed
@@ -98,13 +98,13 @@ class Real:
 
 
 def above(low: float, words: str = "", *, below: float = math.inf) -> Real:
-    """A number above `low`, and `below` another; `words` say more of it."""
+    """A number above `low` and below `below`; `words` are appended to the description."""
     bounds = f"above {low:g}" + (f" and below {below:g}" if below < math.inf else "")
     return Real(f"a number {bounds}{words}", lambda number: low < number < below)
 
 
 def between(low: float, high: float, words: str = "") -> Real:
-    """A number from `low` to `high`, both included; `words` say more of it."""
+    """A number from `low` to `high`, both included; `words` are appended to the description."""
     return Real(f"a number from {low:g} to {high:g}{words}", lambda number: low <= number <= high)
 
 
@@ -158,7 +158,7 @@ class Words:
 
 @dataclass(frozen=True)
 class Such:
-    """Whatever passes `test`, as it is."""
+    """Any value that passes `test`, unchanged."""
 
     allowed: str
     test: Callable[[Any], bool]

@@ -1,4 +1,4 @@
-"""Axes given by their ends: so many values from the first to the last, in equal steps or by equal factors."""
+"""Axes given as ranges: a number of values from the first to the last, in equal steps or by equal factors."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from rcstudy.spec import Spec, validate
 from rcstudy.yamltree import REFUSED, Node, Problems, child_path
 
 MAX_VALUES = 1000
-_DIGITS = 6  # of the values in between, unless they are closer to each other
-_ROUNDING = 1e-12  # of the larger end: what is left of a value in between that is zero on paper
+_DIGITS = 6  # of the values in between, unless they are so close that they need more
+_ROUNDING = 1e-12  # times the larger end: values in between below this are zero up to rounding
 
 
 class _End:
-    """A number, plain or, unless the axis takes plain ones only, relative."""
+    """Validator of a number: plain or, unless the axis takes plain ones only, relative."""
 
     def __init__(self, *, plain: bool = False) -> None:
         self.allowed = "a number" if plain else "a number, or one of the form '0.5 a' or '2 Es'"
@@ -32,7 +32,7 @@ class _End:
 
 
 class RangeSpec(Spec):
-    """`count` values from `first` to `last`; `spacing` log: each over the one before is the same."""
+    """`count` values from `first` to `last`; `spacing` log: the ratio of neighbouring values is constant."""
 
     first: Annotated[Quantity, PlainValidator(_End())]
     last: Annotated[Quantity, PlainValidator(_End())]
@@ -40,7 +40,7 @@ class RangeSpec(Spec):
     spacing: Literal["linear", "log"] = "linear"
 
     def values(self) -> list[Quantity]:
-        """The values, rounded to six digits but for the ends, if six tell them apart; zero is zero."""
+        """The values; those between the ends are rounded to six digits if they stay distinct, and near zero to zero."""
         one, other, steps = self.first.value, self.last.value, self.count - 1
         if self.spacing == "log":
             sign, logs = math.copysign(1.0, one), (math.log(abs(one)), math.log(abs(other)))
@@ -56,16 +56,16 @@ class RangeSpec(Spec):
 
 
 class _PlainRangeSpec(RangeSpec):
-    """One whose numbers cannot be relative."""
+    """A range whose numbers cannot be relative."""
 
     first: Annotated[Quantity, PlainValidator(_End(plain=True))]
     last: Annotated[Quantity, PlainValidator(_End(plain=True))]
 
 
 def spread(node: Node, problems: Problems, *, plain: bool) -> Node:
-    """The list of values that the mapping `node` stands for, at its place; of one that was reported if it is wrong.
+    """The list of values that the mapping `node` stands for, at its place; if it is wrong, of one REFUSED value.
 
-    `plain`: numbers that are relative are wrong.
+    `plain`: relative numbers are not allowed.
     """
     spec = validate(_PlainRangeSpec if plain else RangeSpec, node, problems)
     entries = [Node(REFUSED, child_path(node.path, 0), "", node.line, node.column)]

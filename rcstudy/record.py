@@ -1,8 +1,8 @@
-"""A result as bytes: what workers send, units keep, and cubes are made from.
+"""Records: results as bytes, which workers send, units store, and cubes are made from.
 
-A record is plain data, nothing in it is ever executed: a head of numbers, the scalars as doubles, and each field
-compressed as a cube stores it, so that its bytes are made once, where the case is solved, and only copied from then on.
-Fields of cropped outputs are cut to the box of the case's own contact, outside of which they are zero.
+A record is plain data; nothing in it is ever executed. It consists of a head of numbers, the scalars as doubles, and
+each field compressed as a cube stores it. So these bytes are made once, where the case is solved, and only copied from
+then on. Fields of cropped outputs are cut to the box of the case's own contact, outside of which they are zero.
 """
 
 from __future__ import annotations
@@ -28,50 +28,56 @@ SCALARS = tuple(name for name, v in VARIABLES.items() if v.kind == "scalar" and 
 FIELDS = tuple(name for name, v in VARIABLES.items() if v.kind == "field")
 
 _SCALARS, _FIELDS = frozenset(SCALARS), frozenset(FIELDS)
-_KINDS = ("f8", "f4", "i1")  # types of fields; a record has their numbers, from 1 on
-_BEFORE_FIELDS = 8  # numbers of a head
-_MOST_CELLS = 2**28  # of a window, in a file that may be hostile
+_KINDS = ("f8", "f4", "i1")  # types of fields; a record stores their number in this list, from 1 on
+_BEFORE_FIELDS = 8  # count of the numbers of a head that precede those of the fields
+_MOST_CELLS = 2**28  # largest window that is accepted from a file, which may be hostile
 
 Region = tuple[int, int, int, int]
 """Cells i0 <= i < i1, j0 <= j < j1 of a window."""
 
 
 class DamagedRecord(ValueError):
-    """Bytes that are no record."""
+    """Raised for bytes that are not a record."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """What records consist of: the names of their scalars and fields, in the order in which they stand there."""
+    """The structure of records: the names of their scalars and fields, in the order in which these are stored."""
 
     scalars: tuple[str, ...] = SCALARS
     fields: tuple[str, ...] = FIELDS
 
     @cached_property
     def head(self) -> struct.Struct:
-        """Status, cells, region, length of the reason; the type (0: not there) and length of each field; scalars."""
+        """Format of the head: status, cells, region, length of the reason, types (0: absent), lengths, scalars.
+
+        Each field has a type and a length.
+        """
         return struct.Struct(f"<B7I{'BI' * len(self.fields)}{len(self.scalars)}d")
 
 
 FORM = Form()
-"""That of the records of this version."""
+"""The structure of the records of this version."""
 
 
 @dataclass(frozen=True)
 class Keep:
-    """What is kept of a result: `fields` or scalars only, in `precision` (float64, float32), `crop` to the contact."""
+    """The part of a result that is kept.
+
+    `fields`: fields as well as scalars; `precision` of fields: float64 or float32; `crop`: cut fields to the contact.
+    """
 
     fields: bool = True
     precision: str = "float64"
     crop: bool = False
 
     def covers(self, wanted: Keep) -> bool:
-        """Whether what was kept like this holds all that is `wanted`: fields outside the contact are zero."""
+        """Whether results kept like this contain all that is `wanted`; cropping loses nothing but zeros."""
         return not wanted.fields or (self.fields and (self.precision == "float64" or wanted.precision == "float32"))
 
 
 class Packed(NamedTuple):
-    """A result on its way: `status`, `reason`, and the whole record as bytes."""
+    """A result to be sent or stored: `status`, `reason`, and the whole record as bytes."""
 
     status: int
     reason: str
@@ -87,9 +93,10 @@ class PackedField(NamedTuple):
 
 @dataclass(frozen=True)
 class Record:
-    """A record read back. `cells` of the window, `region` of it that the fields hold (outside they are zero).
+    """A record read back.
 
-    `numbers`: the scalars in the order of SCALARS, NaN where there is none.
+    `cells`: number of cells of the window; `region`: the part of it that the fields cover (outside they are zero);
+    `numbers`: the scalars in the order of SCALARS, NaN for those without a value.
     """
 
     status: Status
@@ -106,12 +113,12 @@ class Record:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Cells of the region."""
+        """Number of cells of the region along x and y."""
         i0, i1, j0, j1 = self.region
         return i1 - i0, j1 - j0
 
     def values(self, name: str) -> np.ndarray:
-        """Field `name` on the region. Raises DamagedRecord when its bytes are not those that were written."""
+        """Field `name` on the region. Raises DamagedRecord if its bytes have changed since they were written."""
         packed = self.fields[name]
         try:
             data = decompress(packed.stream, math.prod(self.shape) * int(packed.dtype[1]))
@@ -131,16 +138,16 @@ class Record:
         return out
 
     def contact(self) -> Region:
-        """The box of the window outside of which all fields are zero; of no cells if there is nothing in them."""
+        """The smallest box of the window outside of which all fields are zero; empty if they are zero everywhere."""
         if not self.fields:
             return 0, 0, 0, 0
         i0, i1, j0, j1 = contact_box([self.values(name) for name in self.fields])
         return self.region[0] + i0, self.region[0] + i1, self.region[2] + j0, self.region[2] + j1
 
     def contradicts(self, other: Record) -> str:
-        """The name of something in which two solved records of one case differ, timings apart; "" if nothing does.
+        """The name of a scalar or field in which two solved records of one case differ, timings apart; "" if none.
 
-        Fields are compared in the precision of the coarser of both, as far as both have them.
+        Fields that both records have are compared in the lower of their precisions.
         """
         if Status.SOLVED not in (self.status, other.status) or self.status != other.status:
             return ""  # a failure does not say that a solution is wrong
@@ -157,9 +164,10 @@ class Record:
 
 
 class Packing:
-    """A solver whose results are packed where they are solved; importable by name if the solver is.
+    """A solver that packs its results where they are solved; it can be pickled if `solve` can.
 
-    A result that cannot be packed, because its names or shapes are not those of its scene, becomes an error.
+    A result that cannot be packed, because its names or shapes do not fit its scene, is replaced by one with status
+    ERROR.
     """
 
     def __init__(self, solve: Callable[[Sequence[Scene]], Iterator[Result]], keep: Keep) -> None:
@@ -167,7 +175,7 @@ class Packing:
         self.keep = keep
 
     def __call__(self, scenes: Sequence[Scene]) -> Iterator[Packed]:
-        """A packed result per scene, in order."""
+        """Yield a packed result for each scene, in order."""
         packer = Packer(self.keep)
         for scene, result in zip(scenes, self.solve(scenes), strict=True):
             cells = scene.mesh.cells
@@ -186,7 +194,7 @@ class Packer:
         self._pressure = self._stream = b""
 
     def pack(self, result: Result, cells: tuple[int, int]) -> Packed:
-        """`result` of a scene with so many `cells`. ValueError when its names or shapes are wrong."""
+        """The packed `result` of a scene with `cells` along x and y. Raises ValueError if names or shapes are wrong."""
         if not (result.scalars.keys() <= _SCALARS and result.fields.keys() <= _FIELDS):
             unknown = (result.scalars.keys() - _SCALARS) | (result.fields.keys() - _FIELDS)
             raise ValueError(f"unknown variables {sorted(unknown)}")
@@ -218,7 +226,7 @@ class Packer:
         return Packed(status, result.reason, b"".join((head, reason, *streams)))
 
     def _shared(self, pressure: np.ndarray) -> bytes:
-        """The stream of `pressure`; that of the last one if it is the same, bit for bit."""
+        """The compressed stream of `pressure`, reused from the last call if the bits are the same."""
         data = pressure.tobytes()
         if data != self._pressure:
             self._pressure, self._stream = data, compress(pressure)
@@ -226,7 +234,7 @@ class Packer:
 
 
 def contact_box(fields: Iterable[np.ndarray]) -> Region:
-    """The smallest box outside of which all `fields` of one shape are zero; of no cells if they are zero all over."""
+    """The smallest box outside of which all `fields` (of one shape) are zero; empty if they are zero everywhere."""
     held = np.logical_or.reduce([values != 0 for values in fields])
     i, j = np.flatnonzero(held.any(axis=1)), np.flatnonzero(held.any(axis=0))
     if i.size == 0:
@@ -241,9 +249,9 @@ def field_type(name: str, precision: str) -> str:
 
 
 def glance(body: bytes, form: Form = FORM) -> tuple[Status, tuple[int, int], Keep]:
-    """Status, number of cells and what was kept of a record, from its head alone.
+    """Status, number of cells and kept part of a record, from its head alone.
 
-    Raises DamagedRecord if it has none.
+    Raises DamagedRecord if there is no valid head.
     """
     status, nx, ny, *_ = head = _head(body, form)
     kind = head[_BEFORE_FIELDS + 2 * form.fields.index("pressure")] if "pressure" in form.fields else 0
@@ -251,9 +259,9 @@ def glance(body: bytes, form: Form = FORM) -> tuple[Status, tuple[int, int], Kee
 
 
 def parse(body: bytes, form: Form = FORM) -> Record:
-    """The record of these bytes; `form` is that of the version that wrote it.
+    """The record in the bytes `body`; `form` is that of the version that wrote it.
 
-    Raises DamagedRecord unless the bytes are a record; the streams of its fields are looked into when they are used.
+    Raises DamagedRecord unless the bytes are a record. The streams of fields are checked only when they are used.
     """
     head = _head(body, form)
     status, nx, ny, i0, i1, j0, j1, size = head[:_BEFORE_FIELDS]
@@ -284,7 +292,7 @@ def parse(body: bytes, form: Form = FORM) -> Record:
 
 
 def _head(body: bytes, form: Form) -> tuple[Any, ...]:
-    """The numbers of a record's head."""
+    """The numbers in the head of a record. Raises DamagedRecord if there is no valid head."""
     try:
         head = form.head.unpack_from(body)
         Status(head[0])

@@ -1,4 +1,4 @@
-"""What a worker of a cluster runs: a few batches of cases after one another; and what it tells of itself before."""
+"""What runs on the workers of a cluster: the solution of a parcel of batches, and a report on versions before that."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from rcstudy.provenance import version
 if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
 
-_LIBRARIES = ("numpy", "scipy", "numba", "pyfftw")  # those that numbers come from
+_LIBRARIES = ("numpy", "scipy", "numba", "pyfftw")  # those that affect the numbers
 _THREADS = "OMP_NUM_THREADS"
 
 
 def solve_parcel(solve: Callable[[Sequence[Scene]], Iterator[Any]], batches: Sequence[Sequence[Scene]]) -> list[Any]:
-    """Solve `batches` on a worker: what `solve` yields, in order.
+    """Solve `batches` on a worker; returns what `solve` yields, in order.
 
-    Ends early, with what is of no more use, when nobody wants the results any longer.
+    Stops early, with an incomplete list that nobody reads, when the task has been cancelled.
     """
     results: list[Any] = []
     for scenes in batches:
@@ -42,7 +42,7 @@ def _wanted() -> bool:
 
 
 def examine() -> dict[str, str]:
-    """What results depend on, of the process that calls this: solver, code, libraries, threads."""
+    """What the results of the calling process depend on: versions of solver, code and libraries; number of threads."""
     return {
         "solver": SOLVER_VERSION,
         "rcstudy": version("rcstudy"),
@@ -54,7 +54,7 @@ def examine() -> dict[str, str]:
 
 
 def _digest_of_mechanics() -> str:
-    """Hash (hex) of the code that numbers come from: a checkout may have been edited since."""
+    """SHA-256 (hex) of the code in rcstudy/mechanics: checkouts of one version may have been edited."""
     package = Path(__file__).parent / "mechanics"
     digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
@@ -65,7 +65,7 @@ def _digest_of_mechanics() -> str:
 def differences(ours: Mapping[str, str], theirs: Mapping[str, str] | Exception) -> str:
     """Why a process that was examined must not solve for this one; "" if it may."""
     if isinstance(theirs, Exception):
-        # Dask passes some exceptions on as themselves, others as words
+        # Dask passes some exceptions on as objects, others as text
         if isinstance(theirs, ImportError) or "ModuleNotFoundError" in str(theirs) or "ImportError" in str(theirs):
             return f"it cannot import rcstudy: {theirs}; install the same version with the extra `cluster` there"
         return f"it cannot be examined: {type(theirs).__name__}: {theirs}"
@@ -77,7 +77,7 @@ def differences(ours: Mapping[str, str], theirs: Mapping[str, str] | Exception) 
 
 
 def notes_on(ours: Mapping[str, str], theirs: Mapping[str, str], threads: int) -> Iterator[str]:
-    """What a person should know of a worker with so many threads, which may solve all the same."""
+    """Warnings on a worker with so many `threads` that may solve nevertheless."""
     if theirs["mechanics"] != ours["mechanics"]:
         yield "the files of its rcstudy/mechanics are others than here, of the same version: numbers may differ"
     for name in ("python", *_LIBRARIES):

@@ -1,4 +1,4 @@
-"""What a solved case is: status, scalars, fields, proof; and the catalogue of every stored variable."""
+"""The result of a case (status, scalars, fields, proof) and the catalogue of all stored variables."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 
 class Status(IntEnum):
-    """How a case ended; anything but SOLVED must never be read as a result."""
+    """How a case ended; the numbers of a case that is not SOLVED must not be used as results."""
 
     SOLVED = 0
     NOT_CONVERGED = 1
@@ -20,7 +20,7 @@ class Status(IntEnum):
 
     @property
     def words(self) -> str:
-        """As people read it: `not converged`."""
+        """The status in words, for example `not converged`."""
         return self.name.lower().replace("_", " ")
 
 
@@ -34,13 +34,13 @@ class CellState(IntEnum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One stored quantity: its kind, units, and the words shown next to it."""
+    """One stored quantity: its kind, units, and the name shown next to it."""
 
     kind: Literal["field", "scalar", "text"]
     units: str
     long_name: str
     dtype: str = "f8"
-    tangential: bool = False  # absent from a pressure-only scene
+    tangential: bool = False  # absent if only the pressure is solved for
     timing: bool = False  # differs from run to run
     enum: type[IntEnum] | None = None
 
@@ -77,7 +77,7 @@ VARIABLES: dict[str, Variable] = {
     "coarse_products": Variable("scalar", "1", "products on the coarser meshes of its cascade", "i4", tangential=True),
     "products_normal": Variable("scalar", "1", "operator and preconditioner products of the pressure solver", "i4"),
     "solve_seconds": Variable("scalar", "s", "wall time of the solve", timing=True),
-    # the proof: computed apart from the solver's own stopping test
+    # the proof: computed independently of the solver's stopping test
     "proof_tension": Variable("scalar", "1", "largest tension over p_max"),
     "proof_load": Variable("scalar", "1", "|sum(p) dx dy - P| / P"),
     "proof_gap": Variable("scalar", "1", "largest |gap| where p > 0, over the approach"),
@@ -118,8 +118,7 @@ VARIABLES |= {
 
 @dataclass
 class Result:
-    """Outcome of one case. `fields` are [ix, iy] arrays of the whole window; `scalars` and `fields` use VARIABLES'
-    names.
+    """Result of one case. `fields` are arrays [nx, ny] of the whole window; keys are those of VARIABLES.
 
     A case that was not solved has a status and a reason; its numbers, if any, are kept for inspection.
     """

@@ -1,9 +1,9 @@
-"""Looks through an HDF5 file before anything in it is read: whether it is made of what cubes are made of, and no more.
+"""Check of an HDF5 file before any of its data are read: whether it contains only what cubes consist of.
 
-A cube from elsewhere may be made to read other files (links, data kept outside, virtual data), to fill the memory
-(little that declares itself to be much), or to be handed to code that expects something else. All of that is refused by
-what the file says of itself, without reading any data. Nothing in a cube is ever executed. That the HDF5 library itself
-survives any bytes whatsoever is beyond what can be seen to here.
+A cube from elsewhere may be made to read other files (links, external storage, virtual data), to fill the memory (small
+files that declare large variables), or to pass unexpected types to other code. Such files are refused by their
+metadata, without reading any data. Nothing in a cube is ever executed. Whether the HDF5 library itself survives
+arbitrary bytes cannot be ensured here.
 """
 
 from __future__ import annotations
@@ -23,23 +23,26 @@ from rcstudy.yamltree import shorten
 MAX_RANK = 32
 MAX_DIMENSIONS = 65_536
 MAX_CHUNK_BYTES = 4096 * 4096 * 8  # a case's field at the largest mesh
-_SMALL_BYTES = 16_000_000  # a variable that may be empty
-_LARGEST_RATIO = 1100  # of what deflate makes small (1032), and some more
+_SMALL_BYTES = 16_000_000  # declared size up to which a variable may be stored in any number of bytes, even none
+_LARGEST_RATIO = 1100  # declared over stored size: the largest ratio of deflate (1032) plus a margin
 _CLASSES = (h5t.INTEGER, h5t.FLOAT, h5t.STRING)
 _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
 
 
 def reason_of(error: OSError) -> str:
-    """Why HDF5 does not open a file, in words."""
+    """The reason, in words, why HDF5 does not open a file."""
     if isinstance(error, BlockingIOError):
         return "another program has it open for writing"
-    if error.errno is not None and error.errno > 0:  # netCDF's own are below
+    if error.errno is not None and error.errno > 0:  # netCDF's own error numbers are negative
         return os.strerror(error.errno)
     return "it is no file of HDF5, or damaged"
 
 
 def foreign_content(path: Path) -> str:
-    """What stands in the HDF5 file `path` that no cube has, in words; "" if there is nothing. OSError if unreadable."""
+    """Description of something in the HDF5 file `path` that no cube contains; "" if there is nothing.
+
+    Raises OSError if the file cannot be read.
+    """
     with h5py.File(path, "r") as file:
         if SCHEMA_ATTRIBUTE not in file.attrs:
             return f"it has no attribute {SCHEMA_ATTRIBUTE}"
@@ -74,7 +77,10 @@ def _problems_of_group(group: h5g.GroupID, name: str, depth: int) -> Iterator[st
 
 
 def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
-    """What no attribute of a cube is; "" if nothing. netCDF's library crashes on some that only it looks at."""
+    """Description of an attribute that no cube has; "" if there is none.
+
+    Attributes that only the netCDF library reads are included, as it crashes on some of them.
+    """
     names: list[bytes] = []
     h5a.iterate(owner, names.append)
     for name in names:
@@ -103,7 +109,7 @@ def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
 
 
 def _problem_of_variable(variable: h5d.DatasetID) -> str:
-    """What no variable of a cube has; "" if nothing."""
+    """Description of a property that no variable of a cube has; "" if there is none."""
     kind = variable.get_type()
     if kind.get_class() not in _CLASSES:
         return "holds neither numbers nor text"
@@ -119,8 +125,8 @@ def _problem_of_variable(variable: h5d.DatasetID) -> str:
     size = kind.get_size()
     if layout == h5d.CHUNKED and math.prod(made.get_chunk()) * size > MAX_CHUNK_BYTES:
         return "has chunks larger than any case's field"
-    # a case's field is read by itself, and there are as many cases as there are labels: what is declared for all of
-    # them may be large and empty. Anything else is read as a whole.
+    # the field of each case is read by itself, and there are as many cases as labels: a variable that declares fields
+    # of all cases may be large and empty. Any other variable is read as a whole.
     field = layout == h5d.CHUNKED and len(shape) >= 2 and made.get_chunk()[-2:] == shape[-2:]
     declared = math.prod(shape) * size
     if not field and declared > max(_SMALL_BYTES, _LARGEST_RATIO * variable.get_storage_size()):

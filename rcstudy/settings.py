@@ -1,4 +1,4 @@
-"""What the settings of a scene are called, and their units, as cubes store them and as people write them."""
+"""Names and units of the settings of a scene, as stored in cubes and as written in studies."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ DESCRIPTIONS: dict[str, Description] = {
     "discretisation": Description("1", "discretisation of the slip"),
     "case": Description("1", "case"),
 }
-"""By the last word of the setting's path: `spin` for `creepage.spin`."""
+"""Keys are the last word of a setting's path: `spin` for `creepage.spin`."""
 
 _SCALES = {LENGTH: "the Hertz radius a", MODULUS: "the substrate's modulus Es"}
 _AS_WRITTEN = {"1": "", "rad mm-1": "rad/mm"}
@@ -57,7 +57,7 @@ def ratio_name(long_name: str, scale: str) -> str:
 
 
 def unit_as_written(units: str, long_name: str = "") -> str:
-    """A coordinate's `units` as people write them: `rad/mm`, `mm`, "" for none; of a `ratio_name` its scale."""
+    """The `units` of a coordinate as usually written: `rad/mm`, `mm`, "" for none; for a `ratio_name` its scale."""
     if units == "1":
         for scale, words in _SCALES.items():
             if long_name.endswith(f" over {words}"):
@@ -66,5 +66,5 @@ def unit_as_written(units: str, long_name: str = "") -> str:
 
 
 def unit_of(name: str) -> str:
-    """The unit of the setting `name` (a key of DESCRIPTIONS) as people write it."""
+    """The unit of the setting `name` (a key of DESCRIPTIONS) as usually written."""
     return unit_as_written(DESCRIPTIONS[name].units)

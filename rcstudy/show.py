@@ -1,4 +1,4 @@
-"""A cube in words: what was studied, when and where, what each grid holds, what went wrong."""
+"""Summary of a cube: what was studied, when and where, what each grid holds, what went wrong."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _PROVENANCE = {
 
 
 def summary(tree: xr.DataTree, *, checked: bool = False) -> str:
-    """Summary of an opened cube, several lines; reads scalars only. `checked`: that its fields can be read is known."""
+    """Summary of an opened cube, several lines; reads scalars only. `checked`: its fields are known to be readable."""
     return "\n".join(_lines(tree, checked))
 
 
@@ -91,7 +91,7 @@ def _indented(text: str, width: int) -> list[str]:
 
 
 def _unit(grid: xr.Dataset, dim: str) -> str:
-    """Unit of the values of an axis; of pairs, which are text, that of their numbers, unless they are relative."""
+    """Unit of the values of an axis; of pairs, which are stored as text, that of their numbers unless relative."""
     pairs = f"{dim}_x"
     if pairs not in grid.coords or any(_RELATIVE.search(str(value)) for value in grid[dim].values):
         return unit_text(grid[dim])
@@ -112,7 +112,7 @@ def _cells(grid: xr.Dataset, start: tuple[SceneSpec | None, Collection[str]]) ->
 
 
 def _stored(grid: xr.Dataset) -> set[tuple[int, int]]:
-    """Sizes of what is stored: where the mesh varies fields are padded, and centres are NaN there."""
+    """Numbers of cells that are stored; where the mesh varies, fields are padded, and the centres there are NaN."""
     if "x_centre" not in grid:
         return {(grid.sizes["x"], grid.sizes["y"])}
     along = [np.isfinite(grid[f"{dim}_centre"].values).sum(axis=-1).reshape(-1).tolist() for dim in ("x", "y")]
@@ -120,7 +120,7 @@ def _stored(grid: xr.Dataset) -> set[tuple[int, int]]:
 
 
 def _meshes(grid: xr.Dataset, scene: SceneSpec | None, varied: Collection[str]) -> set[tuple[int, int]]:
-    """Cells of the meshes themselves, which outputs may be cropped from; none where the cube does not tell them."""
+    """Numbers of cells of the meshes, of which stored fields may be a part; empty if the cube does not say."""
     for name in ("cells", "mesh_cells"):
         if f"{name}_x" in grid and f"{name}_y" in grid:
             along = [grid[f"{name}_{way}"].values.astype(int).tolist() for way in "xy"]
@@ -136,7 +136,7 @@ def _listed(meshes: Collection[tuple[int, int]]) -> str:
 
 
 def _scale(variable: str, solved: pd.DataFrame) -> float:
-    """The largest of a variable's numbers, or what its natural size is: rounding beside that is nothing."""
+    """Scale of a variable: its largest number or, if larger, its natural size (friction times load for forces)."""
     most = float(solved[variable].abs().max())
     if variable in ("force_x", "force_y", "moment_z"):
         bound = solved["friction"] * solved["load"] * (solved["hertz_radius"] if variable == "moment_z" else 1.0)

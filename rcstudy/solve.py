@@ -1,4 +1,4 @@
-"""Scene in, result out: runs the solvers, asks for the proof, and sets the status. Never raises for a bad case."""
+"""Solution of scenes: runs the solvers, computes the proof and sets the status; a failed case raises no exception."""
 
 from __future__ import annotations
 
@@ -23,27 +23,29 @@ from rcstudy.mechanics.series import Series
 from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
 
-_POLISHES = 2  # tenths of the tolerance that are tried where the proof fails by it
-_UNSETTLED = 1e-2  # of the bound, that tractions on aligned cells may be off by what centring keeps adding
+_POLISHES = 2  # times that the tolerance is divided by ten where the proof fails
+_UNSETTLED = 1e-2  # limit of `RollingSolution.unsettled`: error of tractions due to kept centring, over their bounds
 
 
 class Refusal(Exception):
-    """A scene that is not solved, and why."""
+    """Raised for a scene that is not solved, with the reason."""
 
 
 def solve_scene(scene: Scene) -> Result:
-    """Solve one scene. See `solve_group`."""
+    """Result of one scene; see `solve_group`."""
     return next(iter(solve_group([scene])))
 
 
 def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Result]:
-    """Solve scenes that share one normal problem, the pressure once (where tractions act on it each has its own).
+    """Solve scenes that share one normal problem and yield a :class:`Result` for each, in order.
 
-    `series`: those of close creepages start from one another. Results then depend on their order: with `kalker` within
-    the tolerance, with `aligned` see docs/scaling.md.
+    The pressure is solved for once, except under full coupling, where each scene has its own.
 
-    Yields a :class:`Result` a scene, in order. Whatever goes wrong becomes a status with its reason; the seconds of
-    the shared pressure are charged to the first scene. Threads of one process take turns, scene by scene.
+    `series`: start the tractions of a scene from those of a close creepage. Results then depend on the order of the
+    scenes: with `kalker` within the tolerance, with `aligned` see docs/scaling.md.
+
+    Every failure becomes a status with its reason. The time for the shared pressure is included in the first scene's.
+    Threads of one process take turns, scene by scene.
     """
     shared: _Shared | None = None
     for scene in scenes:
@@ -66,7 +68,7 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
 
 
 def _normal_failure(contact: NormalContact) -> Result | None:
-    """The result of every scene whose pressure cannot be had, or None."""
+    """The result of all scenes with this pressure if it was not found or reaches the window's edge, else None."""
     solution = contact.solution
     if solution.edge:
         size = contact.scene.mesh.size
@@ -96,16 +98,16 @@ def _normal_failure(contact: NormalContact) -> Result | None:
 
 
 def _solve_coupled(scene: Scene) -> Result:
-    """Result of `scene` with pressure and tractions consistent with each other."""
+    """Result of `scene` with full coupling of pressure and tractions."""
     contact: NormalContact
     contact, rolling = solve_aligned_coupled(scene) if scene.discretisation == "aligned" else solve_coupled(scene)
     return _normal_failure(contact) or _result(contact, scene, rolling)
 
 
 class _Shared:
-    """The pressure of one-way scenes, with its proof: all that they share, but for tractions to start from.
+    """The pressure that one-way scenes share, its proof and, with `series`, the tractions found so far.
 
-    `proof` is there only if the pressure has been found: ask `_normal_failure(contact)` first.
+    `proof` exists only if `_normal_failure(contact)` is None, that is, if the pressure was found.
     """
 
     def __init__(self, scene: Scene, series: bool) -> None:
@@ -133,7 +135,10 @@ def _result(
     rolling: RollingSolution | None,
     proof_of_pressure: dict[str, float] | None = None,
 ) -> Result:
-    """What is found, with its proof and status; the pressure's may be known already, else it is that with tractions."""
+    """Result from a solution, with proof and status.
+
+    Without `proof_of_pressure` the pressure is proved here, including the lift by the tractions of `rolling`.
+    """
     fields, scalars = {"pressure": contact.solution.p}, _normal_numbers(contact)
     status, reasons = Status.SOLVED, []
     proof_of_tractions: dict[str, float] = {}
@@ -163,7 +168,7 @@ def _result(
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED
-    # proofs look at pressure, tractions and slip on the solver's cells, not at what is made of them
+    # the proof covers pressure, tractions and slip on the solver's cells, not the scalars and fields derived from them
     sums = scalars | {name: float(fields[name].sum()) for name in fields if name.startswith(("traction", "slip"))}
     no_numbers = [name for name, value in sums.items() if not math.isfinite(value)]
     if no_numbers and status == Status.SOLVED:
@@ -173,7 +178,7 @@ def _result(
 
 
 def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, unseen: Unseen) -> Hidden:
-    """What error bars have to know beside the differences between meshes."""
+    """The errors that differences between meshes do not show, for the error bars."""
     hidden = Hidden(
         by_layers=contact.beyond_edges / contact.area,
         raised=contact.raised_by_layers / contact.pressure_max,
@@ -195,17 +200,18 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
 
 
 def _lift(contact: NormalContact, rolling: RollingSolution) -> float:
-    """Mean of the surface's lift by tractions, weighted with the pressure, over the approach; by reciprocity."""
+    """Mean lift of the surface by tractions, weighted with the pressure, over the approach; found by reciprocity."""
     i, j = contact.cells.T
     work = float(np.sum(rolling.q.T * contact.displacement_by_pressure[:, i, j]))
     return work / (float(contact.pressure.sum()) * contact.solution.approach)
 
 
 def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tuple[float, float]:
-    """Jumps of slope at the stick zone's border, over p0/a, in the pressure and in the tractions; cells round them off.
+    """Jumps of slope at the border of the stick zone, over p0/a, in the pressure and in the tractions.
 
-    Friction presses where slip begins or ends. mu |beta| in the pressure, 0 unless it is largest there; mu |beta| in
-    the tractions, which as a rule are. Both 0 without a border.
+    Under full coupling slopes jump by mu |beta| (beta: Dundurs' constant) where slip begins or ends, which cells round
+    off. The jump of the pressure is returned as 0 unless the pressure is largest there; tractions usually are. Both are
+    0 without a border.
     """
     slip = rolling.slip
     if slip.all() or not slip.any():
@@ -219,7 +225,7 @@ def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tu
 
 
 def _polished_pressure(contact: NormalContact, scene: Scene) -> tuple[NormalContact, dict[str, float]]:
-    """The contact without tractions and its proof; as `_polished`."""
+    """The contact without tractions and its proof; solved further as in `_polished`."""
     proof, tolerance = prove_normal(contact, scene), scene.tolerance
     for _ in range(_POLISHES):
         if not failures(proof, scene):
@@ -238,9 +244,9 @@ def _polished_pressure(contact: NormalContact, scene: Scene) -> tuple[NormalCont
 def _polished(
     contact: NormalContact, scene: Scene, rolling: RollingSolution
 ) -> tuple[RollingSolution, dict[str, float]]:
-    """Tractions, with the slip as it is proved, and proof; solved further while converged tractions miss their proof.
+    """Tractions, with the slip recomputed for the proof, and their proof; solved further while this proof fails.
 
-    The tolerance bounds the error in the mean; where the proof's worst cell asks for more, two more digits at most.
+    The tolerance limits the mean error, the proof that of the worst cell: this can require one or two more digits.
     """
     tolerance = scene.tolerance.tangential
     s = slips(contact, scene, rolling)
@@ -261,7 +267,7 @@ def _polished(
 def _coarser_numbers(
     contact: NormalContact, scene: Scene, rolling: RollingSolution | None
 ) -> Iterator[dict[str, float]]:
-    """Scalars on the coarser meshes the solution started from, finest first."""
+    """Scalars on the coarser meshes from which the solution was started, finest first."""
     coarser = contact.coarser
     while coarser is not None and not coarser.solution.edge:
         scalars = _normal_numbers(coarser)
@@ -305,7 +311,7 @@ def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSoluti
 def _rolling_numbers(
     contact: NormalContact, scene: Scene, rolling: RollingSolution, unseen: Unseen
 ) -> dict[str, float]:
-    """Scalars that follow from the tractions on the mesh of `contact`, which are too large by `unseen`."""
+    """Scalars that follow from the tractions on the mesh of `contact`, corrected by `unseen`."""
     slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
     force_x, force_y, moment = contact.resultant(rolling, scene.friction)
     ending = contact.ending(rolling, scene.friction)

@@ -25,7 +25,7 @@ MAX_CELLS = 4096
 MAX_TEXT = 20_000
 MAX_NAME = 100  # of a study
 
-# what the cube stores beside a grid's own results; a group or label of that name would hide it
+# names used in a cube besides those of the variables; a grid of such a name would hide what is stored under it
 _OWN_NAMES = (
     "grid",
     "entry",
@@ -58,7 +58,7 @@ def _storable(text: str) -> bool:
 
 
 class _Pair:
-    """Two values along x and y; a single one stands for both if `single`, and `word` for None."""
+    """Validator of two values along x and y; a single one is taken for both if `single`; `word` is read as None."""
 
     def __init__(self, allowed: str, single: bool = False, word: str | None = None) -> None:
         self.allowed, self._single, self._word = allowed, single, word
@@ -74,7 +74,7 @@ class _Pair:
 
 
 class _WordOr:
-    """`word`, which stands for None, or what the model takes."""
+    """Validator of a mapping, which the model takes, or of `word`, which is read as None."""
 
     def __init__(self, word: str, allowed: str) -> None:
         self.allowed, self._word = allowed, word
@@ -199,7 +199,7 @@ class SceneSpec(Spec):
 
 
 class CoatingSpec(Spec):
-    """Coating builder: `layer_count` layers of `thickness` each, stepping to or from the substrate by one factor.
+    """Coating builder: `layer_count` layers of `thickness` each, with moduli in a constant ratio from layer to layer.
 
     With m = modulus/Es the layer next to the substrate has E = m Es, the one above it m^2 Es, and so on.
     `layer_nu` is the substrate's unless given.
@@ -362,13 +362,13 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
     return None
 
 
-# stands in for what the axes of a grid give: a scene that lacks it is none
+# stands for required settings of a scene that only the axes of a grid give
 _ANY = {"substrate": {"E": 1, "nu": 0}, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
 
 
 @lru_cache(maxsize=1)
 def _read(text: str) -> Node | None:
-    """The tree of a study's text, which may have many grids; None if it is not understood."""
+    """The tree of a study's text, remembered for its many grids; None if it cannot be parsed."""
     try:
         return parse(text, Problems(""))
     except UserError:
@@ -377,10 +377,10 @@ def _read(text: str) -> Node | None:
 
 @lru_cache(maxsize=64)
 def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
-    """The scene that grid `name` of the study `text` starts from, and what its cases set themselves, by dotted paths.
+    """The scene that grid `name` of the study `text` starts from, and the dotted paths that its cases set themselves.
 
-    The scene is None where the text is not understood, as that of a cube may be; of what is set by cases alone
-    anything may stand in it.
+    The scene is None where the text is not understood, which may happen with the text in a cube. Its values of
+    settings that only the cases give are arbitrary.
     """
     root = _read(text)
     grid = root.value.get("grids") if root is not None and root.is_mapping else None

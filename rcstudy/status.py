@@ -1,4 +1,4 @@
-"""How far a sweep is: solved, failed and missing cases, from what is on the disk, also while the sweep runs."""
+"""Progress of a sweep: solved, failed and missing cases from the files on disk, also while the sweep runs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WORDS = ("cases", "solved", "failed", "missing")
 
 
 def report(study: Study, output: Path) -> str:
-    """Lines of text: a table of the study's grids, where the results are, and who is at work. Changes nothing."""
+    """Report as text: a table of the study's grids, the places of the results, and the sweeps at work. Read-only."""
     cases = expand(study).cases
     folder = units_folder(output)
     notes: list[str] = []
@@ -49,9 +49,9 @@ def report(study: Study, output: Path) -> str:
 
 
 def _take_units(index: Index, folder: Path) -> tuple[int, int, list[str]]:
-    """Note all units; bytes and number of those that are whole, and what to tell of others.
+    """Enter all units in `index`; returns bytes and number of the undamaged ones, and notes about the others.
 
-    A running sweep may put some together meanwhile.
+    A running sweep may merge and remove units meanwhile; then all are read again.
     """
     for _ in range(_TRIES):
         size = count = 0
@@ -72,7 +72,7 @@ def _take_units(index: Index, folder: Path) -> tuple[int, int, list[str]]:
 
 
 def _rows(names: list[str], cases: tuple[Case, ...], index: Index) -> list[tuple[str, int, int, int, int]]:
-    """Numbers of all, solved, failed and missing cases of each grid and, if there are several, of all."""
+    """Numbers of all, solved, failed and missing cases of each grid and, if there are several, their total."""
     counts: dict[str, Counter[str]] = {name: Counter() for name in names}
     for case in cases:
         status = index.status(case.key)

@@ -1,7 +1,7 @@
-"""What HDF5 needs to be interrupted and to fail without harm.
+"""Protection of HDF5 against failed writes and interrupts.
 
-HDF5 takes a failed write badly: it keeps what it could not write, tries again at every later step, and in the end
-crashes the process. So it is given a file whose writes never fail, which tells of the failure when asked.
+After a failed write HDF5 keeps the data, tries to write them again at every later step, and finally crashes the
+process. It is therefore given a file whose writes never fail and which reports the failure when `check` is called.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Self
 
-_TOGETHER = 2**20  # bytes
-_AGAIN_SECONDS = 0.02
+_TOGETHER = 2**20  # bytes that are collected before they are written
+_AGAIN_SECONDS = 0.02  # delay before an interrupt that came during code of llvmlite is repeated
 
 
 class SteadyFile:
-    """A new file at `path`, to be handed to h5py in place of a name.
+    """A new file at `path`, to be passed to h5py in place of a name.
 
-    HDF5 writes little at a time, so writes that follow one another are put together. After a first error (disk full,
-    quota, lost mount) whatever is written goes to memory and is read back from there, so that HDF5 finds its file as
-    it left it; :meth:`check` raises that error. Ask often: memory is not bounded.
+    HDF5 writes little at a time, so consecutive writes are combined. After a first error (disk full, quota, lost mount)
+    all data go to memory and are read back from there, so that HDF5 finds its file as it left it; :meth:`check` raises
+    that error. It should be called often, as the memory is not limited.
     """
 
     def __init__(self, path: Path) -> None:
@@ -52,7 +52,7 @@ class SteadyFile:
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Go to a position."""
-        if whence != os.SEEK_SET:  # never by HDF5, which asks for thousands a second
+        if whence != os.SEEK_SET:  # HDF5, which calls this thousands of times a second, never does so
             offset += self._position if whence == os.SEEK_CUR else self._size
         self._position = offset
         return offset
@@ -62,12 +62,12 @@ class SteadyFile:
         return self._position
 
     def read(self, size: int) -> bytes:
-        """Bytes at the position."""
+        """Read up to `size` bytes at the position."""
         buffer = bytearray(size)
         return bytes(buffer[: self.readinto(memoryview(buffer))])
 
     def readinto(self, buffer: memoryview) -> int:
-        """Fill `buffer` from the position; the number of bytes."""
+        """Fill `buffer` from the position; returns the number of bytes read."""
         self._write_waiting()
         start, size = self._position, max(0, min(len(buffer), self._size - self._position))
         done = 0
@@ -86,7 +86,7 @@ class SteadyFile:
         return size
 
     def write(self, data: memoryview | bytes) -> int:
-        """Write at the position; never fails."""
+        """Write `data` at the position and return the number of bytes; never fails."""
         if self._position != self._waiting_at + len(self._waiting) or len(self._waiting) >= _TOGETHER:
             self._write_waiting()
             self._waiting_at = self._position
@@ -98,7 +98,7 @@ class SteadyFile:
         return size
 
     def _write_waiting(self) -> None:
-        """Hand over to the system what has come together; never fails."""
+        """Write the collected bytes to the file; never fails."""
         size, done = len(self._waiting), 0
         if not size:
             return
@@ -126,15 +126,15 @@ class SteadyFile:
         return size
 
     def flush(self) -> None:
-        """Hand over to the system what has been written."""
+        """Write the collected bytes to the file."""
         self._write_waiting()
 
 
 @contextlib.contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Hold Ctrl-C back until the block ends: Python code that HDF5 calls must not raise."""
+    """Delay Ctrl-C until the block ends: Python code called by HDF5 must not raise."""
     before = signal.getsignal(signal.SIGINT)
-    # only the main thread is ever interrupted; without a handler in Python nothing is raised
+    # only the main thread is interrupted; without a handler in Python nothing is raised
     if threading.current_thread() is not threading.main_thread() or not callable(before):
         yield
         return
@@ -150,12 +150,13 @@ def interrupts_held() -> Iterator[None]:
 
 @contextlib.contextmanager
 def interrupts_remembered() -> Iterator[Callable[[], None]]:
-    """Ctrl-C raises KeyboardInterrupt as ever, and what is given here raises it again if it was lost on the way.
+    """Yield a function that raises KeyboardInterrupt again if one raised by Ctrl-C in the block was lost.
 
-    Python drops exceptions raised inside weakref callbacks, finalizers and callbacks of ctypes, and C extensions those
-    raised while they import: of 150 interrupts while numba and scipy were being loaded, 2 were lost. What Python prints
-    of such a loss is kept back: it is none here. Code of llvmlite, which loads kernels, is not interrupted: half made
-    objects of it complain when they go. It is left alone until it is done, milliseconds later.
+    Python drops exceptions raised inside weakref callbacks, finalizers and callbacks of ctypes, and C extensions drop
+    those raised during imports: of 150 interrupts while numba and scipy were being loaded, 2 were lost. The message
+    that Python prints about such a loss is suppressed, as the interrupt is raised again. Code of llvmlite, which loads
+    kernels, is not interrupted, since incomplete objects of it print errors when they are deleted; the interrupt is
+    repeated until that code is done, milliseconds later.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
@@ -197,7 +198,7 @@ def interrupts_remembered() -> Iterator[Callable[[], None]]:
 
 
 def _in_llvmlite(frame: FrameType | None) -> bool:
-    """Whether a frame, or one that it was called from, runs code of llvmlite."""
+    """Whether a frame, or one of its callers, runs code of llvmlite."""
     while frame is not None:
         if str(frame.f_globals.get("__name__", "")).startswith("llvmlite."):
             return True

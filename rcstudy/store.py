@@ -1,8 +1,9 @@
-"""The folder beside a cube in which results are kept as they are solved, until the cube is published from them.
+"""The store: a folder beside a cube that keeps results as they are solved, until the cube is published from them.
 
-`paper.nc` has `paper.nc.units`. Units are written when a thousand cases or some megabytes have come together, and after
-five seconds whatever there is, the first ones sooner; small ones are put together now and then, so that slow studies do
-not end with one file per case. Once the cube is written, solved cases are taken from it, and the units are removed.
+The folder of `paper.nc` is `paper.nc.units`. It holds units, files of results (:mod:`rcstudy.units`). A unit is written
+as soon as results for a thousand cases or some megabytes are pending, and at the latest after five seconds (sooner for
+the first units). Small units are merged now and then, so that slow studies do not end with one file per case. Once the
+cube is written, the units are removed, and later runs take the solved cases from the cube.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ if TYPE_CHECKING:
 
 UNIT_CASES = 1024
 UNIT_BYTES = 8 * 2**20
-UNIT_SECONDS = (0.5, 1.0, 2.0, 5.0)  # results wait no longer than that: for the first unit, the second, ..., all others
-_MOST_PENDING = 2  # units' worth of results in memory
-_PUT_TOGETHER = 8  # small units of one level into one of the next
+UNIT_SECONDS = (0.5, 1.0, 2.0, 5.0)  # longest wait of results for the first unit, the second, the third, all others
+_MOST_PENDING = 2  # most results in memory, in units
+_PUT_TOGETHER = 8  # so many small units of one level are merged into one of the next
 _SET_ASIDE = ".set-aside"
 _FRESH = "fresh"
 _FULL = errno.ENOSPC, errno.EDQUOT
@@ -49,7 +50,7 @@ def units_folder(output: Path) -> Path:
 
 
 class Store:
-    """Takes results, writes them as units and knows where all are: see :func:`opened`."""
+    """Takes results, writes them as units and finds them again; made by :func:`opened`."""
 
     def __init__(self, folder: Path, index: Index, study: str) -> None:
         self.folder = folder
@@ -57,31 +58,31 @@ class Store:
         self._study = study
         self._expected: set[str] = set()
         self._pending: list[tuple[str, Packed]] = []
-        self._held: dict[str, bytes] = {}  # records of those that are pending, by key
+        self._held: dict[str, bytes] = {}  # records of the pending results, by key
         self._bytes = 0
         self._since = 0.0
-        self._units = 0  # written by this store, without those put together
+        self._units = 0  # number written by this store, merged ones not counted
         self._number = max([0, *map(number_of, unit_paths(folder))])
         self._small: list[tuple[int, Unit, tuple[Status, ...]]] = []  # level, unit, statuses of its cases
         self._error: OSError | None = None
-        self._lock = threading.Lock()  # for what is noted here and in the index
-        self._writing = threading.Lock()  # one unit at a time; taken before the other one
+        self._lock = threading.Lock()  # guards the attributes of the store and the index
+        self._writing = threading.Lock()  # held while a unit is written; acquired before `_lock`
         self._wake = threading.Event()
         self._closing = False
         self._writer = threading.Thread(target=self._write_in_time, name="rcstudy units", daemon=True)
         self._writer.start()
 
     def expect(self, keys: Iterable[str]) -> None:
-        """Say which cases are to be solved: what there is of them is not final, see :meth:`is_final`."""
+        """Announce the cases that are to be solved: results that they have are not final, see :meth:`is_final`."""
         self._expected.update(keys)
 
     def is_final(self, key: str) -> bool:
-        """Whether the result of a case is here, and is not to be solved any more."""
+        """Whether the result of a case is here to stay: the case is not, or no longer, to be solved."""
         return key not in self._expected
 
     def record(self, key: str) -> Record:
         """The record of a case: as in :meth:`Index.record`."""
-        with self._lock:  # else its unit might be put together with others meanwhile
+        with self._lock:  # else its unit might be merged with others, and removed, meanwhile
             body = self._held.get(key)
             return self.index.record(key) if body is None else parse(body)
 
@@ -101,27 +102,27 @@ class Store:
 
     @property
     def _waiting(self) -> float:
-        """How many units the results would fill that are not on the disk yet."""
+        """How many units the pending results would fill."""
         return max(len(self._pending) / UNIT_CASES, self._bytes / UNIT_BYTES)
 
     def flush(self) -> None:
-        """Write all results there are. Raises UserError when that fails, now or earlier."""
+        """Write all pending results. Raises UserError when that fails, or failed earlier."""
         self._write(0.0)
 
     def try_again(self) -> None:
-        """Write all results there are, after an error that may have passed. Raises UserError if it has not."""
+        """Write all pending results after an error that may have passed. Raises UserError if it has not."""
         self._error = None
         self.flush()
 
     def _write(self, least: float) -> None:
-        """Write all results there are, if they fill `least` units once whoever is writing has done."""
+        """Write all pending results, if they still fill `least` units once a write in progress has ended."""
         with self._writing:
             try:
                 if self._error is not None:
                     raise self._error
                 if self._waiting < least:
                     return
-                with interrupts_held():  # else what is written might not be noted, and be written again
+                with interrupts_held():  # else a written unit might not be recorded, and its cases be written again
                     self._write_pending()
                     self._put_together()
             except OSError as error:
@@ -129,7 +130,7 @@ class Store:
                 raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}") from error
 
     def tell_losses(self, output: Path, tell: Tell) -> None:
-        """Say what is there and will not be in the cube `output` once it is written."""
+        """Report existing results that the new cube `output` will not contain."""
         if lost := self.index.losses():
             tell(f"{output}: the new cube will not contain {lost}; to keep them, choose another --output")
 
@@ -145,7 +146,7 @@ class Store:
             path.unlink(missing_ok=True)
 
     def close(self) -> None:
-        """Write what there is, as far as that is possible, and stop."""
+        """Write the pending results, as far as that is possible, and stop."""
         self._closing = True
         self._wake.set()
         self._writer.join()
@@ -154,14 +155,14 @@ class Store:
         self.index.close()
 
     def _write_in_time(self) -> None:
-        """Write, in a thread of its own, whatever fills a unit or has waited for long enough: nobody waits for that."""
+        """Write results that fill a unit or have waited long enough; runs in a thread of its own, so nobody waits."""
         while not self._closing:
             seconds = UNIT_SECONDS[min(self._units, len(UNIT_SECONDS) - 1)]
             self._wake.wait(seconds / 5.0)
             self._wake.clear()
             due = bool(self._pending) and time.monotonic() - self._since >= seconds
             if due or self._waiting >= 1.0:
-                with contextlib.suppress(UserError):  # kept for the next one who adds or flushes
+                with contextlib.suppress(UserError):  # kept, and raised by the next `add` or `flush`
                     self._write(0.0 if due else 1.0)
 
     def _write_pending(self) -> None:
@@ -175,14 +176,14 @@ class Store:
             try:
                 unit = self._written(cases, statuses)
                 break
-            except OSError as error:  # what is left of a disk may hold half of them
+            except OSError as error:  # if the disk is full, half of the results may still fit
                 if error.errno not in _FULL or len(taken) < 2:
                     raise
                 taken = taken[: len(taken) // 2]
         with self._lock:
             for key, _ in cases:
                 self._held.pop(key, None)
-            del self._pending[: len(taken)]  # others may have come meanwhile
+            del self._pending[: len(taken)]  # only these: more may have been added meanwhile
             self._bytes -= sum(len(body) for _, body in cases)
             self._since = time.monotonic()
         self._units += 1
@@ -196,7 +197,7 @@ class Store:
         return unit
 
     def _put_together(self) -> None:
-        """Make one unit of the last few of one level; those are removed once it is there."""
+        """Merge the last units while they are small and of one level; they are removed once the whole is there."""
         while len(self._small) >= _PUT_TOGETHER:
             parts = self._small[-_PUT_TOGETHER:]
             entries = [entry for _, unit, _ in parts for entry in unit.entries]
@@ -227,13 +228,13 @@ def opened(
     shard: tuple[int, int] | None = None,
     take_over: bool = False,
 ) -> Iterator[Store]:
-    """The store of the cube `output`, with all results of `cases` of `study` in its index that are there already.
+    """The store of the cube `output`; its index has all results of `cases` of `study` that exist already.
 
-    No other sweep can open it meanwhile, but for other shards if this is one. What is damaged is set aside, and
-    reported to `tell`. `fresh`: nothing that is there counts. `take_over`: even if another machine's lock is there.
+    No other sweep can open it at the same time, except other shards if this is one. Damaged units are set aside, and
+    reported to `tell`. `fresh`: existing results are ignored. `take_over`: so is a lock that another machine left.
 
-    Raises UserError when the output cannot be written to, it or units beside it are of a study of another name and
-    have none of these cases, or another process is at work on it.
+    Raises UserError when the output cannot be written to, when it or units beside it are of a study of another name and
+    have none of these cases, or when another process is at work on it.
     """
     folder = units_folder(output)
     with contextlib.ExitStack() as stack:
@@ -259,14 +260,14 @@ def opened(
 
 
 def starts_over(folder: Path) -> bool:
-    """Whether a sweep that started over is not done yet: the cube that is there does not count."""
+    """Whether a sweep that started over has not finished: an existing cube is then ignored."""
     return (folder / _FRESH).exists()
 
 
 def take_cube(index: Index, output: Path, study: str, tell: Tell) -> None:
-    """Note the cases of an earlier cube at `output`, if there is one; `tell` when it is there and of no use.
+    """Note the cases of an earlier cube at `output`, if there is one; `tell` gets the reason if it is of no use.
 
-    `study` is the name of the one that is to be written there.
+    `study` is the name of the study whose cube is to be written there.
     """
     if not output.exists():
         return
@@ -301,7 +302,7 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
                 f"--output, finish that study, remove {path.parent}, or delete them with --fresh"
             )
     except FileNotFoundError:
-        return  # another shard has put it together with others
+        return  # another shard has merged it with others
     except BadUnit as error:
         aside = path.with_name(f"{path.name}{_SET_ASIDE}")
         path.rename(aside)
@@ -309,7 +310,7 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
 
 
 def _start_over(folder: Path) -> None:
-    """Leave a mark that the cube does not count, then remove all units: in this order, should it end in between."""
+    """Leave a mark that the cube is ignored, then remove all units: in this order, lest a crash in between undo it."""
     (folder / _FRESH).touch()
     sync(folder)
     for path in unit_paths(folder):

@@ -1,4 +1,4 @@
-"""Standard output and error as a command needs them: whatever they can take, no message makes a command fail."""
+"""Set-up of standard output and error for a command, so that no message can make it fail."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any
 
 
 def prepare_streams() -> None:
-    """Escape what a stream cannot encode, and let messages that standard error does not take be lost.
+    """Escape what a stream cannot encode, and drop messages that cannot be written to standard error.
 
-    Standard streams that are closed are given to the null device: else the next file that is opened, perhaps a cube,
-    would have their number, and be written what libraries tell of errors.
+    Standard streams that are closed are opened on the null device: else the next file that is opened, perhaps a cube,
+    would get their number, and libraries would write their error messages into it.
     """
     for descriptor in range(3):
         try:
@@ -28,7 +28,7 @@ def prepare_streams() -> None:
 
 
 class _Heedless(io.FileIO):
-    """A file that takes everything, also what cannot be written: on a full disk, or when nobody reads any more."""
+    """A file that ignores errors of writing: on a full disk, or when nobody reads any more."""
 
     def write(self, data: Any, /) -> int:
         with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""What two grids must share before their numbers can be compared: dimensions, coordinates, variables."""
+"""Compares the structure of two grids before their numbers are compared: dimensions, coordinates, variables."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _SHOWN = 5
 def align(
     ours: xr.Dataset, theirs: xr.Dataset, our_dims: tuple[str, ...], their_dims: tuple[str, ...]
 ) -> tuple[tuple[xr.Dataset, xr.Dataset] | None, list[str]]:
-    """Both grids reduced to the cases in both, in the reference's order, and what is different about their structure.
+    """Both grids reduced to the cases in both, in the reference's order, and the differences in their structure.
 
-    `our_dims`, `their_dims`: the case dimensions. Where the dimensions differ so much that no case can be matched the
-    first of what is returned is None.
+    `our_dims`, `their_dims`: the case dimensions. If the dimensions differ so much that no case can be matched, None is
+    returned in place of the grids.
     """
     if our_dims != their_dims:
         return None, [f"dimensions are {_words(our_dims)}, in the reference {_words(their_dims)}"]

@@ -1,7 +1,7 @@
-"""Runs a study: cases in batches that share a normal problem, solved here or in other processes, into a cube.
+"""Runs a study: solves its cases, in batches that share a normal problem, here or in other processes, into a cube.
 
-Results go to the disk as they come (:mod:`rcstudy.store`); what is there already is not solved again. The cube is made
-from them, in the study's order, while others are being solved (:mod:`rcstudy.assemble`).
+Results are written to the disk as they come (:mod:`rcstudy.store`); cases that are solved there are not solved again.
+The cube is made from them, in the study's order, while other cases are still being solved (:mod:`rcstudy.assemble`).
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from rcstudy.spec import OutputsSpec
     from rcstudy.study import Study
 
-_SECONDS_TO_JUDGE = 1.0  # of solving, before the time of the whole is guessed
-_SECONDS_WORTH_WORKERS = 15.0  # left to solve by one process
+_SECONDS_TO_JUDGE = 1.0  # of solving, before the time that is left is estimated
+_SECONDS_WORTH_WORKERS = 15.0  # estimated to be left for one process: with more, workers are started
 
 
 @dataclass(frozen=True)
@@ -96,20 +96,20 @@ def run(
 ) -> Summary:
     """Solve all cases of `study` and write the cube `output`, which is replaced only when all is done.
 
-    Cases that an earlier run solved, for this study or as it was before it was edited, are taken over; failed ones are
-    solved again. `fresh`: none are. `series`: cases of close creepages start from one another, which is faster where
-    they are many; results then depend on their order: with `kalker` within the tolerance, with `aligned` see
-    docs/scaling.md. `shard` (i, n): solve the i-th of n parts only and leave the results for
+    Cases that an earlier run solved, for this study or for an earlier version of its file, are taken over; failed ones
+    are solved again. `fresh`: none are taken over. `series`: a case starts from the solution for a close creepage,
+    which is faster in dense series; results then depend on the order of cases: with `kalker` within the tolerance, with
+    `aligned` see docs/scaling.md. `shard` (i, n): solve the i-th of n parts only and leave the results for
     :func:`rcstudy.merge.merge`; no cube is written. `take_over`: go on even if another machine left its lock.
 
-    `workers` is the number of processes that solve, 1 being this one alone. By default this one begins, and hands
-    over to as many workers as there are processors if what is left is worth their start; with `scheduler` the workers
-    of a Dask cluster solve all instead. `processes` are workers that may have been started already. `progress` gets
-    each case, `tell` what is to be reported to the user; `solve` takes the place of :func:`rcstudy.solve.solve_group`.
-    A case that fails gets its status and reason, and the batch goes on.
+    `workers` is the number of processes that solve; 1 is this process alone. By default this process begins, and hands
+    over to one worker per processor if what is left is worth starting them; with `scheduler` the workers of a Dask
+    cluster solve all cases instead. `processes`: a pool whose workers may have been started already. `progress` is told
+    of each case, `tell` is called with messages for the user; `solve` takes the place of
+    :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch goes on.
 
     Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
-    interrupted; the cube that was there before then stays as it was, and what is solved is kept beside it.
+    interrupted. A cube that was there before then stays as it was, and the results so far are kept beside it.
     """
     from rcstudy.cases import expand
 
@@ -121,7 +121,7 @@ def run(
     if fresh and shard is not None:
         raise UserError("--fresh cannot be used with --shard: delete the units folder first")
     say = tell or (lambda text: None)
-    # what takes long is told of where progress is
+    # slow steps are reported only if progress is
     patiently = partial(told_late, (lambda text: None) if isinstance(progress, Silent | None) else say)
     packing = Packing(solve or (solve_series if series else solve_batch), keep_of(study.outputs))
     with contextlib.ExitStack() as stack:
@@ -183,7 +183,7 @@ def run(
 
 
 def keep_of(outputs: OutputsSpec) -> Keep:
-    """What a study wants kept of its results."""
+    """What is kept of each result, according to the `outputs` of a study."""
     return Keep(outputs.fields, outputs.precision, outputs.crop == "contact")
 
 
@@ -215,9 +215,9 @@ def failures(expansion: Expansion, cases: Sequence[Case], index: Index) -> list[
 def _is_published(
     store: Store, study: Study, expansion: Expansion, shard: tuple[int, int] | None, say: Callable[[str], None]
 ) -> bool:
-    """Whether the cube is that of this very study, with all that it should have and nothing of it in units.
+    """Whether the cube is of exactly this study and complete, and no units are left; always True for a shard.
 
-    Its values are not read. Missing variables are reported to `say`.
+    The cube's values are not read. Missing variables are reported to `say`.
     """
     cube = store.index.cube
     if shard is not None:
@@ -235,7 +235,7 @@ def _is_published(
 
 @contextlib.contextmanager
 def _interrupts(cases: Sequence[Case], store: Store) -> Iterator[Callable[[], None]]:
-    """Ctrl-C in the block becomes Interrupted, once what is solved is on the disk; errors say what is kept."""
+    """Turn Ctrl-C in the block into Interrupted, once all results are on the disk; a UserError says what is kept."""
 
     def solved() -> int:
         with contextlib.suppress(UserError):
@@ -264,15 +264,15 @@ def _keep_all(
     cube: Assembly | None,
     meanwhile: Callable[[], None],
 ) -> None:
-    """Put all results into the store, and from there into the cube, keeping the progress up to date.
+    """Put all results into the store, and from there into the cube; report progress.
 
-    `meanwhile`: what else is to be done, once those who solve are at work.
+    `meanwhile` is called once, after the first result, when the workers are busy.
     """
 
     def kept(write: Callable[[], None]) -> None:
         try:
             write()
-        except UserError:  # results go before the cube, which can be made again
+        except UserError:  # results take precedence over the cube, which can be made again
             if cube is None or not cube.give_way():
                 raise
             store.try_again()
@@ -308,7 +308,7 @@ def _results(
     solve: Packing,
     say: Callable[[str], None],
 ) -> Generator[tuple[Case, Result | Packed], None, None]:
-    """Results of all cases as they come; of cases with one key a single one."""
+    """Each case with its result, as they come; of cases with the same key only one is solved."""
     cases = list({case.key: case for case in pending}.values())
     if scheduler is not None:
         yield from cluster.solve_on_cluster(make_batches(cases, 1), scheduler, solve, tell=say)
@@ -326,7 +326,7 @@ def _solved_here(
 ) -> Generator[tuple[Case, Packed], None, list[list[Case]]]:
     """Solve batches in this process; with `hand_over`, return those that are left once workers are worth starting.
 
-    A worker takes seconds to start, more than many a whole study: it must have more than that to do.
+    A worker takes seconds to start, longer than many whole studies take, so enough work must be left.
     """
     left = sum(len(batch) for batch in batches)
     done = 0

@@ -174,7 +174,7 @@ def results_row(case: CaseView) -> Mapping[str, Value]:
 
 
 def _with_errors(case: CaseView) -> dict[str, Value]:
-    """The numbers of RESULTS that the cube has as they are, by their columns, and their estimated errors."""
+    """The numbers of RESULTS that the cube stores directly, by their columns, and their estimated errors."""
     row: dict[str, Value] = {}
     for column in RESULTS:
         name = next((n for n in ESTIMATED if column.key.startswith(f"{n}_")), "")

@@ -1,4 +1,4 @@
-"""One thread a process: cases run side by side, so threads inside numerical libraries only get in the way.
+"""One thread per process: cases run side by side in processes, so threads of numerical libraries only slow them down.
 
 The variables are read when the libraries are first imported, so they are set before that: in the command line's
 entry, and in the environment in which worker processes start. Importing rcstudy as a library sets nothing.

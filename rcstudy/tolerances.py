@@ -1,4 +1,4 @@
-"""What a comparison lets pass, by variable and by case; from a file or options.
+"""Tolerances of a comparison, by variable and by case; from a file or options.
 
 A file of tolerances::
 
@@ -51,7 +51,7 @@ TOLERABLE = tuple(
 
 
 class Rule(Spec):
-    """An entry of `cases:`: tolerances of the cases whose ``grid/label`` matches; None: as elsewhere."""
+    """An entry of `cases:`: tolerances of the cases whose ``grid/label`` matches; None: not set by this entry."""
 
     match: _Pattern
     default: _Rtol | None = None
@@ -88,7 +88,7 @@ class Tolerances(Spec):
         return self.variables.get(variable, self.default)
 
     def with_options(self, variables: Mapping[str, float], state_flips: int | None = None) -> Tolerances:
-        """These tolerances, with those of some variables (and the cells let pass) replaced, in the rules too."""
+        """These tolerances, with those of some variables (and `state_flips`) replaced, in the rules too."""
         flips = {} if state_flips is None else {"state_flips": state_flips}
         as_elsewhere = dict.fromkeys(flips)
         cases = [
@@ -149,7 +149,7 @@ def parse_options(texts: Iterable[str]) -> dict[str, float]:
 
 
 def parse_flips(text: str) -> int:
-    """The cells per case that an option lets pass, no more than a file may; UserError otherwise."""
+    """The number of cells per case that an option allows to differ, bounded as in a file; UserError otherwise."""
     try:
         return _FLIPS(int(text))
     except ValueError:

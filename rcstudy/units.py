@@ -2,8 +2,8 @@
 
 A unit is a line that names the format, a JSON head, the cases one after another, and the SHA-256 of all before it. Of
 each case it holds the key (the hash of scene, solver version and schema) and its record. It is written under a
-temporary name in the same folder, closed, forced to the disk and renamed; after that it is never touched. A unit that
-does not match its checksum, or is none at all, is found out before anything in it is used.
+temporary name in the same folder, closed, forced to the disk and renamed; after that it is never touched. Format and
+checksum of a unit are verified before anything in it is used.
 """
 
 from __future__ import annotations

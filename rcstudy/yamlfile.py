@@ -20,10 +20,10 @@ MAX_ALIASED = 100_000  # values that aliases may add, in all
 MAX_VALUES = 250_000  # written in a file, keys included; reading so many takes half a minute
 
 _CORE = "tag:yaml.org,2002:"
-_NO_SPACE = re.compile(r"([\w.]+):[^\s/]")  # a key and its value
-_ODD = r"[^\S \t\r\n]|[\u200b\u2060\ufeff]"  # looks like a space, or like nothing, and is none to YAML
+_NO_SPACE = re.compile(r"([\w.]+):[^\s/]")  # a key and its value without a space in between
+_ODD = r"[^\S \t\r\n]|[\u200b\u2060\ufeff]"  # characters that look like a space or are invisible; no spaces to YAML
 _ODD_KEY = re.compile(_ODD)
-_ODD_LINE = re.compile(rf" *(?:[\w.]+:)?(?P<odd>{_ODD})")  # at its beginning, or behind its key
+_ODD_LINE = re.compile(rf" *(?:[\w.]+:)?(?P<odd>{_ODD})")  # at the beginning of a line, or behind its key
 
 
 def read_text(path: str | Path) -> str:
@@ -49,10 +49,10 @@ def read_text(path: str | Path) -> str:
 
 
 def parse(text: str, problems: Problems, whole: str = "a study: keys study, scene and grids") -> Node:
-    """The tree of the one document in `text`; `whole` says what is allowed where there is none.
+    """The tree of the one document in `text`; `whole` says what is expected, in the error for an empty one.
 
-    Values that cannot be taken (tags, duplicate keys) go to `problems` and the rest is still read; UserError for text
-    that is not YAML at all, empty, more than one document, or beyond the bounds above.
+    Values that are not allowed (tags, duplicate keys) are reported to `problems` and the rest is still read; UserError
+    for text that is not YAML at all, empty, more than one document, or beyond the bounds above.
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError
@@ -85,9 +85,10 @@ def parse(text: str, problems: Problems, whole: str = "a study: keys study, scen
 
 
 def _fault(error: Any, lines: list[str]) -> tuple[int, int, str]:
-    """Line and column, from 0, at which these `lines` are not YAML, and why; where that began, as far as it is known.
+    """Line and column, from 0, at which these `lines` are not YAML, and the reason.
 
-    The parser says where it gave up, which may be far behind what is wrong.
+    The parser reports where it gave up, which may be far behind the fault; the place of the fault itself is given as
+    far as it can be found.
     """
     mark = error.problem_mark or error.context_mark
     line, column = (mark.line, mark.column) if mark else (0, 0)
@@ -190,13 +191,13 @@ class _Builder:
         if not isinstance(event, self._events.ScalarEvent):
             self._fatal(line, column, parent.path, "an alias, list or mapping as key", "a key is a word")
         word = event.value
-        if event.style is None and _ODD_KEY.match(word):  # meant to indent: what follows stands elsewhere than it seems
+        if event.style is None and _ODD_KEY.match(word):  # meant as indentation: levels are not as they look
             self._fatal(line, column, "not YAML", "", _not_a_space(word[0]))
         if event.ctag is not None or self._tag(event) not in ("str", "timestamp", "value"):
             problem = "a key is a word"
             if self._tag(event) == "merge":
                 problem = "merge keys are not part of YAML 1.2; a grid takes over the shared scene by itself"
-            elif self._tag(event) in ("int", "float"):  # what is left of `nu: 0,3` in braces
+            elif self._tag(event) in ("int", "float"):  # the 3 of `nu: 0,3` in braces
                 problem += " (numbers have a decimal point and no thousands separators)"
             self._refused.add((word, line, column))
             self._problems.at(line, column, child_path(parent.path, word), "", problem)
@@ -224,7 +225,7 @@ class _Builder:
         if isinstance(event, kinds.SequenceStartEvent):
             return Node([], path, "", line, column)
         if event.value == "" and event.style is None and (key := self._keys[-1] if self._keys else None) is not None:
-            _, line, column = key  # what is not there has no place of its own
+            _, line, column = key  # an empty value is located at its key
         node = Node(self._scalar(event), path, event.value, line, column)
         if event.anchor:
             self._anchors[event.anchor] = node

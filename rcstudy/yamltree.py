@@ -113,7 +113,7 @@ def show(node: Node) -> str:
 
 
 def _needs_quotes(text: str) -> bool:
-    """Whether `text` looks like a number, true, false or nothing, so that only its quotes tell that it is none."""
+    """Whether `text` looks like a number, true, false or nothing, so that only quotes show that it is text."""
     if not text.strip() or text in ("true", "false"):
         return True
     try:
@@ -162,7 +162,7 @@ def find(node: Node, location: Sequence[str | int]) -> Node:
 
 
 def merge(base: Node, over: Node) -> Node:
-    """`base` overridden key by key, at every depth, by `over`; anything but two mappings: `over`."""
+    """`base` overridden key by key, at every depth, by `over`; just `over` unless both are mappings."""
     if not (base.is_mapping and over.is_mapping):
         return over
     merged = dict(base.value)
@@ -172,13 +172,13 @@ def merge(base: Node, over: Node) -> Node:
 
 
 def without(node: Node, keys: Iterable[str]) -> Node:
-    """The mapping `node` less `keys`, at the same place."""
+    """The mapping `node` without `keys`, at the same place."""
     drop = set(keys)
     return _with_value(node, {k: v for k, v in node.value.items() if k not in drop})
 
 
 def with_entry(node: Node, path: Sequence[str], entry: Node) -> Node:
-    """`node` with `entry` put at the keys `path`; mappings missing on the way arise at the place of `entry`."""
+    """A copy of `node` with `entry` at the keys `path`; mappings missing on the way get the place of `entry`."""
     inside = dict(node.value) if node.is_mapping else {}
     head, *rest = path
     if rest:

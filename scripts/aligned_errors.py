@@ -1,11 +1,11 @@
-"""How far off cells that begin where the contact begins are, over the paper's rolling cases.
+"""Errors of the `aligned` discretisation over the paper's rolling cases.
 
 Usage: python scripts/aligned_errors.py [--cells 80 160] [--reference 1024] [--places 1] [--study configs/paper.yaml]
-[--discretisation aligned]; that of docs/mechanics.md is made with `--reference 2048`. The reference is always aligned.
-Prints, as a table in Markdown, errors of scalars against many more cells, median / 90 % / worst in per cent of each,
-and how many cases are beyond 0.5 and 0.2 % (docs/mechanics.md). On one mesh some of that is chance: where the
-contact's and the stick zone's borders happen to lie on it. So `--places 25` takes that many meshes, of windows up to
-6 % smaller and larger, and counts cases a mesh.
+[--discretisation aligned]; the table of docs/mechanics.md is made with `--reference 2048`. The reference is always
+aligned. Prints, as a table in Markdown, errors of scalars against many more cells (median / 90 % / worst, in per cent
+of each scalar) and how many cases are beyond 0.5 and 0.2 %. On a single mesh the errors partly depend on chance: on
+where the borders of the contact and of the stick zone lie between cells. `--places 25` therefore takes that many
+meshes, of windows up to 6 % smaller and larger, and gives the number of cases per mesh.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from rcstudy.solve import solve_group
 from rcstudy.study import load_study
 
 BARS = 0.5, 0.2  # per cent
-WIDEST = 0.06  # by how much windows are smaller and larger
-NIL = 1e-5  # beside the largest of all cases: nothing, by symmetry, but for what tolerances leave
+WIDEST = 0.06  # largest relative change of a window's size, either way
+NIL = 1e-5  # of the largest of all cases: less is zero by symmetry, up to the tolerance
 
 
 def scalars(
@@ -35,7 +35,7 @@ def scalars(
     wider: float = 1.0,
     discretisation: Literal["aligned", "kalker"] = "aligned",
 ) -> list[dict[str, float]]:
-    """Scalars of each scene on `cells` x `cells`, its window `wider` times as wide.
+    """Scalars of each scene on `cells` x `cells` cells, its window `wider` times as wide.
 
     groups: scenes of one normal problem each, solved together.
     """

@@ -2,16 +2,16 @@
 
 Usage: python scripts/benchmark.py [--parts a,b] [--repeats 9] [--cells 64,128,256,512] [--large] [--json FILE]
 
-a  whole solves, in units of one SciPy rfft2 + irfft2 of the doubled window measured in between, against CONTACT
+a  whole solves against CONTACT, in units of one SciPy rfft2 + irfft2 of the doubled window, measured in between
 b  products and iterations over meshes
-c  where the time goes, and the tractions' time against their bare FFTs
+c  time of the parts of a solve, and time of the tractions against that of their FFTs alone
 d  the paper's 48 layered cases at 1e-6
 e  full coupling against one-way
 f  cases a second of a sweep with one and two workers
 g  the paper's study, whole command
 
-Times of one thread (a to e) are processor time, medians of the repeats unless stated otherwise: what else the machine
-does disturbs them less; f and g are wall time. `--large` adds 1024 cells to a, b and c.
+Times of one thread (a to e) are processor time, which other programs disturb less, and medians of the repeats unless
+stated otherwise; f and g are wall time. `--large` adds 1024 cells to a, b and c.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ STEEL = Material(210000.0, 0.3)
 CONTACT_UNITS = {64: 270.0, 128: 277.0, 256: 412.0, 512: 630.0}
 TARGETS = {64: 9.0, 128: 14.0, 256: 25.0, 512: 40.0}
 ALL_PARTS = "abcdefg"
-_FAR = 1e-9  # tolerance against which errors of tractions are measured
-_RUN = 25e-3  # seconds: as long as a unit is measured; one short solve right after it would find the caches cold
+_FAR = 1e-9  # tolerance of the solution against which errors of tractions are measured
+_RUN = 25e-3  # seconds of a run of solves, as of a unit: a single short solve after a unit would find the caches cold
 
 Clock = time.process_time
 
@@ -90,10 +90,10 @@ SCENES: dict[str, Callable[[int], Scene]] = {
 
 
 def forget() -> None:
-    """Empty every cache of the mechanics but what belongs to lengths alone, so that the next solve is a whole one.
+    """Empty all caches of the mechanics except those that depend on lengths only, so that the next solve is complete.
 
     Kept are FFT plans, good lengths for them, and the kernels of the Hankel transforms (`hankel._kernels`, made once
-    for a length): the first layered solve of a process makes these besides, in 3 to 5 ms.
+    for a length), which take 3 to 5 ms in the first layered solve of a process.
     """
     for module in (contact, influence, normal, proof, solve, layered):
         for value in list(vars(module).values()):
@@ -124,7 +124,7 @@ def fft_pair(cells: int) -> float:
 
 
 def repeats_of(cells: int, repeats: int) -> int:
-    """As stated for 256 cells; fewer where a solve takes long, more where whatever else runs disturbs a short one."""
+    """`repeats` for 256 cells; fewer for longer solves, more for shorter ones, which other programs disturb more."""
     return max(3, repeats * 256 // cells)
 
 
@@ -146,7 +146,7 @@ KEYS_A = (
 
 
 def error_of_tractions(scene: Scene) -> float:
-    """L2 of what the tractions of `scene` are off by against its equations solved much further, relative."""
+    """Relative error (L2) of the tractions of `scene` against the solution of the same equations at tolerance _FAR."""
     ours, far = (
         np.stack([whole(s)[1].fields[name] for name in ("traction_x", "traction_y")])
         for s in (scene, replace(scene, tolerance=Tolerance(_FAR, _FAR)))
@@ -170,7 +170,7 @@ def part_a(options: argparse.Namespace) -> Any:
     samples: dict[tuple[str, int], list[float]] = {key: [] for key in scenes}
     walls: dict[tuple[str, int], list[float]] = {key: [] for key in scenes}
     units: dict[int, list[float]] = {n: [] for n in options.cells}
-    # by turns, as the machine is faster and slower for seconds at a time
+    # scenes take turns, as the machine is faster or slower for seconds at a time
     for key in turns({key: repeats_of(key[1], options.repeats) for key in scenes}):
         units[key[1]].append(fft_pair(key[1]))
         wall = time.perf_counter()
@@ -237,14 +237,14 @@ def part_b(options: argparse.Namespace) -> Any:
 
 
 class Stopwatch:
-    """Seconds spent in parts of the program, without what is spent in other parts called from there."""
+    """Measures the seconds spent in parts of the program, each without the parts that it calls."""
 
     def __init__(self) -> None:
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self._stack: list[tuple[str, float]] = []
 
     def wrap(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
-        """`function`, whose time counts as `part`."""
+        """`function` wrapped such that its time counts as that of `part`."""
 
         @functools.wraps(function)
         def run(*args: Any, **kwargs: Any) -> Any:
@@ -267,7 +267,7 @@ class Stopwatch:
 
 @contextlib.contextmanager
 def patched(*replacements: tuple[Any, str, Any]) -> Iterator[None]:
-    """Attributes replaced inside the block."""
+    """Replace attributes (owner, name, value) inside the block."""
     before = [(owner, name, getattr(owner, name)) for owner, name, _ in replacements]
     try:
         for owner, name, value in replacements:
@@ -315,10 +315,10 @@ def plain_transforms(shape: tuple[int, int]) -> tuple[Callable[[], None], Callab
 
 
 def fft_floor(scene: Scene, repeats: int) -> dict[str, float]:
-    """Seconds of the tractions (operators made before) and of bare FFTs, replayed in the same order.
+    """Seconds of the traction solution (operators made before) and of its FFTs alone, replayed in the same order.
 
-    Plain: a two-dimensional real transform of both components for each. Own: as they are, without rows of zeros, and
-    on the torus of both components as one complex number.
+    Plain: each FFT as a two-dimensional real transform of both components. Own: the solver's FFTs, which leave out
+    rows of zeros and, on the torus, transform both components as one complex array.
     """
     solved = contact.solve_normal(scene)
     contact.solve_rolling(solved, scene)
@@ -340,7 +340,7 @@ def fft_floor(scene: Scene, repeats: int) -> dict[str, float]:
     ways = ("forward", "backward")
     with patched(*((k, name, recorded(getattr(k, name), name == ways[1])) for k in kinds for name in ways)):
         rolling = contact.solve_rolling(solved, scene)
-    # of zeros: numbers that grow with every replay would end as infinities, and take longer
+    # zeros, since other numbers would grow with every replay to infinities, which take longer
     fed = [plan.field if isinstance(plan, convolution.PairTransform) else plan.real for plan in used]
     for plan, field in zip(used, fed, strict=True):
         field[:] = 0.0
@@ -433,7 +433,7 @@ def part_d(options: argparse.Namespace) -> Any:
 
 
 def in_series(families: dict[str, list[list[Scene]]]) -> list[dict[str, Any]]:
-    """What `--series` saves; families: groups of scenes with one normal problem each."""
+    """Products and time with `--series` over those without; families: groups of scenes of one normal problem each."""
     print("Cases of close creepages starting from one another (`--series`), over cases alone: products on all meshes,")
     print("least of five processor times of whole solves.\n")
     found = []
@@ -525,7 +525,7 @@ grids:
 
 
 class Times(Silent):
-    """Wall times at which cases were done."""
+    """Records the wall times at which cases were done."""
 
     def __init__(self) -> None:
         self.times: list[float] = []

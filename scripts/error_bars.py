@@ -1,19 +1,19 @@
-"""How honest the error bars are: random contacts against aligned cells four times finer, or more.
+"""Reliability of the error bars: random contacts against aligned cells four times finer, or more.
 
 Usage: python scripts/error_bars.py [--cases 64] [--seed 1] [--discretisation kalker] [--contacts mild].
 Prints, as a table in Markdown, for each scalar the share of cases whose true error lies within the estimate, the median
-ratio of estimate to truth, and the true error itself. The truth is that of aligned cells, whichever are judged: of
-`kalker` those four times finer still hold a quarter of the error (`--truth own` takes these). Contacts:
+ratio of estimate to truth, and the true error itself. The truth is found on aligned cells, whichever discretisation is
+judged: `kalker` on cells four times finer still has a quarter of the error (`--truth own` takes these). Contacts:
 
 - `mild`: up to three layers, common bodies. Half of them in a window of random size, half in one that fits the contact
-  as `mesh.size: auto` does, so that its edges lie at the same place between cells in all of them;
-- `full`: as the mild ones, of bodies whose pressure moves their surfaces, under full coupling;
+  as `mesh.size: auto` does, so that the contact's edges lie at the same place between cells in all of these;
+- `full`: like `mild`, of bodies whose pressure moves their surfaces along each other, under full coupling;
 - `wild`: up to six layers of any stiffness and thickness, ellipses, friction from 0.03 to 1.6, either coupling;
-- `alike`: bodies of the same material without layers, round or long contacts, 0.03 to 2 of what makes all slip;
+- `alike`: bodies of one material without layers, round or long contacts, at 0.03 to 2 times the creepage of full slip;
 - `engineering`: hard and soft coatings on a ball, and wheels on rails, in windows by `auto`;
-- `films`: soft films of any thickness beside the cells', also ones that keep their volume or lie under stiff skins;
-- `few`: mild ones, and of engineering, on 5 to 18 cells along the window, against eight times as many;
-- `sticking`: mild ones, and of bodies alike, at 0.003 to 0.3 of their creepages;
+- `films`: soft films, thinner or thicker than cells, some of them nearly incompressible or under stiff skins;
+- `few`: contacts of `mild` and `engineering` on 5 to 18 cells along the window, against eight times as many;
+- `sticking`: contacts of `mild` and `alike` at 0.003 to 0.3 of their creepages;
 - `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip.
 
 Published: results/error_bars.md.
@@ -37,7 +37,7 @@ from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
 
 STEEL = Material(210000.0, 0.3)
-_FINER = {"few": 8}  # times as many cells for the truth; 4 for the others
+_FINER = {"few": 8}  # times as many cells along each side for the truth; 4 for the others
 CREEPAGES = (
     (0.002, 0.0, 0.0),
     (0.002, 0.001, 0.0),
@@ -57,7 +57,7 @@ def mild_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def full_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A mild contact whose pressure moves the surface, under full coupling."""
+    """A mild contact whose pressure displaces the surfaces along each other, under full coupling."""
     while True:
         scene = replace(_mild(rng, discretisation), coupling="full")
         if scene.moves_by_pressure:
@@ -65,7 +65,7 @@ def full_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def _mild(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A mild contact in any window."""
+    """A mild contact in a window that is still to be chosen."""
     layers = tuple(
         Layer(210000.0 * 10 ** rng.uniform(-1.0, 0.7), rng.choice([0.2, 0.3, 0.4, 0.48]), rng.uniform(0.0125, 0.3))
         for _ in range(rng.choice([0, 0, 1, 1, 2, 3]))
@@ -87,9 +87,10 @@ def _mild(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def _in_a_window(scene: Scene, rng: np.random.Generator) -> Scene:
-    """The scene in a window of 2.6 to 4 semi-axes or, as often, in one that fits, by a margin of 1.25 or another.
+    """The scene in a window of 2.6 to 4 semi-axes or, as often, in a fitted one with a margin of 1.25 or another.
 
-    In windows that fit, edges of all contacts on as many cells lie at the same place between these.
+    In fitted windows with the same margin the edges of all contacts lie at the same place between the same number of
+    cells.
     """
     if rng.random() < 0.5:
         cells = int(rng.choice([24, 32, 40, 48, 64]))
@@ -102,7 +103,7 @@ def _in_a_window(scene: Scene, rng: np.random.Generator) -> Scene:
 
 
 def alike_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """Steel on steel without layers: pressure moves no surface along the other."""
+    """Steel on steel without layers: pressure does not displace the surfaces along each other."""
     radius = (50.0, 50.0) if rng.random() < 0.4 else (_power(rng, 1.0, 2.5), _power(rng, 1.0, 2.5))
     scene = Scene(
         STEEL,
@@ -123,7 +124,7 @@ def alike_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def engineering_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A coated body under a ball, or a wheel on a rail, in a window by `auto`; 0.1 to 3 of what makes all slip."""
+    """A coated body under a ball, or a wheel on a rail, window by `auto`; 0.1 to 3 times the creepage of full slip."""
     mapping = _coated(rng) if rng.random() < 0.5 else _rail(rng)
     cells = int(rng.integers(24, 69))
     mapping |= {
@@ -141,7 +142,7 @@ def engineering_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def _coated(rng: np.random.Generator) -> dict[str, Any]:
-    """Bodies of a ball on titanium nitride, diamond-like carbon or a polymer, thicknesses from 0.5 um to 1 mm."""
+    """Settings of a ball on titanium nitride, diamond-like carbon or a polymer, thicknesses from 0.5 um to 1 mm."""
     coat = rng.integers(3)
     if coat == 0:
         layer = {"E": rng.uniform(400e3, 600e3), "nu": 0.25, "thickness": _power(rng, -3.0, -1.8)}
@@ -163,7 +164,7 @@ def _coated(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _rail(rng: np.random.Generator) -> dict[str, Any]:
-    """Bodies of a wheel of steel on a rail of this or that, some of which have a layer that is worn or is laid on."""
+    """Settings of wheel and rail: steel, some with a worn or a deposited layer, on steel, another metal or rigid."""
     steel = {"E": 210000, "nu": 0.28}
     layer = {"E": f"{rng.uniform(0.3, 1.5):.3g} Es", "nu": 0.28, "thickness": f"{_power(rng, -2.0, 0.3):.3g} a"}
     return {
@@ -177,7 +178,7 @@ def _rail(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def film_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A film of 0.1 to 100 GPa, 6 um to 0.3 mm thick, some under a stiff skin; 0.03 to 3 of what makes all slip."""
+    """A film of 0.1 to 100 GPa and 6 um to 0.3 mm, some under a stiff skin; 0.03 to 3 of the creepage of full slip."""
     film = Layer(
         _power(rng, 2.0, 5.0), float(rng.choice([0.3, 0.4, 0.45, 0.48, 0.49, 0.499, 0.5])), _power(rng, -2.2, -0.5)
     )
@@ -204,7 +205,7 @@ def film_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def few_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A mild contact, or one of engineering, on 5 to 18 cells along the longer side of its window."""
+    """A contact of `mild` or `engineering` on 5 to 18 cells along the longer side of its window."""
     scene = (mild_scene if rng.random() < 0.5 else engineering_scene)(rng, discretisation)
     cells = int(rng.integers(5, 19))
     most = max(scene.mesh.cells)
@@ -213,7 +214,7 @@ def few_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def sticking_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A mild contact, or one of bodies alike, that hardly slips."""
+    """A contact of `mild` or `alike` that hardly slips."""
     scene = (mild_scene if rng.random() < 0.5 else alike_scene)(rng, discretisation)
     assert scene.creepage is not None
     parts = scene.creepage.longitudinal, scene.creepage.lateral, scene.creepage.spin
@@ -221,7 +222,7 @@ def sticking_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def sliding_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A round or long contact, bare or coated, at 0.8 to 1.5 of the creepage at which the last of its cells slips."""
+    """A round or long contact, bare or coated, at 0.8 to 1.5 of the creepage at which the last cell begins to slip."""
     layers = (Layer(_power(rng, 4.0, 6.0), 0.3, _power(rng, -2.0, -0.5)),) if rng.random() < 0.4 else ()
     radius = (50.0, 50.0) if rng.random() < 0.5 else (_power(rng, 1.0, 2.0), _power(rng, 1.0, 2.0))
     cells = int(rng.integers(16, 65))
@@ -250,7 +251,7 @@ def sliding_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def _creeping(scene: Scene, direction: np.ndarray, times: float) -> Scene:
-    """The scene at `times` about the creepage at which all slips: approach over radius, times friction."""
+    """The scene at `times` the approximate creepage of full slip: friction times contact radius over radius."""
     ax, ay = estimated_contact(scene)
     a = np.sqrt(ax * ay)
     size = times * scene.friction * a / np.sqrt(np.prod(scene.radius))
@@ -263,7 +264,7 @@ def _with_creepage(scene: Scene, parts: np.ndarray) -> Scene:
 
 
 def wild_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A contact of nearly any bodies, half of them with layers that are not extreme; creepage that makes part slip."""
+    """A contact of nearly any bodies, half of them with layers that are not extreme; creepage for partial slip."""
     while True:
         stiffness, thickness = ((-1.5, 1.2), (-1.5, 0.5)) if rng.random() < 0.5 else ((-4.0, 3.0), (-3.0, 1.0))
         radius = [_power(rng, 0.0, 3.0), _power(rng, 0.0, 3.0)] if rng.random() < 0.4 else _power(rng, 0.0, 3.0)
@@ -293,7 +294,7 @@ def wild_scene(rng: np.random.Generator, discretisation: str) -> Scene:
         try:
             scene = scene_from_mapping(mapping)
         except UserError as error:
-            if "mesh" not in str(error):  # what is refused is a window that cannot be fitted
+            if "mesh" not in str(error):  # the only error expected is a window that cannot be fitted
                 raise
             continue
         ax, ay = estimated_contact(scene)
@@ -304,7 +305,7 @@ def wild_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def _power(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number between 10^low and 10^high, evenly in its logarithm."""
+    """A random number between 10^low and 10^high, uniform in its logarithm."""
     return float(10.0 ** rng.uniform(low, high))
 
 

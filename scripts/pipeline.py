@@ -1,13 +1,13 @@
-"""What a sweep costs besides solving, how well two workers share it, and how much memory it takes.
+"""Costs of a sweep: time besides solving, efficiency of two workers, and memory.
 
     python scripts/pipeline.py [--cases 2000] [--repeats 3] [--memory 10000]
 
-Pipeline: time of a sweep by one process that the solver does not take, from case to case and of all, as wall time (a
+Pipeline: time of a sweep by one process without that of the solver, per additional case and in all, as wall time (a
 thread writes units beside the solver) and as processor time; layered cases of 64 x 64 cells with fields. Efficiency:
-wall time of the whole command with one worker over twice that with two, for so many cases; beside it what the machine
+wall time of the whole command with one worker over twice that with two, for that many cases; beside it what the machine
 itself allows: two commands at once, which share nothing, with half of the cases each. Memory: the largest sum of
-resident memory (as /proc tells it, what processes share counted once for each) of a sweep of that many cases with two
-workers.
+resident memory (from /proc; memory that processes share is counted once for each) of a sweep of that many cases with
+two workers.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Times(NamedTuple):
 
 
 class Solver:
-    """The solver, with clocks for the time that it takes itself."""
+    """The solver of a sweep, which measures its own wall and processor time."""
 
     def __init__(self) -> None:
         self.wall = self.processor = 0.0
@@ -90,7 +90,7 @@ class Solver:
 
 
 def sweep_seconds(path: Path, cases: int) -> Times:
-    """What a sweep in this process takes, from study file to cube."""
+    """Times of a sweep in this process, from study file to cube."""
     from rcstudy import sweep
     from rcstudy.study import load_study
 
@@ -120,7 +120,7 @@ def sweep_command(path: Path, workers: int) -> list[str]:
 
 
 def pipeline_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
-    """What the pipeline takes, as text: least of `repeats` times, each of a quarter of the cases and of all."""
+    """Times of the pipeline, as text: the least of `repeats` runs, each with a quarter of the cases and with all."""
     counts = (cases // 4, cases)
     runs = [[sweep_seconds(path, count) for count in counts] for _ in range(repeats)]
     few, many = (Times(*map(min, zip(*(run[k] for run in runs), strict=True))) for k in (0, 1))
@@ -132,7 +132,7 @@ def pipeline_lines(path: Path, cases: int, repeats: int) -> Iterator[str]:
 
 
 def efficiency_lines(path: Path, cases: int, rounds: int) -> Iterator[str]:
-    """How well two workers share the work, as text: medians of ratios of commands that ran by turns."""
+    """Efficiency of two workers, as text: medians of ratios of commands that took turns."""
     whole, halves = [path], [path.with_stem(f"{path.stem}_{k}") for k in (1, 2)]
     path.write_text(study_text(cases), encoding="utf-8")
     for k, half in enumerate(halves):
@@ -140,7 +140,7 @@ def efficiency_lines(path: Path, cases: int, rounds: int) -> Iterator[str]:
     ways = [(whole, 1), (whole, 2), (halves, 1)]  # studies, workers of each
     runs = []
     for turn in range(rounds):
-        forward = 1 if turn % 2 == 0 else -1  # what the machine does meanwhile falls on both alike
+        forward = 1 if turn % 2 == 0 else -1  # so that disturbances affect all alike
         runs.append([commands_seconds(*way) for way in ways[::forward]][::forward])
     texts = "; ".join(" / ".join(f"{seconds:.1f}" for seconds in run) for run in runs)
     yield f"commands    seconds with one worker / two workers / two commands, half of the cases each: {texts}"

@@ -1,18 +1,20 @@
-r"""Cells that begin where the contact begins (`discretisation: aligned`).
+r"""Rolling contact on rows of cells aligned with the leading edge (`discretisation: aligned`).
 
-- Each row of cells is moved along x, by up to half a cell, to where the discrete half-line asks for it, and the
-  bound is the mean of mu p over the moved cell (`moved_rows.py`, with the derivation). Rows are moved by phases between
-  the two stages of the transforms; moments take each cell's force where it is, and as it turns (`resultant`).
-- Slip by pressure loses in the leading cells what the half-line makes too much of it (`_LEADING`), and slip across
-  tractions gains there what it makes too little (`_CROSS`).
-- Slip belongs to the point x + dx/2 between a cell and the one ahead, so spin is taken there, whatever `spin_point`;
-  in slip cells the direction of slip is taken at the cell's centre, by a parabola through such points (`centring.py`).
-- The contact's area is that within its edge, found between cells in each row and column by what cells make of one on
-  these bodies (`edges.py`, `half_line.py`); the part of it that slips lies between the borders of the stick zone and
-  the edge behind them (`slip_zone.py`).
+- Each row of cells (cells along x) is moved along x by up to half a cell, so that its leading cell lies at the distance
+  from the edge of the contact that the discrete half-line requires. The traction bound is the mean of mu p over the
+  moved cell (`moved_rows.py`, with the derivation). Rows are moved by phase factors between the two stages of the
+  Fourier transforms. The moment uses the point of action of each cell's force and its turning direction (`resultant`).
+- In the leading cells two discretisation errors are corrected: the slip due to pressure is reduced (`_LEADING`), and
+  the slip across the tractions is increased (`_CROSS`).
+- The difference of displacements between a cell and the one ahead is the slip at x + dx/2. Spin is therefore taken
+  there, whatever `spin_point`. In slip cells the slip is interpolated to the cell's centre by a parabola through such
+  points (`centring.py`).
+- The contact's area is that within its edge. The edge is located between cells, in each row and column, from the
+  outer pressures and the discrete half-line of the bodies (`edges.py`, `half_line.py`). The slip area lies between the
+  borders of the stick zone and the edge behind them (`slip_zone.py`).
 
-Errors are then of order dx^1.5, and small. Results on the mesh's own cells are interpolated: the fraction of the bound
-in stick cells, direction and slip in slip cells.
+The remaining errors are small and of order dx^1.5. Results are interpolated to the mesh's own cells: the fraction of
+the bound in stick cells, the direction of the traction and the slip in slip cells.
 """
 
 from __future__ import annotations
@@ -48,24 +50,27 @@ from rcstudy.mechanics.trailing import Ending, ending_of_rows
 from rcstudy.mechanics.unseen import Unseen, unseen_slip
 
 _SPIN_POINT = 0.5  # in cells ahead of the centre
-# Pressure causes slip on the spot in proportion (Johnson 1985, 2.25a), so that it goes like the root of the distance
-# from the edge, too. Tractions follow from slips by sums with weights of nearly Gamma(j + 1/2)/Gamma(j + 1). These are
-# right for constant slip and too large for one that falls like a root at the edge; taking this part of the pressure's
-# slip off in the leading cell makes up for it. Where the edge is at an angle that slip points along its normal and is
-# smaller by its component along x.
+# The local slip due to pressure is proportional to the pressure (Johnson 1985, 2.25a), so it also varies like the root
+# of the distance from the edge. The discrete tractions are sums of slips with weights close to
+# Gamma(j + 1/2)/Gamma(j + 1), j counted from the leading cell. These weights are right for constant slip, but too large
+# for a slip that falls like a root at the edge. Subtracting this fraction of the local slip in the leading cell
+# compensates for that. At an oblique edge the subtracted slip points along the edge's normal n and is n_x times as
+# large.
 _LEADING = 0.0264
-# Where the leading edge is at an angle tractions of the leading cells make too little of the slip across them: by the
-# product of the components of the edge's normal times so much of what waves of wave number 1/dx along them yield more
-# than across. 0.09 takes errors of first order from moments by lateral creepage and lateral forces by spin (round
-# contacts, nu 0.3 to 0.5); with 0.07 those of second order are smaller at ten to twenty cells a radius.
+# At an oblique leading edge the discrete equations underestimate the slip across the tractions of the leading cells.
+# The slip added per unit traction is this fraction of n_x n_y (c - d)/dx: n is the edge's normal, and c and d are the
+# responses (mm/MPa) to tractions along and across a wave of wave number 1/dx. A value of 0.09 removes the first-order
+# errors of moments under lateral creepage and of lateral forces under spin (round contacts, nu 0.3 to 0.5); 0.07 leaves
+# smaller errors of second order at ten to twenty cells per radius.
 _CROSS = 0.07
 
 
 class AlignedContact(NormalContact):
-    """A contact for the tractions on rows of cells that begin where the contact begins.
+    """A contact whose tractions are found on rows of cells aligned with the leading edge.
 
-    Its cells are those of the moved rows `rows`. `coarser`: the coarser contact to use instead of one made from
-    `contact.coarser`. `like`: a contact whose rows keep their places and cells here, where that is possible.
+    Its cells are those of the moved rows `rows`; `outline` is the outline of the contact. `coarser`: the coarser
+    contact to use instead of one made from `contact.coarser`. `like`: a contact whose rows keep their positions and
+    cells here, where possible.
     """
 
     def __init__(
@@ -82,14 +87,17 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def centres(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates x [m], y [m] (mm) of the moved cells."""
+        """Coordinates x [m], y [m] (mm) of the centres of the moved cells."""
         x, y = self.scene.mesh.centres
         i, j = self.cells.T
         return x[self.box.i0 + i] + self.rows.shift[j] * self.scene.mesh.spacing[0], y[self.box.j0 + j]
 
     @cached_property
     def levers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates x [m], y [m] (mm) of the middle of each cell's force; outermost cells hold what lies beyond."""
+        """Coordinates x [m], y [m] (mm) of the point of action of each cell's pressure.
+
+        The outermost cells of a row include the pressure between them and the edge.
+        """
         dx = self.scene.mesh.spacing[0]
         i, j = self.cells.T
         x, y = self.centres
@@ -97,12 +105,12 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def neighbours(self) -> np.ndarray:
-        """Numbers [2, m] of the cells ahead and behind each cell, its own where there is none."""
+        """Numbers [2, m] of the cells ahead of and behind each cell; its own number where there is none."""
         return self.rows.neighbours
 
     @cached_property
     def slip_by_pressure(self) -> np.ndarray:
-        """Slip [m, 2] by the displacement along the surface that the pressure, as on the moved cells, causes."""
+        """Slip [m, 2] due to the tangential displacements that the pressure on the moved cells causes."""
         if not self.scene.moves_by_pressure:
             return np.zeros((len(self.cells), 2))
         padded = self._padded
@@ -112,21 +120,21 @@ class AlignedContact(NormalContact):
             symbol *= sharp_difference(padded[0], self.influence.spacing[0])[:, None]
             return symbol
 
-        # first of all: of a contact one row wide the symbols are made in this very plan
+        # before the plan is filled: for a contact one row wide `symbols` uses the same plan
         hat = self.influence.once(("by pressure, x first", padded), make)
         plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self._phase)
         slips = self._convolved(self.pressure, hat, plan, plan)[:, self.cells[:, 0], self.cells[:, 1]]
         return self.corrected_at_leading_edge(np.ascontiguousarray(slips.T))
 
     def corrected_at_leading_edge(self, s: np.ndarray) -> np.ndarray:
-        """Slips `s` [m, 2] by pressure, changed in place, without what leading cells make too much of them."""
+        """Slips `s` [m, 2] due to pressure, reduced in the leading cells (`_LEADING`); `s` is changed in place."""
         part = _LEADING * self.influence.slip_under_pressure
         row_cells.correct_leading_cells(self.rows.normals, self.rows.index, self.pressure, part, s)
         return s
 
     @cached_property
     def _cross_slip_terms(self) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers [n] of the rows' leading cells, and what slip across them a unit of traction causes there besides."""
+        """Numbers [n] of the rows' leading cells, and the extra slip across a unit traction there [n] (1/MPa)."""
         rows = self.rows
         held = rows.count > 0
         dx = self.scene.mesh.spacing[0]
@@ -134,7 +142,7 @@ class AlignedContact(NormalContact):
         return rows.index[0, held], _CROSS * (along - across) * rows.normals[:, held].prod(axis=0)
 
     def cross_slip(self, q: np.ndarray) -> np.ndarray:
-        """Slips [m, 2] that leading cells' tractions `q` [m, 2] cause across them beside their displacements."""
+        """Extra slips [m, 2] across the tractions `q` [m, 2] (MPa) of the leading cells (`_CROSS`), zero elsewhere."""
         leading, part = self._cross_slip_terms
         s = np.zeros(q.shape)
         s[leading] = part[:, None] * q[leading, ::-1]
@@ -142,7 +150,7 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def displacement_by_pressure(self) -> np.ndarray:
-        """Displacements [2, nx + 1, ny] (mm) along the surface by the pressure on the moved rows, for the proof."""
+        """Tangential displacements [2, nx + 1, ny] (mm) due to the pressure on the moved rows, for the proof."""
         nx, ny = self.box.shape
         if not self.scene.moves_by_pressure:
             return np.zeros((2, nx + 1, ny))
@@ -152,12 +160,12 @@ class AlignedContact(NormalContact):
         return self._convolved(self.pressure, hat, plan, plan)[:, : nx + 1].copy()
 
     def lift(self, q: np.ndarray, box: Box) -> np.ndarray:
-        """u_z (mm, [nx, ny] of `box`) at the cells as they are by tractions `q` [m, 2] on the moved rows.
+        """u_z [nx, ny] (mm) at the mesh's own cells of `box`, due to tractions `q` [m, 2] (MPa) on the moved rows.
 
-        As without moved rows: they are moved on the way there and not back. `box` must hold the contact.
+        Rows are moved in the forward transform only. `box` must hold the contact's box.
         """
         padded = padded_around(self.box, box)
-        # first of all: of a contact one row wide the symbols are made in this very plan
+        # before the plan is filled: for a contact one row wide `symbols` uses the same plan
         hat = along_by_pressure(self.influence, padded, x_first=True)
         corner = self.box.i0 - box.i0, self.box.j0 - box.j0
         shift = np.zeros(box.shape[1])
@@ -175,9 +183,10 @@ class AlignedContact(NormalContact):
         back: ShiftedTransform,
         corner: tuple[int, int] = (0, 0),
     ) -> np.ndarray:
-        """Products [2, nx, ny] with `symbol` of `stress` [m] or [2, m] on the moved cells, in the array of `back`.
+        """Convolution [2, nx, ny] with `symbol` of `stress` [m] or [2, m] on the moved cells, in the array of `back`.
 
-        `there` and `back` are plans of the same arrays, moved or not; the box begins at their cell `corner`.
+        `there`, `back`: plans of the forward and backward transform, which share their arrays and may move rows;
+        `corner`: the cell of these arrays at which the box begins.
         """
         there.real[:] = 0.0
         there.by_cell[:, self.cells[:, 0] + corner[0], self.cells[:, 1] + corner[1]] = stress
@@ -189,24 +198,24 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def _phase(self) -> np.ndarray:
-        """What moves the rows on the torus `_padded`."""
+        """Phase factors that move the rows on the torus `_padded`, see `row_phases`."""
         return row_phases(self._padded[0], self.rows.shift)
 
     @cached_property
     def operator(self) -> SlipOperator:
-        """Slip by tractions on the moved rows, as far as these have cells."""
+        """The slip operator of the moved rows, for the cells along x that these occupy (`MovedRows.reach`)."""
         leading, part = self._cross_slip_terms
         operator = SlipOperator.of(self.influence, self.rows.reach, sharp=True)
         return operator.moved(self._phase, self.cells_of_operator[leading], part)
 
     @cached_property
     def cells_of_operator(self) -> np.ndarray:
-        """Indices [m, 2] of the cells among those of the `operator`."""
+        """Indices [m, 2] of the cells in the box of the `operator`."""
         return self.cells - [self.cells[0, 0], 0]
 
     @cached_property
     def displacement(self) -> PairOperator:
-        """Displacements by tractions on the moved rows of the box and one more row of cells ahead of it (+x)."""
+        """Operator of the displacements due to tractions on the moved rows, for the box and one more cell along x."""
         shape = self.box.shape[0] + 1, self.box.shape[1]
         symbol = real_symbols(traction_quadrants(self.influence.around(self._padded)), self._padded, x_first=True)
         sharpened = point_factor(self._padded[0], symbol.shape[1])
@@ -215,23 +224,28 @@ class AlignedContact(NormalContact):
 
     @property
     def _padded(self) -> tuple[int, int]:
-        """Shape of the torus for displacements on the cells, a row ahead, and one more by `point_factor`'s spread."""
+        """Shape of the torus for displacements at the cells.
+
+        Along x it has room for two more cells: the one ahead, and one over which `point_factor` spreads.
+        """
         nx, ny = self.rows.reach
         return padded_shape((nx + 2, ny))
 
     def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
-        """Rigid slip [m, 2] where slip belongs, half a cell ahead; `spin_point` is for cells that are not moved."""
+        """Rigid slip [m, 2], spin being taken half a cell ahead of the centres; `spin_point` is not used."""
         return super().rigid_slip(creepage, _SPIN_POINT)
 
     @cached_property
     def _slip_by_pressure_at_centres(self) -> np.ndarray:
+        """Slip [m, 2] due to pressure at the cells' centres, the mean of the values half a cell ahead and behind."""
         result: np.ndarray = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[self.neighbours[1]])
         return result
 
     def resultant(self, rolling: RollingSolution, friction: float) -> tuple[float, float, float]:
-        """Forces along x and y (N) and moment about z (N mm) of the tractions, which turn within slip cells.
+        """Forces along x and y (N) and moment about z (N mm) of the tractions.
 
-        To first order that changes forces, too, but those are farther off with it: other errors make up for it there.
+        The moment allows for the change of the traction's direction within slip cells. In the forces this change is
+        neglected: including it increases their error, as it cancels other errors.
         """
         rows, (dx, dy) = self.rows, self.scene.mesh.spacing
         centres, y = self.centres
@@ -243,10 +257,11 @@ class AlignedContact(NormalContact):
     def friction_power(
         self, rolling: RollingSolution, creepage: Creepage, resultant: tuple[float, float, float]
     ) -> float:
-        """Power that friction takes, per unit rolling speed (N): that of the creepages, less sum q.s_p dx dy.
+        """Power dissipated by friction per unit rolling speed (N): that of the creepages, less sum(q.s_p) dx dy.
 
-        In -sum q.s the elastic slip by tractions does no work on the whole (its operator is antisymmetric) but for
-        errors of order dx, so it is left out. `resultant`: of the tractions.
+        s_p is the slip due to pressure. In -sum(q.s) the slip due to tractions is left out: its operator is
+        antisymmetric, so that it contributes errors of order dx only. `resultant`: forces (N) and moment (N mm) of the
+        tractions.
         """
         dx, dy = self.scene.mesh.spacing
         by_pressure = float(np.vdot(rolling.q, self._slip_by_pressure_at_centres)) * dx * dy
@@ -257,7 +272,7 @@ class AlignedContact(NormalContact):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Tractions [2, nx, ny] (MPa), slips [2, nx, ny] and slip flags [nx, ny] at the centres of the window's cells.
 
-        From those `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells; zero outside the contact.
+        They are interpolated from `q` [m, 2], `s` [m, 2] and `slip` [m] on the moved cells; zero outside the contact.
         """
         return self.rows.on_window(q, s, slip, friction)
 
@@ -268,16 +283,16 @@ class AlignedContact(NormalContact):
 
     @property
     def beyond_edges(self) -> float:
-        """Area (mm^2) between the edges that cells find and those that layers make."""
+        """Area (mm^2) between the far-field edge and the actual one, which thin layers move (`edges.py`)."""
         return self.outline.beyond_edges
 
     @property
     def pressure_max(self) -> float:
-        """Largest pressure (MPa), between cells."""
+        """Largest pressure (MPa), interpolated between cells."""
         return self.outline.summit[0]
 
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
-        """What slip zones hide that are narrower than a cell."""
+        """Effects of slip zones at the leading edge that are narrower than a cell (`unseen.py`)."""
         if not self.scene.moves_by_pressure:
             return Unseen()
         of_rows = self.rows.index, self.rows.count, self.outline.ends_from_afar, self.rows.normals
@@ -285,15 +300,15 @@ class AlignedContact(NormalContact):
         return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, self.influence)
 
     def ending(self, rolling: RollingSolution, friction: float) -> Ending:
-        """What rows carry too little that stick up to their trailing end."""
+        """Forces and moment that are missing in rows which stick up to their trailing end (`trailing.py`)."""
         of_cells, ends = (self.centres, rolling.q, rolling.slip), self.outline.ends_from_afar
         return ending_of_rows(self.rows, ends, *of_cells, friction, self.scene.mesh.spacing, EDGE)
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa)."""
+        """Area of the slip zone (mm^2), its borders being located between cells, and the largest traction (MPa)."""
         return self.slip_zones.area_and_peak(rolling, friction)
 
     @cached_property
     def slip_zones(self) -> SlipZones:
-        """What tells the slip zone of any creepage under this pressure."""
+        """Evaluates slip area and largest traction of any creepage under this pressure."""
         return SlipZones(self.rows, self.outline, self.influence)

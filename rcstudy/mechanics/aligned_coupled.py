@@ -1,18 +1,20 @@
-"""Full coupling on aligned cells: the pressure that belongs to tractions on rows that begin where the contact begins.
+"""Full coupling on aligned cells: pressure and tractions consistent with each other, tractions being on aligned rows.
 
-`coupled.py` finds pressure and tractions together on cells as they are. Their tractions have errors of first order in
-the cells' size, and what these do to the pressure shows in moments. So that is only the start: under the lift by its
-tractions the pressure is solved, then the tractions on rows aligned with it, and again under the lift by these. With
-friction of ordinary size each such turn leaves a fifth to a tenth of what was off before. They go on until the last
-tractions leave the gap closed to `_ENOUGH`: moments are then within 0.005 % of the fixed point, largest tractions
-within 0.02 % (after one turn, 0.16 and 0.4 %, on fine meshes more than the cells' own errors). As nothing before the
-last step need be exact, the coarser mesh's solution is as good a start as that on the mesh's own cells, for much less.
+`coupled.py` solves pressure and tractions together on the mesh's own cells (not aligned). Its tractions have errors of
+first order in the cell size, which affect the pressure and are visible in moments. Its solution therefore serves as the
+start of a fixed-point iteration. One turn of it solves the pressure under the lift (u_z due to the last tractions),
+then the tractions on rows aligned with that pressure. At ordinary friction each turn reduces the error by a factor of
+five to ten. Turns go on until the gap under pressure is closed to `_ENOUGH` with the last tractions. Moments are then
+within 0.005 % of the fixed point and largest tractions within 0.02 %. After a single turn these are 0.16 and 0.4 %, on
+fine meshes more than the discretisation error. As only the last turn has to be accurate, turns start from the solution
+on the coarser mesh: it is as good a start as that on the mesh's own cells and costs much less.
 
-Where friction is high a turn gains less, and `KEPT` is enough. Each turn starts from a mixture of the last ones
-(`mixing.py`), as they may creep or swing there. From one set of cells in contact to another, and back, they may swing
-for good: rows jump. So after `_MOVING` turns rows stay where they are, while pressure and tractions go on, the one on
-the rows linear in the one on the mesh's own cells. What does not settle from the coarser mesh's solution is restarted
-from that on the mesh's own cells; what does not settle then either, the proof finds.
+At high friction turns gain less, and `KEPT` suffices. There plain substitution may converge slowly or oscillate, so
+each turn starts from a combination of the last ones (`mixing.py`). It may also alternate for ever between two sets of
+cells in contact, as the rows move with them. The positions of the rows are therefore frozen after `_MOVING` turns. The
+pressure on the frozen rows then depends linearly on that of the mesh's own cells. If turns do not settle from the
+coarser mesh's solution, they start again from that on the mesh's own cells. If they do not settle then, the proof
+reports it.
 """
 
 from __future__ import annotations
@@ -31,21 +33,23 @@ from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene, Tolerance
 
-_START = 1e-4  # tolerance of pressure and tractions on cells as they are
+# The error of a turn is the range (largest less smallest value), over the cells in contact, of the change of the lift,
+# divided by the approach: the gap that the new tractions open under pressure.
+_START = 1e-4  # tolerance of pressure and tractions on the mesh's own cells
 _FIRST = 1e-2  # tolerance of the first tractions on aligned cells
-_MAX_TURNS = 50  # turns at most, from the mesh's own cells
-_TRIED = 12  # turns at most, from the coarser mesh's solution
-_MOVING = 5  # turns after which rows stay where they are
-_ENOUGH = 2e-5  # what the tractions' own lift leaves of gaps under pressure, over the approach, when turns end
-_GAIN = 0.4  # part of that which a turn leaves of it, as a rule; where it leaves more, `KEPT` has to do
-_TURN = 1e-2  # how far tractions of a turn that is not the last are solved, over what is left
-KEPT = 5e-4  # what a solution may leave
-_ROOM = 8  # part of the contact's box that the lift is found for on each side of it: it may grow
+_MAX_TURNS = 50  # most turns from the solution on the mesh's own cells
+_TRIED = 12  # most turns from the coarser mesh's solution
+_MOVING = 5  # turns after which the positions of the rows are frozen
+_ENOUGH = 2e-5  # error at which turns end
+_GAIN = 0.4  # usual ratio of successive errors, used to predict the last turn; where it is larger, `KEPT` suffices
+_TURN = 1e-2  # tolerance of the tractions in all turns but the last, over the error
+KEPT = 5e-4  # largest error that a solution may keep
+_ROOM = 8  # the lift is computed on the contact's box and 1/8 of it more on each side, as the contact may grow
 
 
 @dataclass
 class _State:
-    """Where turns stand: the pressure under `lift` (mm, [nx, ny] of the window), and tractions under that pressure."""
+    """State of the iteration: pressure under `lift` ([nx, ny] of the window, mm), tractions under that pressure."""
 
     contact: AlignedContact
     rolling: RollingSolution
@@ -53,9 +57,10 @@ class _State:
 
 
 def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution | None]:
-    """Pressure and tractions of `scene` on aligned cells.
+    """Pressure and tractions of `scene` under full coupling, on aligned cells.
 
-    No tractions if the pressure has no solution within the window or to its tolerance: see `contact.solution`.
+    Tractions are None if the pressure has no solution within the window or to its tolerance: see the `solution` of the
+    returned contact.
     """
     influence = influence_of(scene)
     spent: RollingSolution | None = None
@@ -73,7 +78,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
 
 
 def _from_coarser_mesh(scene: Scene, influence: Influence) -> _State | None:
-    """The first tractions, under the lift by those of the coarser mesh's cells as they are; None without a solution."""
+    """First state, under the lift by the coarser mesh's (unaligned) tractions; None if there is no such solution."""
     if coarser_scene(scene) is None:
         return None
     start, q, coarse = from_coarser(scene, influence)
@@ -89,14 +94,14 @@ def _from_coarser_mesh(scene: Scene, influence: Influence) -> _State | None:
     contact = AlignedContact(NormalContact(scene, influence, pressure, coarser=start.coarser))
     first = solve_rolling(contact, scene, tolerance=max(scene.tolerance.tangential, _FIRST))
     if first.coarser is not None:
-        first.coarser = first.coarser.after(coarse)  # its products count, too
+        first.coarser = first.coarser.after(coarse)  # counts the products of the coupled coarse solution as well
     return _State(contact, first, lift)
 
 
 def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContact:
-    """The first tractions, under the pressure that belongs to those on the mesh's cells as they are.
+    """First state, under the pressure of the coupled solution on the mesh's own (unaligned) cells.
 
-    The contact alone if that has no solution.
+    Returns the contact alone if that pressure has no solution.
     """
     own = scene.tolerance
     loosened = replace(scene, tolerance=Tolerance(max(own.normal, _START), max(own.tangential, _START)))
@@ -104,7 +109,7 @@ def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContac
     if start.solution.edge or not start.solution.converged:
         return NormalContact(scene, influence, start.solution)
     contact = AlignedContact(start)
-    # the coarser mesh's tractions are for the error bars; those on the mesh's own cells are a better guess
+    # the coarser mesh's tractions are needed for the error bars; those on the mesh's own cells are the better guess
     coarse: RollingSolution | None = None
     if contact.coarser is not None:
         coarse = solve_rolling(contact.coarser, scene, tolerance=coarser_tolerance(own).tangential)
@@ -116,12 +121,15 @@ def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContac
 def _turns(
     scene: Scene, influence: Influence, state: _State, most: int
 ) -> tuple[NormalContact, RollingSolution | None, bool]:
-    """Turns of pressure and tractions from `state` on; whether they have settled. No tractions without a pressure."""
+    """Contact and tractions after at most `most` turns from `state`, and whether these settled.
+
+    Tractions are None if the pressure has no solution.
+    """
     contact, rolling, lift = state.contact, state.rolling, state.lift
     own, gap = scene.tolerance, initial_gap(scene)
     began_without = not lift.any()
     mixing, error, settled = Mixing(), np.inf, False
-    resting: AlignedContact | None = None  # whose rows the others' take
+    resting: AlignedContact | None = None  # contact whose row positions are kept from turn `_MOVING` on
     for turn in range(most):
         box = contact.box.wider(_ROOM, scene.mesh.cells)
         change = -lift
@@ -131,7 +139,8 @@ def _turns(
         settled = turn > 0 and error <= (_ENOUGH if error < _GAIN * before else KEPT)
         if settled:
             break
-        if (turn == 1 and began_without) or turn == _MOVING + 1:  # the first change is from none to all
+        # earlier changes mislead: the first one is from no lift to the whole, and rows were frozen in the last turn
+        if (turn == 1 and began_without) or turn == _MOVING + 1:
             mixing.forget()
         lift = mixing.following(lift, change, touched)
         pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p).after(contact.solution)
@@ -145,12 +154,12 @@ def _turns(
         guess = _carried_over(contact, rolling.q, following)
         rolling = solve_rolling(following, scene, guess, tolerance).after(rolling)
         contact = following
-    if rolling.converged and rolling.residual > own.tangential:  # turns ended sooner than was to be expected
+    if rolling.converged and rolling.residual > own.tangential:  # the last turn had not been predicted
         rolling = solve_rolling(contact, scene, rolling.q).after(rolling)
     return contact, rolling, settled
 
 
 def _carried_over(contact: NormalContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:
-    """Tractions [m, 2] (MPa) to start from on the cells of `other`: the same fractions of the bound as `q`."""
+    """First guess [m, 2] (MPa) on the cells of `other`: the same fractions of the bound as `q` [m, 2] on `contact`."""
     fractions = q.T / contact.pressure
     return np.ascontiguousarray((other.gather(contact.spread(fractions)) * other.pressure).T)

@@ -1,8 +1,8 @@
-"""A cascade of meshes: each scene is first solved with cells of twice the size.
+"""Cascade of meshes: each scene is first solved with cells of twice the size.
 
-The coarser solution is the first guess for pressure and tractions, and the difference between the two tells how large
-the discretisation error is (`rcstudy/estimate.py`). It never enters the finer solution, which solves its own discrete
-equations.
+The coarser solution is the first guess for pressure and tractions, and the difference between the two solutions serves
+to estimate the discretisation error (`rcstudy/estimate.py`). It never enters the finer solution, which solves its own
+discrete equations.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from rcstudy.mechanics.kernels import meshes
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
-# Cells across the contact from which on a mesh has a coarser one: the first one tells error bars most, a second one
-# something, others are there to start from only.
+# Least number of cells across the contact for which a mesh has a coarser one. The first coarser mesh is the most
+# important for the error bars and the second one adds a little; further ones only provide a first guess (`_WORTH`).
 _COARSEST = 6.0, 12.0
 _WORTH = 24.0
-_TOLERANCE = Tolerance(3e-3, 2e-3)  # of coarser meshes (residuals of 1e-3): well under their discretisation error
+_TOLERANCE = Tolerance(3e-3, 2e-3)  # on coarser meshes (residuals of 1e-3): well below their discretisation error
 
 
 def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
-    """`scene` with cells of twice the size, solved to engineering accuracy; None if the contact has too few cells.
+    """`scene` with cells of twice the size and looser tolerances; None if the contact has too few cells.
 
-    `level`: how often the mesh was made coarser already. An odd number of cells is rounded up: the window grows by half
-    a coarse cell on each side.
+    `level`: how many times the mesh has been coarsened already. An odd number of cells is rounded up: the window grows
+    by half a coarse cell on each side.
     """
     dx, dy = scene.mesh.spacing
     ax, ay = estimated_contact(scene)
@@ -47,11 +47,12 @@ def coarser_tolerance(own: Tolerance) -> Tolerance:
 def interpolate(
     values: np.ndarray, mask: np.ndarray, cells: np.ndarray, place: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values at `cells` [m, 2] from those on a mesh of twice the cell size, on which cell (0, 0) is at `place`.
+    """Values at `cells` [m, 2], interpolated bilinearly from a mesh with cells of twice the size.
 
-    `values` [k, nx, ny] on the coarse cells, of which those in `mask` count. Bilinear; weights of cells that do
-    not count are shared out among the others. Returns values [m, k] (zero where none counts) and the weight [m] that
-    counted.
+    `values` [k, nx, ny]: on the coarse cells, of which only those in `mask` [nx, ny] are used; the weights of the
+    others are distributed among them. `place`: position of fine cell (0, 0) among the coarse cells, as fractional
+    indices of the latter. Returns values [m, k] (zero where no coarse cell is used) and the total weight [m] of the
+    coarse cells used.
     """
     out = np.zeros((cells.shape[0], values.shape[0]))
     weight = np.zeros(cells.shape[0])
@@ -60,18 +61,19 @@ def interpolate(
 
 
 def place_among_coarser(fine: tuple[int, ...], coarse: tuple[int, ...]) -> tuple[float, float]:
-    """Where the first cell of a window of `fine` cells is in one of `coarse` cells of twice the size.
+    """Position of the first cell of a window of `fine` cells, as fractional indices of cells of twice the size.
 
-    Both windows have the same centre.
+    These form a window of `coarse` cells with the same centre.
     """
     x, y = (0.5 * (c - 1) - 0.25 * (f - 1) for c, f in zip(coarse, fine, strict=True))
     return x, y
 
 
 def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
-    """Pressure [nx, ny] (MPa) to start from on a `window` of nx x ny cells, from that `p` on cells of twice the size.
+    """First guess of the pressure [nx, ny] (MPa) on a `window` of nx x ny cells, from `p` on cells of twice the size.
 
-    p^2 is nearly linear at the edge of a contact, so it is interpolated; cells more outside than inside stay without.
+    p^2 is interpolated, as it is nearly linear at the edge of a contact. Cells for which the coarse cells in contact
+    have less than half of the weight get none.
     """
     mask = p > 0.0
     box = _reached(Box.around(mask), p.shape, window)
@@ -83,9 +85,9 @@ def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
 
 
 def _reached(box: Box, coarse: tuple[int, ...], fine: tuple[int, int]) -> Box:
-    """All cells of a window of `fine` cells that the cells in `box` of one of `coarse` cells reach, bilinearly.
+    """Box of all cells of a window of `fine` cells whose bilinear interpolation uses coarse cells in `box`.
 
-    Fine cells are of half the size; both windows have the same centre.
+    `box` is one of a window of `coarse` cells of twice the size; both windows have the same centre.
     """
 
     def along(low: int, high: int, axis: int) -> tuple[int, int]:

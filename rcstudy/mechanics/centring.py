@@ -1,16 +1,17 @@
-"""Slip at the centres of slip cells, from the points half a cell ahead to which it belongs (`aligned.py`).
+"""Slip at the centres of slip cells, interpolated from the points half a cell ahead of them (`aligned.py`).
 
-Coulomb's law wants traction and slip at one place. Between three points along a row slip goes by a parabola, at its
-trailing end by the one through the next two; at its leading end, and beside a stick cell ahead, by a straight line. (By
-a straight line at the trailing end, too, moments by spin were farther off by 0.1 (dx/a)^2.) Where slip turns round
-within a cell or two (the pole of spin) less is added, so that half of a cell's own slip along its own direction is left
-at least.
+The discrete slip belongs to these points, but Coulomb's law relates traction and slip at the same point. The slip is
+interpolated along each row by a parabola through the cell's own point and those ahead and behind. At the row's trailing
+end the parabola goes through the next two points ahead; at its leading end, and behind a stick cell, a straight line is
+used. (With a straight line at the trailing end as well, moments under spin had errors larger by 0.1 (dx/a)^2.) Where
+the slip reverses within a cell or two (at the pole of spin) the correction, i.e. the centred slip less the cell's own
+slip, is reduced, so that at least half of the cell's own slip remains along its direction.
 
-What is added depends on the slip and on which cells slip, while states follow from slip where it belongs. That is
-consistent nearly always, but a few cells beside a pole may want to stick as soon as they slip, and to slip as soon as
-they stick. So when recomputing the slip gets nowhere, what is added is kept as it is: it is part of the known slip
-then, and the rest is Coulomb's law for that. Once that is solved, it is looked at again, for as long as tractions come
-nearer to what the slip asks for; how far off they end is reported (`RollingSolution.unsettled`).
+The correction depends on the slip and on which cells slip, while the states (stick or slip) follow from the slip at its
+own points. This is nearly always consistent, but a few cells beside a pole may change their state in every iteration.
+When updating the correction makes no progress it is therefore frozen: it becomes part of the known slip, and Coulomb's
+law is solved with it. Then it is updated again, as long as this reduces the difference between the tractions and those
+that Coulomb's law gives for the updated slip. The final difference is reported (`RollingSolution.unsettled`).
 """
 
 from __future__ import annotations
@@ -20,14 +21,15 @@ import numpy as np
 from rcstudy.mechanics.kernels import tractions
 from rcstudy.mechanics.patience import Patience
 
-_PATIENCE = 4  # looks in which the residual is not halved
+_PATIENCE = 4  # updates in a row, none of which halves the least residual, after which the correction is frozen
 
 
 class Centring:
-    """What is added to the slip of the cells with `neighbours` [2, m], ahead and behind, their own where there is none.
+    """The correction that moves the slip of slip cells to their centres, updated from the slip or frozen.
 
-    `weight` [3, m]: of the cells ahead, behind and second ahead, from the last look at the slip; `kept` [m, 2]: what is
-    added, if it no longer depends on the slip.
+    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `weight` [3, m]:
+    interpolation weights of the cells ahead, behind and second ahead, from the last update; `kept` [m, 2]: the frozen
+    correction, None as long as it is updated.
     """
 
     def __init__(self, neighbours: np.ndarray) -> None:
@@ -36,18 +38,18 @@ class Centring:
         self.begin()
 
     def begin(self) -> None:
-        """Look at the slip from now on."""
+        """Start, or resume, updating the correction from the slip."""
         self.kept: np.ndarray | None = None
         self._patience = Patience(_PATIENCE, 0.5)
 
     def look(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
-        """Slips [m, 2] at the centres of `slip` cells by `s` [m, 2]; sets `weight`, of the next linear system."""
+        """Slips [m, 2], those of `slip` cells at their centres, from `s` [m, 2]; sets `weight`."""
         centred = np.empty(s.shape)
         tractions.centre(s, slip, self.neighbours, self.weight, centred)
         return centred
 
     def judge(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
-        """Keep what a look made of `s`, if this one's residual and those before it show that looking gets nowhere."""
+        """Freeze the correction `centred` - `s` if `residual` and those before it show that updates do not help."""
         if self._patience.ends(residual):
             self.kept = centred - s
 
@@ -55,10 +57,10 @@ class Centring:
 def slip_at_centres(
     s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, kept: np.ndarray | None = None
 ) -> np.ndarray:
-    """Slip `s` [m, 2], which belongs to the points half a cell ahead, at the centres of `slip` cells.
+    """Slip [m, 2], that of `slip` cells at their centres, from `s` [m, 2] at the points half a cell ahead.
 
-    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `kept` [m, 2]: what is
-    added, if a solution kept it.
+    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `kept` [m, 2]: the
+    frozen correction of the solution, if it has one.
     """
     if kept is not None:
         result: np.ndarray = s + kept

@@ -1,7 +1,7 @@
-"""One contact: its pressure, then its tractions. Both together: `coupled.py`.
+"""One contact, one-way coupling: first its pressure, then its tractions. Both together: `coupled.py`.
 
-`NormalContact` is all that the creepages of one pressure share: bodies' coefficients, pressure, cells in contact, slip
-by pressure, slip operator.
+`NormalContact` holds all that different creepages under the same pressure share: the influence coefficients of the
+bodies, the pressure, the cells in contact, the slip due to pressure and the slip operator.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from rcstudy.mechanics.unseen import Unseen
 
 
 def influence_of(scene: Scene) -> Influence:
-    """The influence coefficients of `scene`'s bodies on its mesh: those of the last scene if it had the same."""
+    """The influence coefficients of `scene`'s bodies on its mesh; those of the last scene are reused if they match."""
     reach = 2.5 * float(np.hypot(*scene.mesh.size))
     return _influence(scene.substrate, scene.layers, scene.counterbody, scene.mesh.spacing, reach)
 
@@ -55,12 +55,12 @@ _influence = lru_cache(maxsize=1)(Influence)
 
 
 def forget_influence() -> None:
-    """Let the next solution make its influence coefficients itself: for timing."""
+    """Clear the cache of influence coefficients, so that the next solution computes its own: for timing."""
     _influence.cache_clear()
 
 
 def along_by_pressure(influence: Influence, padded: tuple[int, int], *, x_first: bool = False) -> np.ndarray:
-    """Symbols of displacements along the surface by pressure, made once for these coefficients; see `symbols`."""
+    """Symbols of the tangential displacements due to pressure, made once for these coefficients; see `symbols`."""
 
     def made() -> np.ndarray:
         return symbols(pressure_quadrants(influence.around(padded)), padded, x_first=x_first)
@@ -69,10 +69,10 @@ def along_by_pressure(influence: Influence, padded: tuple[int, int], *, x_first:
 
 
 class NormalContact:
-    """The pressure of a contact and what follows from it for every creepage. Nothing in it changes once made.
+    """The pressure of a contact and what follows from it for every creepage. Immutable.
 
-    `box` holds the cells in contact; without one it is their bounding box. `coarser`: the same contact with cells of
-    twice the size, if it has enough of them.
+    `box`: a box that contains the cells in contact, by default their bounding box. `coarser`: the same contact with
+    cells of twice the size, None if it has too few cells.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class NormalContact:
 
     @cached_property
     def cells(self) -> np.ndarray:
-        """Indices [m, 2] in the box of the cells in contact, rows of constant x first."""
+        """Indices [m, 2] in the box of the cells in contact, sorted by x, then by y."""
         return np.ascontiguousarray(np.argwhere(self.solution.p[self.box.slices] > 0.0))
 
     @cached_property
@@ -106,7 +106,7 @@ class NormalContact:
 
     @cached_property
     def carrying(self) -> np.ndarray:
-        """Flags [m] of the cells that carry some of the load: all of them."""
+        """Flags [m] of the cells that carry part of the load: all of them."""
         return np.ones(len(self.cells), dtype=np.bool_)
 
     @property
@@ -122,20 +122,17 @@ class NormalContact:
 
     @property
     def levers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates x [m], y [m] (mm) of where each cell's force is."""
+        """Coordinates x [m], y [m] (mm) of the point of action of each cell's force: its centre."""
         return self.centres
 
     @cached_property
     def neighbours(self) -> np.ndarray | None:
-        """Numbers [2, m] of the cells ahead and behind, where slip is wanted at cell centres (`aligned.py`)."""
+        """None; on aligned cells, where slips are taken at centres: numbers [2, m] of the cells ahead and behind."""
         return None
 
     @cached_property
     def slip_by_pressure(self) -> np.ndarray:
-        """Slip [m, 2] by the displacement along the surface that the pressure causes.
-
-        Zero for quasi-identical bodies.
-        """
+        """Slip [m, 2] due to the tangential displacements that the pressure causes; zero for quasi-identical bodies."""
         out = np.zeros((self.cells.shape[0], 2))
         if not self.scene.moves_by_pressure:
             return out
@@ -148,15 +145,15 @@ class NormalContact:
         return out
 
     def _by_pressure(self, padded: tuple[int, int]) -> np.ndarray:
-        """Symbols of the slips by pressure."""
+        """Symbols [2, py//2+1, px] of the slips along x and y due to pressure."""
         along = pressure_quadrants(self.influence.around(padded, ahead=1))
         return difference_symbols(along, padded, self.influence.spacing[0])
 
     @cached_property
     def displacement_by_pressure(self) -> np.ndarray:
-        """Displacements [2, nx + 1, ny] (mm) along the surface by the pressure, on the box and a row ahead of it.
+        """Tangential displacements [2, nx + 1, ny] (mm) due to the pressure, on the box and one more cell along x.
 
-        For the proof: `slip_by_pressure` is found without them. Zero for quasi-identical bodies.
+        For the proof: `slip_by_pressure` does not use them. Zero for quasi-identical bodies.
         """
         p = np.pad(self.solution.p[self.box.slices], ((0, 1), (0, 0)))
         if not self.scene.moves_by_pressure:
@@ -165,17 +162,18 @@ class NormalContact:
         return np.stack([convolve(hat, padded, p) for hat in along_by_pressure(self.influence, padded)])
 
     def corrected_at_leading_edge(self, s: np.ndarray) -> np.ndarray:
-        """Slips `s` [m, 2] by pressure, corrected for discretisation in leading cells: `aligned.py`."""
+        """Slips `s` [m, 2] due to pressure, unchanged; `aligned.py` corrects them in the leading cells."""
         return s
 
     def cross_slip(self, q: np.ndarray) -> np.ndarray:
-        """Slips [m, 2] that tractions `q` [m, 2] (MPa) cause across them beside their displacements: `aligned.py`."""
+        """Correction [m, 2] of the slips due to tractions `q` [m, 2] (MPa): zero except on aligned cells."""
         return np.zeros(q.shape)
 
     def lift(self, q: np.ndarray, box: Box) -> np.ndarray:
-        """u_z (mm, [nx, ny] of `box`) by tractions `q` [m, 2]. By reciprocity u_z by q_x is minus u_x by p.
+        """u_z [nx, ny] (mm) on `box` due to tractions `q` [m, 2] (MPa): the lift of the surface.
 
-        `box` must hold the contact; zero for quasi-identical bodies.
+        By reciprocity the response of u_z to q_x is minus that of u_x to p. `box` must hold the contact's box. Zero for
+        quasi-identical bodies.
         """
         padded = padded_around(self.box, box)
         out = np.zeros(box.shape)
@@ -185,17 +183,17 @@ class NormalContact:
 
     @property
     def operator(self) -> SlipOperator:
-        """Slip by tractions on the box."""
+        """The operator that gives the slip due to tractions on the box."""
         return SlipOperator.of(self.influence, self.box.shape)
 
     @property
     def cells_of_operator(self) -> np.ndarray:
-        """Indices [m, 2] of the cells with tractions among those of the `operator`."""
+        """Indices [m, 2] of the cells in contact in the box of the `operator`."""
         return self.cells
 
     @cached_property
     def displacement(self) -> PairOperator:
-        """Displacements by tractions on the box and one more row of cells ahead of it (+x)."""
+        """Operator of the displacements due to tractions, on the box and one more cell along x."""
         shape = self.box.shape[0] + 1, self.box.shape[1]
         padded = padded_shape(shape)
         symbol = real_symbols(traction_quadrants(self.influence.around(padded)), padded)
@@ -203,7 +201,7 @@ class NormalContact:
 
     @cached_property
     def _places(self) -> np.ndarray:
-        """Numbers [m] that the cells have in the window, one row of constant x after the other."""
+        """Flat indices [m] of the cells in an array [nx, ny] of the window."""
         i, j = self.cells.T
         return (self.box.i0 + i) * self.scene.mesh.cells[1] + self.box.j0 + j
 
@@ -215,7 +213,7 @@ class NormalContact:
         """Arrays [..., nx, ny] of the window with `values` [..., m] at the cells in contact, zero elsewhere."""
         nx, ny = self.scene.mesh.cells
         out = np.zeros((*values.shape[:-1], nx, ny), dtype=values.dtype)
-        # one by one: a single assignment to all takes twice as long
+        # one array at a time: a single assignment to all takes twice as long
         for window, own in zip(out.reshape(-1, nx * ny), values.reshape(-1, values.shape[-1]), strict=True):
             window[self._places] = own
         return out
@@ -225,24 +223,28 @@ class NormalContact:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Tractions [2, nx, ny] (MPa), slips [2, nx, ny] and slip flags [nx, ny] of the window.
 
-        From `q` [m, 2], `s` [m, 2], `slip` [m]; zero outside the contact.
+        They are `q` [m, 2], `s` [m, 2] and `slip` [m] at the cells in contact; zero outside.
         """
         return self.spread(q.T), self.spread(s.T), self.spread(slip)
 
     @cached_property
     def area(self) -> float:
-        """Area of the contact (mm^2): that of its cells."""
+        """Area of the contact (mm^2): the total area of its cells."""
         dx, dy = self.scene.mesh.spacing
         return len(self.cells) * dx * dy
 
     @property
     def beyond_edges(self) -> float:
-        """Area (mm^2) that thin layers add to what cells find: `aligned.py`."""
+        """Area (mm^2) that thin layers add at the contact's edge: 0, known on aligned cells only."""
         return 0.0
 
     @cached_property
     def raised_by_layers(self) -> float:
-        """How much less concentrated layers make pressures than half-spaces do, at the largest one (MPa)."""
+        """Change (MPa) of the largest pressure's discretisation correction by the layers, for the error bars.
+
+        This is the difference between the corrections for the layered bodies and for half-spaces
+        (`HalfLine.concentrated`), in absolute value; 0 without layers.
+        """
         if not self.influence.layered:
             return 0.0
         p = np.ascontiguousarray(self.solution.p[self.touched.slices])
@@ -252,20 +254,20 @@ class NormalContact:
 
     @cached_property
     def missing_at_rim(self) -> float:
-        """By what part of itself the largest pressure may be too small under stiff skins (`plates.py`)."""
+        """Fraction of itself by which the largest pressure may be too small under stiff skins (`plates.py`)."""
         scene, pressures = self.scene, self.solution.p[self.touched.slices]
         return missing_at_rim(pressures, scene.layers, scene.substrate, min(scene.mesh.spacing))
 
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
-        """What error bars have to know beside the differences between meshes: `aligned.py`."""
+        """Effects of slip zones narrower than a cell: none, known on aligned cells only (`unseen.py`)."""
         return Unseen()
 
     def ending(self, rolling: RollingSolution, friction: float) -> Ending:
-        """What is known that rows carry too little which stick up to their trailing end: `aligned.py`."""
+        """Missing forces of rows that stick up to their end: none, known on aligned cells only (`trailing.py`)."""
         return Ending()
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Area of the slip zone (mm^2), that of its cells, and the largest traction (MPa)."""
+        """Area of the slip zone (mm^2), as the total area of its cells, and the largest traction (MPa)."""
         dx, dy = self.scene.mesh.spacing
         return float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max())
 
@@ -279,25 +281,25 @@ class NormalContact:
     def friction_power(
         self, rolling: RollingSolution, creepage: Creepage, resultant: tuple[float, float, float]
     ) -> float:
-        """Power that friction takes, per unit rolling speed (N): -sum q.s dx dy."""
+        """Power dissipated by friction per unit rolling speed (N): -sum(q.s) dx dy."""
         dx, dy = self.scene.mesh.spacing
         return -float(np.sum(rolling.q * rolling.s)) * dx * dy
 
     def rigid_slip(self, creepage: Creepage, spin_point: float) -> np.ndarray:
-        """Rigid slip [m, 2] at the cells in contact."""
+        """Rigid slip [m, 2] at the cells in contact, spin being taken `spin_point` cells ahead of the centres."""
         return rigid_slip(*self.centres, creepage, spin_point * self.scene.mesh.spacing[0])
 
     def known_slip(self, scene: Scene) -> np.ndarray:
-        """Slip [m, 2] of `scene` that is there without tractions: rigid slip, and that by pressure."""
+        """Slip [m, 2] of `scene` without tractions: rigid slip plus slip due to pressure."""
         if scene.creepage is None:
             raise ValueError("a scene without creepage has no slip")
         return self.rigid_slip(scene.creepage, scene.spin_point) + self.slip_by_pressure
 
 
 def solve_normal(scene: Scene, influence: Influence | None = None, level: int = 0) -> NormalContact:
-    """Pressure of `scene` without any influence of tractions, by way of coarser meshes.
+    """Contact with the pressure of `scene` without any influence of tractions, starting from coarser meshes.
 
-    `level`: how often the mesh was made coarser already (`coarser_scene`).
+    `level`: how many times the mesh has been coarsened already (`coarser_scene`).
     """
     influence = influence or influence_of(scene)
     coarse_scene = coarser_scene(scene, level)
@@ -316,9 +318,9 @@ def solve_rolling(
 ) -> RollingSolution:
     """Tractions of `scene` under the pressure of `contact`, whose mesh may be coarser than that of `scene`.
 
-    `guess`: tractions [m, 2] (MPa) to start from; without one, coarser meshes provide it. `tolerance`: other than that
-    of `scene`. `neighbour`: a solution under the same pressure that is not far from this one; to what coarser meshes
-    provide comes what they missed of that.
+    `guess`: tractions [m, 2] (MPa) to start from; by default they are interpolated from the coarser mesh. `tolerance`:
+    replaces that of `scene`. `neighbour`: a solution for a similar creepage under the same pressure. The difference
+    between its tractions and those interpolated from its own coarser mesh is added to the interpolated guess.
     """
     w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure
@@ -345,14 +347,14 @@ def solve_rolling(
 def interpolated_tractions(
     coarser: NormalContact, rolling: RollingSolution, contact: NormalContact, friction: float
 ) -> np.ndarray:
-    """Tractions [m, 2] (MPa) to start from under the pressure of `contact`, from those of its `coarser` mesh.
+    """First guess [m, 2] (MPa) of the tractions of `contact`, from the solution `rolling` of its `coarser` contact.
 
-    The fraction of the bound is smooth, the bound itself is known on the finer mesh.
+    The fraction q/(mu p) is interpolated, as it is smooth; the bound mu p is known on the finer mesh.
     """
     values, mask = np.zeros((2, *coarser.box.shape)), np.zeros(coarser.box.shape, dtype=np.bool_)
     meshes.spread_fractions(rolling.q, friction * coarser.pressure, coarser.cells, values, mask)
     x, y = place_among_coarser(contact.scene.mesh.cells, coarser.scene.mesh.cells)
-    # of the box's first cell, in the coarser one's box
+    # position of the box's first cell in the coarser contact's box
     place = x + 0.5 * contact.box.i0 - coarser.box.i0, y + 0.5 * contact.box.j0 - coarser.box.j0
     fine, _ = interpolate(values, mask, contact.cells, place)
     guess: np.ndarray = fine * (friction * contact.pressure)[:, None]

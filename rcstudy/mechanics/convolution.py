@@ -1,7 +1,7 @@
 """Zero-padded convolutions by pyFFTW on a box of cells: plans, buffers, symbols.
 
-One thread and FFTW_ESTIMATE: the same bits in every process. A plan owns its buffers; plans are kept per shape, so that
-no product allocates memory.
+The symbol of an operator is the discrete Fourier transform of its coefficients. One thread and FFTW_ESTIMATE give the
+same bits in every process. A plan owns its buffers; plans are cached by shape, so that no product allocates memory.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from rcstudy.mechanics.keeping import keep_within
 from rcstudy.mechanics.kernels import arrays
 
 PLAN_BYTES = 256 * 2**20
-"""Held by plans of each kind that are kept: those of one solve on 512 x 512 cells, all of smaller meshes."""
+"""Most bytes held by cached plans of each kind: enough for one solve on 512 x 512 cells, and for all smaller meshes."""
 
 ONE_AT_A_TIME = threading.RLock()
-"""Held by whoever solves something: a process has one set of buffers for transforms, and one for linear systems."""
+"""Lock held during a solve: the buffers for transforms and for linear systems are shared by the whole process."""
 
 
 @dataclass(frozen=True)
@@ -71,21 +71,21 @@ class Box:
 _OPTIONS: dict[str, Any] = {"flags": ("FFTW_ESTIMATE",), "threads": 1}
 _SPENT: dict[str, Any] = {"flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": 1}
 _BACK: dict[str, Any] = {"direction": "FFTW_BACKWARD"}
-# The first stage of a transform turns rows into columns, so that both go along what lies side by side in memory (a
-# tenth to a third of the time). Columns are longer than they need to be by so many numbers: numbers a power of two
-# apart would push each other out of the processor's caches, which takes up to five times as long.
+# The first stage of a transform also transposes, so that both stages run along contiguous memory (this saves a tenth to
+# a third of the time). Columns are lengthened by this many numbers: strides of a power of two would make numbers evict
+# each other from the processor's caches, which takes up to five times as long.
 _APART = 2
 
 
 def _between_stages(fields: int, columns: int, length: int) -> np.ndarray:
-    """Zeros [fields, columns, length + _APART] between the stages of transforms."""
+    """Zeroed buffer [fields, columns, length + _APART] between the two stages of a transform."""
     return np.asarray(pyfftw.zeros_aligned((fields, columns, length + _APART), dtype="complex128"))
 
 
 class _TwoStages:
-    """Transforms of a `padded` shape along rows and then along columns, and back.
+    """Two-dimensional transforms of a `padded` shape, first along rows and then along columns, and back.
 
-    Plans are made by those who own the buffers.
+    The subclasses own the buffers and make the plans.
     """
 
     padded: tuple[int, int]
@@ -101,28 +101,29 @@ class _TwoStages:
         return sum(buffer.nbytes for buffer in self._buffers)
 
     def places(self, cells: np.ndarray) -> np.ndarray:
-        """Places [m] of `cells` [m, 2], indices along x and y, in arrays whose rows lie one after the other."""
+        """Flat indices [m], in an array of the padded shape, of `cells` [m, 2] (indices along x and y)."""
         places: np.ndarray = cells[:, 0] * self.padded[1] + cells[:, 1]
         return places
 
     def forward(self) -> None:
-        """From what goes in to the coefficients."""
+        """Transform the input to Fourier coefficients."""
         self._rows()
         self._columns()
 
     def backward(self) -> None:
-        """From the coefficients to what comes out."""
+        """Transform Fourier coefficients to the output."""
         self._columns_back()
         self._rows_back()
 
 
 class Transform(_TwoStages):
-    """Real FFTs of `fields` zero-padded arrays at once, and back, stage by stage so that padding costs little.
+    """Real FFTs of `fields` zero-padded arrays at once, and back, in two stages so that padding costs little.
 
-    `real` [fields, rows, py] holds the first `rows` of px rows; the others are zero (forward) or not wanted
-    (backward), and are not transformed along y; `flat` [fields, rows py]: the same numbers. `hat`
-    [fields, py//2+1, px]: the coefficients, waves along y first, free to be changed between the two; `numbers`
-    [fields, py//2+1, 2 px]: their real and imaginary parts. Unnormalised: 1/(px py) sits in the symbols.
+    `real` [fields, rows, py] holds the first `rows` of px rows (of constant x). The others are zero (forward) or not
+    needed (backward) and are not transformed along y. `flat` [fields, rows py]: the same memory. `hat`
+    [fields, py//2+1, px]: the Fourier coefficients, waves along y first, which may be changed between the two
+    transforms; `numbers` [fields, py//2+1, 2 px]: their real and imaginary parts. The transforms are unnormalised: the
+    factor 1/(px py) is contained in the symbols.
     """
 
     def __init__(self, padded: tuple[int, int], fields: int, rows: int) -> None:
@@ -132,7 +133,7 @@ class Transform(_TwoStages):
         self.flat = self.real.reshape(fields, rows * py)
         self.hat = pyfftw.zeros_aligned((fields, half, px), dtype="complex128")
         self.numbers = self.hat.view(np.float64)
-        # columns beyond `rows` of the first stage stay zero for good; the last stage may destroy what it reads
+        # what lies beyond `rows` in the columns of the first stage stays zero; the last stage may destroy its input
         self._first, self._last = (_between_stages(fields, half, px) for _ in range(2))
         self._buffers = self.real, self.hat, self._first, self._last
         turned, turned_back = (columns[:, :, :rows].transpose(0, 2, 1) for columns in (self._first, self._last))
@@ -155,11 +156,11 @@ def transform(padded: tuple[int, int], fields: int, rows: int) -> Transform:
 
 
 class PairTransform(_TwoStages):
-    """FFTs of pairs (a, b) of real arrays on a torus, as one of complex numbers a + i b, and back.
+    """FFTs of pairs (a, b) of real arrays on a torus, as one transform of complex numbers a + i b, and back.
 
-    `field` [px py, 2], rows of constant x one after the other, is transformed, and left as it is, into `hat` [py, px];
-    `result` [px py, 2] comes back from it, and `hat` is spent. Faster than two real transforms: FFTW's complex ones
-    make use of the vector units. Unnormalised.
+    The forward transform takes `field` [px py, 2] (rows of constant x one after the other), which it leaves unchanged,
+    to `hat` [py, px]. The backward one takes `hat`, which it destroys, to `result` [px py, 2]. This is faster than two
+    real transforms, as FFTW's complex ones use the vector units. Unnormalised.
     """
 
     def __init__(self, torus: tuple[int, int]) -> None:
@@ -182,11 +183,11 @@ def pair_transform(torus: tuple[int, int]) -> PairTransform:
 
 
 class ShiftedTransform(Transform):
-    """As `Transform`, x first: between the stages each row of constant y can be moved along x by a part of a cell.
+    """As `Transform`, but x first: each row of constant y can be moved along x by a fraction of a cell in between.
 
-    `real` [fields, rows, px]: the first `rows` of py rows of constant y, the others are zero; `hat`
-    [fields, px//2+1, py]. A row moves by the phase of its Fourier coefficients, and back by the conjugate: factors
-    [px//2+1, rows] on the way there and back.
+    `real` [fields, rows, px]: the first `rows` of py rows of constant y, the others being zero; `hat`
+    [fields, px//2+1, py]. A row is moved by multiplying its Fourier coefficients along x by phase factors
+    [px//2+1, rows] between the stages of the forward transform, and moved back by their conjugates.
     """
 
     def __init__(self, padded: tuple[int, int], fields: int, rows: int) -> None:
@@ -201,7 +202,7 @@ class ShiftedTransform(Transform):
         return self.real.transpose(0, 2, 1)
 
     def places(self, cells: np.ndarray) -> np.ndarray:
-        """As for other transforms, rows being those of constant y."""
+        """Flat indices [m] of `cells` [m, 2] (indices along x and y) in an array whose rows have constant y."""
         places: np.ndarray = cells[:, 1] * self.padded[0] + cells[:, 0]
         return places
 
@@ -220,9 +221,9 @@ class ShiftedTransform(Transform):
         self._rows_back()
 
     def shifted(self, phase: np.ndarray, symbol: np.ndarray | None = None) -> ShiftedTransform:
-        """The same plans and buffers for rows moved by `phase` (`row_phases`).
+        """The same plans and buffers, for rows moved by `phase` (`row_phases`).
 
-        `symbol` [px//2+1]: of a convolution along x that is made on the way back, at no cost.
+        `symbol` [px//2+1]: of a convolution along x, which the backward transform applies at no cost.
         """
         other = copy(self)
         other._there = phase
@@ -231,10 +232,10 @@ class ShiftedTransform(Transform):
 
 
 def row_phases(px: int, shift: np.ndarray) -> np.ndarray:
-    """What moves rows of constant y, of px cells, by `shift` [rows] cells towards +x: factors [px//2+1, rows]."""
+    """Phase factors [px//2+1, rows] that move rows of constant y, of px cells, by `shift` [rows] cells towards +x."""
     phase: np.ndarray = np.exp(-2j * np.pi / px * np.outer(np.arange(px // 2 + 1), shift))
     if px % 2 == 0:
-        phase[-1] = 1.0  # the shortest wave has no phase that a real field could show
+        phase[-1] = 1.0  # the shortest wave of a real field has no phase and cannot be moved
     return phase
 
 
@@ -246,11 +247,11 @@ def shifted_transform(padded: tuple[int, int], fields: int, rows: int) -> Shifte
 
 @lru_cache(maxsize=1024)
 def good_length(n: int) -> int:
-    """A transform length of at least `n` and at most a quarter more, or four, chosen for speed.
+    """Transform length for at least `n` points, chosen for speed among lengths up to n + max(4, n/4).
 
-    Cost per point and log(length): 2 is the best factor, 3, 5 and 7 cost a little more each, 11 and 13 a third, and a
-    length that is not a multiple of 4 costs the vector units half their speed or more (measured over all lengths to
-    800; the figures of the table are ratios).
+    The cost per point and log(length) was measured for all lengths up to 800; the table holds ratios. Factors of 2 are
+    the cheapest, each 3, 5 or 7 costs a little more and each 11 or 13 a third more. For a length that is not a
+    multiple of 4 the vector units lose half of their speed or more.
     """
 
     def cost(length: int) -> float:
@@ -268,13 +269,13 @@ def good_length(n: int) -> int:
 
 
 def padded_shape(box: tuple[int, int]) -> tuple[int, int]:
-    """A shape that holds a linear convolution on `box` cells: lengths of at least 2n - 1."""
+    """Padded shape for a linear convolution on `box` cells: lengths of at least 2n - 1."""
     return good_length(2 * box[0] - 1), good_length(2 * box[1] - 1)
 
 
 def padded_around(source: Box, box: Box) -> tuple[int, int]:
-    """The same for a convolution that takes the cells of `source`, a part of `box`, to all of that."""
-    # the farthest that a cell of the one is from a cell of the other
+    """Padded shape for a linear convolution from the cells of `source`, a part of `box`, to all cells of `box`."""
+    # largest distance, in cells, between a cell of `source` and a cell of `box`
     reach = (
         max(box.i1 - 1 - source.i0, source.i1 - 1 - box.i0),
         max(box.j1 - 1 - source.j0, source.j1 - 1 - box.j0),
@@ -285,10 +286,11 @@ def padded_around(source: Box, box: Box) -> tuple[int, int]:
 def symbols(
     quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int], *, x_first: bool = False
 ) -> np.ndarray:
-    """Discrete Fourier transforms, over px py, of coefficients given at offsets i, j >= 0.
+    """Symbols: discrete Fourier transforms, divided by px py, of coefficients given at offsets i, j >= 0.
 
-    `quadrants`: pairs of an array [> px//2, > py//2] and its parity (+1 even, -1 odd) in x and y, which gives the
-    negative offsets. Complex [k, py//2+1, px], with `x_first` (for `ShiftedTransform`) [k, px//2+1, py].
+    `quadrants`: k pairs of an array [> px//2, > py//2] and its parity (+1 even, -1 odd) in x and y, from which the
+    coefficients at negative offsets follow. Returns a complex array [k, py//2+1, px], or [k, px//2+1, py] with
+    `x_first` (for `ShiftedTransform`).
     """
     px, py = padded
     plan: Transform
@@ -308,9 +310,9 @@ def symbols(
 def real_symbols(
     quadrants: Sequence[tuple[np.ndarray, tuple[int, int]]], padded: tuple[int, int], *, x_first: bool = False
 ) -> np.ndarray:
-    """The same of coefficients that are even, or odd in both directions: real numbers, each twice [k, ..., 2 waves].
+    """Symbols of coefficients that are even, or odd, in both directions: real numbers [k, ..., 2 waves], each twice.
 
-    So `arrays.multiply_2x2` wants them.
+    The arguments are those of `symbols`; `arrays.multiply_2x2` requires this layout.
     """
     return np.repeat(symbols(quadrants, padded, x_first=x_first).real, 2, axis=2)
 
@@ -320,7 +322,7 @@ def difference_symbols(
 ) -> np.ndarray:
     """Symbols of the upwind difference (u_i - u_(i+1))/dx of displacements u with coefficients `quadrants`.
 
-    Arrays [> px//2 + 1, > py//2], else as in `symbols`.
+    As `symbols`, but with arrays [> px//2 + 1, > py//2].
     """
     plan = transform(padded, len(quadrants), padded[0])
     for real, (quadrant, parity) in zip(plan.real, quadrants, strict=True):
@@ -329,7 +331,7 @@ def difference_symbols(
 
 
 def _normalised(plan: Transform) -> np.ndarray:
-    """What the plan transforms, over the number of points, so that products need no other factor."""
+    """Transform of the plan's input divided by the number of points, so that products need no further factor."""
     plan.forward()
     hat: np.ndarray = plan.hat / math.prod(plan.padded)
     return hat
@@ -341,23 +343,23 @@ def upwind_factor(px: int, dx: float) -> np.ndarray:
 
 
 def point_factor(px: int, waves: int) -> np.ndarray:
-    """Gives the first `waves` of px waves along x back what cells of a finite length take from them: 1 + (1 - cos k)/6.
+    """Factor 1 + (1 - cos k)/6 [waves] that compensates the damping of waves along x by the finite length of cells.
 
-    Tractions that are constant in each cell, and the difference of displacements over a cell, damp a wave of k a cell
-    by 1 - k^2/12; with the factor what is left is of order k^3.
+    k = 2 pi n/px, n = 0, ..., waves - 1, is the phase per cell. Tractions that are constant in each cell, and the
+    difference of displacements over a cell, damp a wave by 1 - k^2/12; with the factor an error of order k^3 remains.
     """
     result: np.ndarray = 1.0 + (1.0 - np.cos(2.0 * np.pi / px * np.arange(waves))) / 6.0
     return result
 
 
 def sharp_difference(px: int, dx: float) -> np.ndarray:
-    """Symbol [px//2+1] of the upwind difference in which waves along x lose nothing: both of these factors."""
+    """Symbol [px//2+1] of the upwind difference without damping: `upwind_factor` times `point_factor`."""
     result: np.ndarray = upwind_factor(px, dx) * point_factor(px, px // 2 + 1)
     return result
 
 
 def convolve(hat: np.ndarray, padded: tuple[int, int], field: np.ndarray) -> np.ndarray:
-    """Product of the operator with symbol `hat` [py//2+1, px] and `field` [nx, ny], on the same cells."""
+    """Convolution [nx, ny] of `field` [nx, ny] with the operator of symbol `hat` [py//2+1, px], on the same cells."""
     nx, ny = field.shape
     plan = transform(padded, 1, nx)
     plan.real[0, :, :ny] = field
@@ -376,18 +378,18 @@ def traction_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int
     return [(quadrant[component], parity) for component, parity in TRACTION_PARITY]
 
 
-PRESSURE_PARITY = ((4, (-1, 1)), (5, (1, -1)))  # the same of xp, yp
+PRESSURE_PARITY = ((4, (-1, 1)), (5, (1, -1)))  # component and parity: xp, yp
 
 
 def pressure_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int, int]]]:
-    """The coefficients xp, yp (displacements along the surface by pressure) of `quadrant` with their parities."""
+    """The coefficients xp, yp (tangential displacements due to pressure) of `quadrant` with their parities."""
     return [(quadrant[component], parity) for component, parity in PRESSURE_PARITY]
 
 
 class PairOperator:
-    """Two displacements by two tractions: a symmetric 2x2 array of even convolutions on a box of cells.
+    """Two displacements due to two tractions: a symmetric 2x2 matrix of convolutions on a box of cells.
 
-    `symbols`: `real_symbols` of xx, xy = yx, yy, those with x first for a `plan` for moved rows.
+    `symbols`: `real_symbols` of xx, xy = yx, yy, with x first if `plan` is a `ShiftedTransform`.
     """
 
     def __init__(self, symbols: np.ndarray, box: tuple[int, int], plan: Transform) -> None:
@@ -396,7 +398,7 @@ class PairOperator:
         self.plan = plan
 
     def on_box(self, q: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Result [2, nx, ny] on the box of `q` [m, 2] given at `cells` [m, 2]; valid until the plan's next use."""
+        """Displacements [2, nx, ny] on the box due to `q` [m, 2] at `cells` [m, 2]; valid until the plan's next use."""
         plan = self.plan
         plan.real[:] = 0.0
         field = plan.by_cell

@@ -1,23 +1,26 @@
-r"""Pressure and tractions consistent with each other (`coupling: full`): one semismooth Newton method for both.
+r"""Full coupling of pressure and tractions (`coupling: full`), solved together by one semismooth Newton method.
 
-Unknown: pressures p and tractions q on the cells in contact, and the approach. Slip and gap are linear in both,
+The unknowns are the pressures p and tractions q on the cells in contact, and the approach. Slip and gap are linear in
+both,
 
     s = w + D p + B q,   g = h + A p + C q,
 
-with B as in `rolling.py`, A as in `normal.py`, D the slip by pressure and C the displacement u_z by tractions. Sought:
-p >= 0, g = approach where p > 0, g >= approach elsewhere, sum(p) dx dy = load, and Coulomb's law with the bound mu p.
-In a Newton step the cells in contact are those under pressure and those that overlap without it. There g = approach,
-the pressure's step keeps the load, and the law of friction is linearised as in `rolling.py`, except that its bound
-moves: q = mu p n + tau m in slip cells. Pressures that come out negative are cut. (Substitution in turn,
-Panagiotopoulos 1975, took up to seven times the products, and under two stiff layers on fine meshes it did not end.)
+with B as in `rolling.py`, A as in `normal.py`, D the slip due to pressure and C the displacement u_z due to tractions.
+The conditions are p >= 0, g = approach where p > 0, g >= approach elsewhere, sum(p) dx dy = load, and Coulomb's law
+with the bound mu p. In a Newton step the cells in contact are those under pressure and those that overlap without
+pressure. On them g = approach is imposed, the step of the pressure keeps the load, and Coulomb's law is linearised as
+in `rolling.py`, except that the bound changes with p: q = mu p n + tau m in slip cells. Negative pressures are then set
+to zero. (Solving pressure and tractions in turn, Panagiotopoulos 1975, took up to seven times as many products, and
+under two stiff layers on fine meshes it did not converge.)
 
-GMRES solves for both at once. The gaps are replaced by the pressures that would close them on an unpadded torus, rid of
-their mean: these have the size of the error in p and need no other preconditioner. Slips have that of `rolling.py`. In
-the cascade each mesh starts from the coarser one's pressure and tractions, the coarsest from the frictionless pressure.
+GMRES solves each linear system for both at once. In it the gaps are replaced by the pressures that would cause them on
+an unpadded torus, less their mean. These have the size of the error in p and need no further preconditioner. The slips
+are preconditioned as in `rolling.py`. In the cascade each mesh starts from the pressure and tractions of the coarser
+one, the coarsest from the frictionless pressure.
 
-Where coatings bend as plates the coarser mesh's pressure may be so far off that the cells in contact do not settle.
-Then pressure and tractions are solved in turn after all, for as long as turns gain (at once with little friction), and
-Newton's method ends what that began. If it still fails, in turn to the end.
+Where coatings bend like plates, the pressure of the coarser mesh may be so inaccurate that the set of cells in contact
+does not settle. Pressure and tractions are then solved in turn, for as long as turns gain (at once with little
+friction), and Newton's method finishes from there. If it still fails, they are solved in turn to the end.
 """
 
 from __future__ import annotations
@@ -61,21 +64,21 @@ from rcstudy.mechanics.stopping import pressure_residual, traction_residual
 
 _MAX_NEWTON = 30
 _MAX_TURNS = 60
-_CLOSE = 1e-6  # how far turns are solved at least: plates are stiff, and Newton's method has to settle from there
-_TURN = 0.3  # how far a turn is solved, over the error of the last one
-_FAR = 1.0  # residual of a pressure that is too far off for Newton's method to begin with
-_GAIN = 0.4  # of a turn's error that the next may leave, if Newton's method is not to take over
+_CLOSE = 1e-6  # loosest final tolerance of turns: plates are stiff, and Newton's method has to settle from there
+_TURN = 0.3  # tolerance of a turn, over the error of the last one
+_FAR = 1.0  # normal residual of the first guess beyond which Newton's method is not started from it
+_GAIN = 0.4  # ratio of the errors of successive turns, above which Newton's method takes over
 _PATIENCE = 2  # Newton steps without a gain of a tenth before steps are shortened (plates need it)
-_MAX_STEPS = 100  # of one linear system
-_WEIGHT = 3.0  # of gaps against slips; 0.3 to 10 make less than a tenth of a difference to the products
+_MAX_STEPS = 100  # GMRES steps of one linear system
+_WEIGHT = 3.0  # of gaps against slips; values of 0.3 to 10 change the number of products by less than a tenth
 _LEAST = 1e-6  # least bound of a cell that has just come into contact, over the largest
-_START = 0.1  # tolerance of the frictionless pressure that the coarsest mesh starts from
+_START = 0.1  # tolerance of the frictionless pressure from which the coarsest mesh starts
 
 
 class CoupledOperator:
-    """Slips and gap by tractions and pressure on a box of cells, and the pressures that close a gap.
+    """Slips and gap due to tractions and pressure on a box of cells, and the pressures that cause a given gap.
 
-    Immutable once made: belongs to one set of bodies, one mesh and one box.
+    Immutable; belongs to one set of bodies, one mesh and one box.
     """
 
     @staticmethod
@@ -89,7 +92,7 @@ class CoupledOperator:
         padded = self.slip.plan.padded
         torus = good_length(shape[0] + 1), good_length(shape[1] + 1)
         quadrant = influence.around(padded)
-        # displacements along the surface by pressure, in cells: odd, so that their symbols are imaginary
+        # tangential displacements due to pressure, in units of dx; these are odd, so their symbols are imaginary
         self.along = symbols(pressure_quadrants(quadrant), padded).imag / influence.spacing[0]
         self.gap = symbols([(quadrant[0], (1, 1))], padded)[0].real
         self.plan = transform(padded, 3, shape[0] + 1)
@@ -97,13 +100,13 @@ class CoupledOperator:
         self.torus_plan = transform(torus, 1, torus[0])
 
     def multiply(self) -> None:
-        """From stresses to displacements, in cells along the surface, and u_z, in place in `plan.real`."""
+        """Turn stresses in `plan.real` into displacements, in place: tangential ones in units of dx, u_z in mm."""
         self.plan.forward()
         coupled.multiply_3x3(self.plan.numbers, self.slip.symbol, self.along, self.slip.spacing[0], self.gap)
         self.plan.backward()
 
     def responses(self, stress: np.ndarray) -> np.ndarray:
-        """Slips and gap [3, nx, ny] by `stress` [3, nx, ny]."""
+        """Slips (-) and u_z (mm), [3, nx, ny], due to `stress` [3, nx, ny] (MPa): qx, qy, p."""
         plan, (nx, ny) = self.plan, self.shape
         plan.real[:] = 0.0
         plan.real[:, :nx, :ny] = stress
@@ -113,7 +116,10 @@ class CoupledOperator:
         return result
 
     def closing(self, gap: np.ndarray, cells: np.ndarray, factor: float, out: np.ndarray) -> None:
-        """`factor` times the pressures, of sum zero, that make `gap` [nx, >= ny] but for its mean, into `out` [m]."""
+        """Write `factor` times the pressures of zero sum that cause `gap` [nx, >= ny] less its mean into `out` [m].
+
+        They are those at `cells` [m, 2] by the inverse operator on the torus, so that they cause the gap approximately.
+        """
         plan = self.torus_plan
         coupled.spread_uneven(gap, cells, factor, plan.real[0])
         plan.forward()
@@ -123,10 +129,10 @@ class CoupledOperator:
 
 
 class CoupledSystem:
-    """The state of Newton's method on one box of cells, and the linear system of its next step.
+    """State of Newton's method on one box of cells, and the linear system of its next step.
 
-    `stress` [3, nx, ny] (MPa): qx, qy, p on the box. `residual_normal`, `residual_tangential`: as `NormalSolution` and
-    `solve_tractions` have them.
+    `stress` [3, nx, ny] (MPa): qx, qy, p on the box. `residual_normal`, `residual_tangential`: as defined in
+    `NormalSolution` and `solve_tractions`.
     """
 
     def __init__(self, scene: Scene, influence: Influence, box: Box) -> None:
@@ -139,23 +145,23 @@ class CoupledSystem:
         x, y = (c[s] for c, s in zip(scene.mesh.centres, box.slices, strict=True))
         centres = np.repeat(x, y.size), np.tile(y, x.size)
         w = rigid_slip(*centres, scene.creepage, scene.spin_point * dx)
-        # slips and gap of the undeformed bodies; what sets the scale of slips, in `solve` those by the pressure, too
+        # slips and gap of the undeformed bodies; `scale`: slips without tractions, `solve` adds those due to pressure
         self.rigid = np.concatenate([w.T.reshape(2, *box.shape), initial_gap(scene)[box.slices][None]])
         self.scale = self.rigid[:2]
-        # gaps count as slips do: their pressures times the diagonal of B
+        # factor from the pressures of `closing` to slips: weight times the diagonal of B
         self.unit = _WEIGHT * self.operator.slip.diagonal
         self.products = 0
-        self.attainable = np.inf  # about the least normal residual that rounding allows, from where `solve` began
+        self.attainable = np.inf  # estimate of the least normal residual that rounding allows; set by `solve`
         self._cells = np.empty((x.size * y.size, 2), dtype=np.int64)
 
     def look(self, stress: np.ndarray) -> None:
-        """Take `stress` as the state: cells in contact, stick and slip, residuals."""
+        """Make `stress` the state: find the cells in contact, their states (stick or slip) and the residuals."""
         tolerance, operator = self.scene.tolerance, self.operator
         self.products += 1
         self.stress = stress
         self.response = operator.responses(stress) + self.rigid
         m, deep, self.approach = coupled.touching_cells(stress, self.response, tolerance.normal, self._cells)
-        self.settled = deep == 0  # no cell overlaps without pressure, to the tolerance
+        self.settled = deep == 0  # no cell without pressure overlaps by more than the tolerance
         self.cells = self._cells[:m].copy()
         self.p, self.q, self.s = np.empty(m), np.empty((m, 2)), np.empty((m, 2))
         coupled.gather_contact(stress, self.response, self.cells, self.p, self.q, self.s)
@@ -169,7 +175,7 @@ class CoupledSystem:
 
     @property
     def residual(self) -> float:
-        """The larger of the two residuals, in units of those at which to stop."""
+        """The larger of the two residuals, each over the value at which to stop."""
         tolerance, cells = self.scene.tolerance, len(self.cells)
         normal = pressure_residual(tolerance.normal, self.attainable, cells)
         tangential = traction_residual(tolerance.tangential, cells)
@@ -177,12 +183,12 @@ class CoupledSystem:
 
     @property
     def solved(self) -> bool:
-        """Whether nothing is left to do: both residuals small enough, and no cell overlaps without pressure."""
+        """Whether both residuals are small enough to stop, and no cell without pressure overlaps."""
         return self.residual <= 1.0 and self.settled
 
     @property
     def normal_converged(self) -> bool:
-        """Whether the pressure meets its tolerance, and no cell overlaps without any."""
+        """Whether the pressure meets its tolerance, and no cell without pressure overlaps."""
         return self.settled and self.residual_normal <= self.scene.tolerance.normal
 
     @property
@@ -192,41 +198,41 @@ class CoupledSystem:
 
     @property
     def converged(self) -> bool:
-        """Whether both do."""
+        """Whether both pressure and tractions meet their tolerances."""
         return self.normal_converged and self.tangential_converged
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
-        """Product of the system's matrix with a vector of unknowns `v` [3 m], into `out`."""
+        """Write the product of the system's matrix with a vector of unknowns `v` [3 m] into `out` [3 m]."""
         self.products += 1
         m, f, plan = len(self.cells), self.friction, self.operator.plan
         coupled.scatter_unknowns(v, self.cells, f.slip, f.normal, self.scene.friction, f.unit, plan.real)
         self.operator.multiply()
-        slips = np.empty(2 * m)  # not wanted: the step's end is cut and scaled, so that they are another's
+        slips = np.empty(2 * m)  # unused: pressures are cut and scaled after the step, which changes the slips
         tractions.gather_slip(plan.flat[:2], v[m:], f.places, f.operator.ahead, *f.rows, slips, out[m:])
         self.operator.closing(plan.real[2], self.cells, self.unit, out[:m])
 
     def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
-        """Approximate solution `out` [3 m] for the residuals `v` [3 m]."""
+        """Write an approximate solution for the residuals `v` [3 m] into `out` [3 m]."""
         self.products += 1
         m = len(self.cells)
         np.divide(v[:m], self.unit, out=out[:m])
         self.friction.precondition(v[m:], out[m:])
 
     def step(self, forcing: float) -> None:
-        """Take the Newton step, the linear system solved to `forcing` of its first residual."""
+        """Take the full Newton step; the linear system is solved to `forcing` times its initial residual."""
         self._before = self.stress
         self._after = self._stepped(forcing)
         self.look(self._after)
 
     def shorten(self, length: float) -> None:
-        """Take no more than the part `length` of the last Newton step, with tractions within their bound."""
+        """Go back and take only the fraction `length` of the last Newton step, with tractions within their bound."""
         stress = self._before + length * (self._after - self._before)
         bound = self.scene.friction * stress[2]
         stress[:2] *= np.minimum(bound / np.maximum(np.hypot(stress[0], stress[1]), 1e-300), 1.0)
         self.look(stress)
 
     def _stepped(self, forcing: float) -> np.ndarray:
-        """Stresses after the full step."""
+        """Stresses [3, nx, ny] (MPa) after the full step."""
         m, f, friction = len(self.cells), self.friction, self.scene.friction
         residual = np.empty(3 * m)
         np.multiply(self.closing, -self.unit, out=residual[:m])
@@ -238,9 +244,10 @@ class CoupledSystem:
         return stress
 
     def solve(self, stress: np.ndarray, farthest: float) -> int:
-        """Newton's method from `stress` to the scene's tolerances, if rounding allows. Returns the steps taken.
+        """Run Newton's method from `stress` to the scene's tolerances, and return the number of steps.
 
-        None are taken if the pressure's residual is beyond `farthest`.
+        No step is taken if the residual of the pressure exceeds `farthest`, or if the normal tolerance is far below
+        what rounding allows.
         """
         without_tractions = stress * np.array([0.0, 0.0, 1.0])[:, None, None]
         self.scale = (self.operator.responses(without_tractions) + self.rigid)[:2]
@@ -254,9 +261,10 @@ class CoupledSystem:
 def solve_coupled(
     scene: Scene, influence: Influence | None = None, level: int = 0
 ) -> tuple[NormalContact, RollingSolution]:
-    """Pressure and tractions of `scene`, consistent with each other, by way of coarser meshes.
+    """Pressure and tractions of `scene` under full coupling, starting from coarser meshes.
 
-    Pressure and tractions are found by the same Newton steps; their products are counted with the tractions'.
+    Both are found by the same Newton steps, whose products are counted with the tractions. `level`: how many times the
+    mesh has been coarsened already (`coarser_scene`).
     """
     influence = influence or influence_of(scene)
     contact, q, coarse = from_coarser(scene, influence, level)
@@ -275,7 +283,7 @@ def solve_coupled(
         stress[:, *box.slices] = system.stress
         touched = Box.around(stress[2] > 0.0)
         if not system.converged and not taken_in_turn and scene.tolerance.normal >= system.attainable:
-            # not begun, as the pressure was too far off, or failed
+            # Newton's method was not started, as the pressure was too far off, or it failed
             taken_in_turn = steps > 0 or farthest == np.inf
             farthest = np.inf
             stress, box, turns, more = _in_turn(scene, influence, start, np.inf if taken_in_turn else _GAIN)
@@ -293,7 +301,7 @@ def solve_coupled(
         contact.solution.products,
         system.normal_converged,
         system.attainable,
-        # where what did not converge reaches says nothing, but of contacts that began there
+        # an unconverged pressure that reaches the edge is no evidence, unless the first guess did so too
         at_edge(touched, scene.mesh.cells) and (system.converged or began_at_edge),
     )
     rolling = _tractions(system)
@@ -304,9 +312,10 @@ def solve_coupled(
 def from_coarser(
     scene: Scene, influence: Influence, level: int = 0
 ) -> tuple[NormalContact, np.ndarray, RollingSolution | None]:
-    """Pressure and tractions [m, 2] (MPa) to start from, and the coarser mesh's tractions, of which they are made.
+    """Contact with the first guess of the pressure, that of the tractions [m, 2] (MPa), and the coarser solution.
 
-    Without a coarser mesh: the frictionless pressure and none.
+    The guess is interpolated from the coarser mesh's pressure and tractions. Without a coarser mesh it is the
+    frictionless pressure with zero tractions, and the coarser solution is None.
     """
     coarse_scene = coarser_scene(scene, level)
     if coarse_scene is None:
@@ -324,15 +333,18 @@ def from_coarser(
 
 
 def _stresses(contact: NormalContact, q: np.ndarray) -> np.ndarray:
-    """Stresses [3, nx, ny] of the window: tractions `q` [m, 2], pressures of `contact`."""
+    """Stresses [3, nx, ny] (MPa) of the window: tractions `q` [m, 2] and the pressure of `contact`."""
     return contact.spread(np.stack([*q.T, contact.pressure]))
 
 
 def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float) -> tuple[np.ndarray, Box, int, int]:
-    """Stresses [3, nx, ny] of the window from `stress`, by pressure and tractions in turn; box, turns, products.
+    """Stresses [3, nx, ny] of the window after solving pressure and tractions in turn from `stress`.
 
-    Until a turn leaves more than the part `gain` of the last one's error. Each turn is solved as far as the change of
-    u_z by the last one asks for, and starts from a mixture of them, as plain substitution may swing or creep.
+    Also returns a box that contains the cells in contact, the number of turns and that of products. The error of a turn
+    is the change of the lift (u_z due to tractions) over the overlap of the undeformed bodies (L2 norms). Turns end
+    when it meets the tolerances, or exceeds `gain` times that of the last turn. The tolerances of each turn follow from
+    the error of the last one. Each turn starts from a combination of the last lifts (`mixing.py`), as plain
+    substitution may oscillate or converge slowly.
     """
     own = Tolerance(min(scene.tolerance.normal, _CLOSE), min(scene.tolerance.tangential, _CLOSE))
     gap = initial_gap(scene)
@@ -342,7 +354,7 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
     error, before = 1.0, np.inf
     turn = products = 0
     tolerance = Tolerance(1.0, 1.0)
-    # a lift that hardly changes is not enough, if what it came from was only solved roughly
+    # a small change of the lift is not enough if the last turn was solved to a loose tolerance
     while turn < _MAX_TURNS and (error > max(own.normal, own.tangential) or tolerance != own):
         if error > gain * before:
             break
@@ -361,14 +373,14 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
         before = error if turn > 0 else np.inf
         error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap - lift, 0.0))
         turn += 1
-        if turn == 2:  # the first change is from none to all
+        if turn == 2:  # the first change, from no lift to the whole, is not used
             mixing.forget()
         lift = mixing.following(lift, change, pressure.p > 0.0)
     return stress, box, turn, products
 
 
 def _tractions(system: CoupledSystem) -> RollingSolution:
-    """The tractions of the cells under pressure; slip cells, off the bound by no more than the residual, on it."""
+    """The tractions of the cells under pressure; slip cells, off the bound within the residual, are put on it."""
     kept = system.p > 0.0
     q, s, slip, normal = system.q[kept], system.s[kept], system.friction.slip[kept], system.friction.normal[kept]
     bound = system.scene.friction * system.p[kept]

@@ -1,8 +1,8 @@
-"""Closed forms: size and pressure of Hertz contacts, bounds of the size of layered ones, Carter's rolling cylinder, a
-thin layer on a rigid base.
+"""Closed forms: Hertz contacts, bounds for the size of layered contacts, Carter's rolling cylinder, a thin layer on a
+rigid base.
 
-They serve four ends: relative lengths in a study ("0.25 a"), the check of its windows, the first guess of the pressure
-solver, and tests.
+They are used for relative lengths in a study ("0.25 a"), for checking its windows, for the first guess of the pressure
+solver, and in tests.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
     if math.isclose(rx, ry, rel_tol=1e-12):
         a = (0.75 * load * rx / modulus) ** (1.0 / 3.0)
         return Hertz((a, a), 1.5 * load / (math.pi * a * a), a * a / rx)
-    # imported here: circles, the common case, should not wait for them
+    # imported here, as circular contacts, the common case, do not need them
     from scipy.optimize import brentq
     from scipy.special import ellipk, elliprd
 
@@ -58,7 +58,7 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
 
     def mismatch(log_ratio: float) -> float:
         ratio = math.exp(log_ratio)  # b/a <= 1
-        # (E/ratio^2 - K)/(K - E) without its cancellation near a circle (Carlson 1995)
+        # (E/ratio^2 - K)/(K - E) without cancellation near a circle (Carlson 1995)
         square = ratio * ratio
         return math.log(elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0)) - math.log(curvature_ratio)
 
@@ -75,7 +75,7 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
 
 
 def _of_moduli(bodies: Sequence[Material], extreme: Callable[[Iterable[float]], float]) -> Material:
-    """The material of the `extreme` shear modulus and the extreme bulk modulus among `bodies`."""
+    """Material with the `extreme` (`max` or `min`) shear modulus and the extreme bulk modulus of `bodies`."""
     shear = extreme(m.G for m in bodies)
     bulk = extreme(m.E / (3.0 * (1.0 - 2.0 * m.nu)) if m.nu < 0.5 else math.inf for m in bodies)
     nu = (3.0 - 2.0 * shear / bulk) / (6.0 + 2.0 * shear / bulk)
@@ -83,12 +83,13 @@ def _of_moduli(bodies: Sequence[Material], extreme: Callable[[Iterable[float]], 
 
 
 def contact_bounds(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Semi-axes (mm) no larger, and no smaller, than those of the contact without friction.
+    """Lower and upper bounds (mm) for the semi-axes of the frictionless contact: (ax, ay) each.
 
-    Hertz with half-spaces of the largest, and of the least, shear and bulk moduli of substrate and layers: a layered
-    body lies between the two under any load, as what is softer in both yields no less. So does its area, and each
-    semi-axis if the contact is round; a plate's ellipse grows in length and narrows, down to 0.44 of that on 36 plates
-    of all kinds: there half of it again is allowed for.
+    These are Hertz contacts of half-spaces with the largest, and with the smallest, shear and bulk moduli of substrate
+    and layers. A layered body lies between the two under any load, as a body softer in both moduli yields no less. So
+    does the area of the contact, and each semi-axis if it is round. Elliptic contacts under plates become longer and
+    narrower, down to 0.44 times the bound on 36 plates of all kinds; with layers their bounds are therefore widened by
+    a factor of 5.
     """
     bodies = scene.substrate, *scene.layers
     least, most = (
@@ -125,9 +126,10 @@ def carter_traction(
 
 
 def thin_layer_contact(radius: float, load: float, layer: Material, thickness: float) -> Hertz:
-    """Sphere on a thin compressible layer on a rigid base: p = M/h (delta - r^2/(2R)), M the oedometric modulus.
+    """Contact of a sphere with a thin compressible layer on a rigid base: p = M/h (delta - r^2/(2R)).
 
-    Johnson (1985), section 5.8 (elastic foundation). Returns radius (mm), largest pressure (MPa), approach (mm).
+    M is the oedometric modulus, h the `thickness` (mm). Johnson (1985), section 5.8 (elastic foundation). Returns
+    radius (mm), largest pressure (MPa) and approach (mm).
     """
     m = layer.E * (1.0 - layer.nu) / ((1.0 + layer.nu) * (1.0 - 2.0 * layer.nu))
     # load = pi * (M/h) * a^4 / (4 R)

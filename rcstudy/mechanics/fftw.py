@@ -1,6 +1,6 @@
-"""pyFFTW without its interfaces, stand-ins for the FFTs of scipy and dask, which are not used here.
+"""pyFFTW without `pyfftw.interfaces`, its replacements for the FFTs of scipy and dask, which are not used here.
 
-They load scipy, dask, xarray and pandas, where these are installed: a second of every start.
+Importing these loads scipy, dask, xarray and pandas where installed, which adds a second to every start.
 """
 
 from __future__ import annotations

@@ -1,40 +1,43 @@
-r"""The discrete half-line: what cells make of the edge of a contact, for the bodies at hand.
+r"""The discrete half-line: how cells represent the edge of a contact, for given bodies.
 
-Near a straight edge only waves across it matter. Bodies yield to them by C(k) = g(k)/k (mm/MPa), g being constant for a
-half-space. Cells of length h (k in 1/h from here on), pressed evenly and looked at in their middles, yield by
+Near a straight edge only waves across it matter. The frequency response of the bodies to them is C(k) = g(k)/k
+(mm/MPa); g is constant for a half-space. In the following k is in units of 1/h, h being the length of a cell. Cells
+under uniform pressure, with displacements taken at their centres, have the response
 
     A(t) = sum C(k) sin(k/2)/(k/2),   k = t + 2 pi n,   n = ..., -1, 0, 1, ...
 
-Both are split into factors that act to one side only (Wiener and Hopf 1931). With A = |2 sin(t/2)|^-1 B that of B is
-B+(z) = 1 + b1 z + b2 z^2 + ..., its logarithm being half the Fourier series of log B. Pressures p_j, j cells behind the
-outermost one, that leave the surface plane in the contact are the coefficients of
+C and A are factorised into parts that act to one side only (Wiener and Hopf 1931). Let A = |2 sin(t/2)|^-1 B, the
+first factor being the response of point sources on a half-space. The factor of B is, but for a constant,
+B+(z) = 1 + b1 z + b2 z^2 + ...; its logarithm is half the Fourier series of log B. The pressures p_j, j cells behind
+the outermost one, that leave the surface plane within the contact are the coefficients of
 
-    (gamma (1 - z)^-3 + alpha (1 - z)^-2 + beta (1 - z)^-1) (1 - z)^(1/2)/B+(z),
+    (gamma (1 - z)^-3 + alpha (1 - z)^-2 + beta (1 - z)^-1) (1 - z)^(1/2)/B+(z).
 
-continuous ones, whose edge lies xi ahead of the outermost centre, have exp(s xi) (c s^-3 + a s^-2) s^(1/2)/G+(s) for
-their Laplace transform, without a third term, as they end like the root of the distance. With z = exp(-s) both are to
-be the same far from the edge, s -> 0. There B+/G+ is exp(-d s), which tells by how much cells move the edge,
+The Laplace transform of the continuous pressure, whose edge lies xi ahead of the outermost centre, is
+exp(s xi) (c s^-3 + a s^-2) s^(1/2)/G+(s). It has no third term, as the pressure ends like the root of the distance.
+With z = exp(-s) both have to agree far from the edge, s -> 0. There B+/G+ is exp(-d s), and the cells move the edge by
 
-    shift = d - 1/4 = -1/4 - 1/pi (int_0^pi log B/(4 sin^2(t/2)) dt - int_0^inf log g/k^2 dk),
+    shift = d - 1/4 = -1/4 - 1/pi (int_0^pi log B/(4 sin^2(t/2)) dt - int_0^inf log g/k^2 dk).
 
-as A is periodic, so that 1/k^2 becomes its sum over all n. From there on it is algebra. With q = B+ p, pressures tell
-gamma = q2 - 3/2 q1 + 3/8 q0 and, in place of alpha, rise = 3/2 gamma + alpha; and then
+Here A is periodic, so that the sum of 1/k^2 over all n takes the place of 1/k^2. The rest is algebra. With q = B+ p
+(the product of the series), gamma = q2 - 3/2 q1 + 3/8 q0; with rise = 3/2 gamma + alpha in place of alpha,
 
     xi = shift + e,   gamma/2 e^2 - rise e + q0 = 0   (`kernels/rows.py`).
 
-Nothing is fitted. In a strip edges come out right to 1e-4 of a cell in the mean over where they lie between cells; on
-layers that are not resolved, too, as what these do to the edge is in g: a layer h of E1 on E moves it by about
-h/pi log(E/E1). Of 260 contacts with films of 0.1 to 100 GPa, 0.006 to 0.3 mm, with stiff skins or without, on 16 to 40
-cells against six times as many, areas are 0.5 % off (root of mean square; 0.25 % in the median; by rules fitted to such
-contacts, which this replaces, 2.7 and 0.7 %).
+Nothing is fitted. In a strip the error of the edge, averaged over its positions between cells, is 1e-4 of a cell.
+Layers thinner than a cell are covered as well, since their effect is contained in g: a layer of thickness H and modulus
+E1 on E moves the edge by about H/pi log(E/E1). For 260 contacts with films of 0.1 to 100 GPa, 0.006 to 0.3 mm thick,
+with or without stiff skins, on 16 to 40 cells against six times as many, the error of the area is 0.5 % (root mean
+square) and 0.25 % (median); with rules fitted to such contacts instead it is 2.7 and 0.7 %.
 
-Inside the contact a wave of pressure comes out C/A times too large. For long ones that is 1 + t^2/24 on a half-space,
-and as little as 1 - 1.4 t^2 on films that keep their volume, thinner than a cell. The load being given, half of it is
-left (second moments and largest pressures of Hertz's contacts: 0.018 to 0.021 of second differences): `concentrated`,
-by a wave as long as contacts some ten cells wide.
+Inside the contact the discrete pressure of a wave is too large by the factor C/A. For long waves this is 1 + t^2/24 on
+a half-space, and down to 1 - 1.4 t^2 on incompressible films thinner than a cell. As the load is given, half of this
+error remains (second moments and largest pressures of Hertz contacts: 0.018 to 0.021 of second differences). It is
+`concentrated`, evaluated at a wave number that represents contacts some ten cells wide.
 
-Borders of stick zones are such edges, too, for the room that tractions leave: slip between it and the bound, both of
-which go like roots. There the cells of `aligned.py` are point sources on a half-space, so B is what layers make of A.
+The border of a stick zone is such an edge, too: there the room, i.e. mu p - |q|, by which tractions in stick stay below
+the bound, and the slip behind the border vary like the root of the distance. The cells of `aligned.py` are point
+sources on a half-space in this case, so that B is the ratio of A with and without layers.
 """
 
 from __future__ import annotations
@@ -45,17 +48,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-_ALIASES = 8  # of a wave, to either side; what is left out is less than 1e-4 of a cell
-_LONG = 1e-6  # a wave number (1/h) at which g is that of the substrate
-_FARTHEST = 13  # g is constant beyond so many doublings of pi/h
-_LEAST = 1e-3  # of what the bodies yield to a wave, that cells yield at least: it has a logarithm
+_ALIASES = 8  # terms of the sum A(t) to either side; the others change the edge by less than 1e-4 of a cell
+_LONG = 1e-6  # wave number (1/h) at which g is that of the substrate
+_FARTHEST = 13  # number of doublings of pi/h beyond which g is taken as constant
+_LEAST = 1e-3  # lower limit of A(t) over C(t), as the logarithm of A is needed
 
 
 class HalfLine(NamedTuple):
-    """b1, b2, total: of the filter B+ that leaves point sources on a half-space, two factors and the sum of all.
+    """Numbers of a discrete half-line: the filter B+, the shift of the edge, and the excess of pressures.
 
-    shift: by how many cells the edge lies farther out than such sources show. concentrated: by how much of their second
-    differences pressures come out too large. See above.
+    b1, b2, total: coefficients of z and z^2, and sum of all coefficients, of the filter B+ = 1 + b1 z + ..., by which
+    pressures in cells become those of point sources on a half-space. shift: distance, in cells, by which the edge lies
+    farther out than such sources indicate. concentrated: excess of the pressures in cells, as a fraction of their
+    second differences. See the module's description.
     """
 
     b1: float
@@ -66,12 +71,12 @@ class HalfLine(NamedTuple):
 
     @property
     def from_afar(self) -> HalfLine:
-        """The same with edges where they are seen from afar: as far out as a half-space's cells show them."""
+        """The same with the shift of a half-space, for the far-field edge (`edges.Outline`)."""
         return self._replace(shift=HALF_SPACE.shift)
 
 
 def _panels(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of Gauss and Legendre between all `ends`, eight in each panel."""
+    """Nodes and weights of Gauss-Legendre quadrature, eight in each panel between successive `ends`."""
     x, weights = np.polynomial.legendre.leggauss(8)
     middle, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * (ends[1:] - ends[:-1])
     return (middle[:, None] + half[:, None] * x).ravel(), (half[:, None] * weights).ravel()
@@ -81,31 +86,37 @@ _T, _WEIGHTS = _panels(np.concatenate(([0.0], math.pi * 2.0 ** np.arange(-7, 1))
 _FAR, _FAR_WEIGHTS = _panels(math.pi * 2.0 ** np.arange(_FARTHEST))
 _N = np.arange(-_ALIASES, _ALIASES + 1)
 _K = _T[:, None] + 2.0 * math.pi * _N
-# of the alternating sum the last two partial sums' mean
+# the terms of the sum alternate in sign: the mean of the last two partial sums is taken
 _AVERAGED = np.where(np.abs(_N) == _ALIASES, 0.5, 1.0)
 _SEEN = _AVERAGED * np.sinc(_K / (2.0 * math.pi)) / np.abs(_K)
 _OF_HALF_SPACE = _SEEN.sum(axis=1)
 _SIN = 2.0 * np.sin(0.5 * _T)
-_OF_CONTACTS = int(np.argmin(np.abs(_T - 0.25)))  # a wave as long as they are
+_OF_CONTACTS = int(np.argmin(np.abs(_T - 0.25)))  # the wave that represents contacts some ten cells wide
 
 
 def for_pressure(response: Callable[[np.ndarray], np.ndarray], spacing: float) -> HalfLine:
     """The half-line of pressures in cells of length `spacing` (mm).
 
-    `response`: displacement by stress (mm/MPa) at wave numbers [n] (1/mm).
+    `response`: frequency response of u_z to pressure (mm/MPa) at wave numbers [n] (1/mm).
     """
     return _half_line(response, spacing, 1.0 / _SIN, -0.25)
 
 
 def for_tractions(response: Callable[[np.ndarray], np.ndarray], spacing: float) -> HalfLine:
-    """That of what layers do to tractions in aligned cells; `response` as above. Of none it is `OF_NO_LAYERS`."""
+    """The half-line of tractions in aligned cells of length `spacing` (mm); without layers it is `OF_NO_LAYERS`.
+
+    `response`: frequency response of displacements to tractions in their direction (mm/MPa), as for `for_pressure`.
+    """
     return _half_line(response, spacing, _OF_HALF_SPACE, 0.0)
 
 
 def _half_line(
     response: Callable[[np.ndarray], np.ndarray], spacing: float, point_sources: np.ndarray, shift: float
 ) -> HalfLine:
-    """The half-line of cells, B being what they yield over what `point_sources` [n] do, with their own `shift`."""
+    """The half-line of cells of length `spacing` (mm) with the frequency response `response`.
+
+    B is A divided by `point_sources` [n], the response of the reference at the nodes `_T`; `shift`: its own shift.
+    """
     k = np.concatenate(([_LONG], np.abs(_K).ravel(), _FAR, [math.pi * 2.0**_FARTHEST]))
     g = k * response(k / spacing)
     g /= g[0]
@@ -125,4 +136,4 @@ HALF_SPACE = for_pressure(lambda k: 1.0 / k, 1.0)
 """The half-line of pressures on bodies without layers."""
 
 OF_NO_LAYERS = HalfLine(0.0, 0.0, 1.0, 0.0, 0.0)
-"""That of tractions on such bodies: aligned cells are point sources."""
+"""The half-line of tractions on bodies without layers, on which aligned cells are point sources."""

@@ -1,12 +1,12 @@
-r"""Fast Hankel transforms on logarithmic grids (Hamilton 2000), and integrals of what is tabulated on such grids.
+r"""Fast Hankel transforms on logarithmic grids (Hamilton 2000), and integrals of functions tabulated on such grids.
 
-In the logarithms of k and r the transform F(r) = int f(k) J(k r) dk, J of order n, is a convolution, and the Fourier
+In the logarithms of k and r the transform F(r) = int f(k) J(k r) dk, J of order n, is a convolution. The Fourier
 transform of its kernel is a quotient of gamma functions:
 
     U(z) = 2^z Gamma((n + 1 + z)/2) / Gamma((n + 1 - z)/2),   z = q + i t,
 
-with a bias q for which f k^-q vanishes at both ends of the grid. It depends on the grid only: one evaluation serves
-all functions on grids of the same size and step.
+with a bias q for which f k^-q vanishes at both ends of the grid. U depends on the grid only, so that it is evaluated
+once for all functions on grids of the same size and step.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ import numpy as np
 
 # B_2k / (2k (2k - 1)), k = 1..7, of Stirling's series
 _STIRLING = (1 / 12, -1 / 360, 1 / 1260, -1 / 1680, 1 / 1188, -691 / 360360, 1 / 156)
-_SHIFT = 10  # Re z from which on these seven terms are right to the last bit
+_SHIFT = 10  # Re z from which these seven terms are accurate to rounding
 
 
-# not scipy.special.loggamma: to import that takes 0.16 to 0.29 s at each start, and circles need nothing else of it
+# not scipy.special.loggamma: importing it takes 0.16 to 0.29 s at each start, and circular contacts need nothing else
+# of scipy.special
 def log_gamma(z: np.ndarray) -> np.ndarray:
-    """A logarithm of the gamma function of complex `z`, Re z > 0: right to some 1e-14, up to multiples of 2 pi i."""
+    """A logarithm of the gamma function of complex `z`, Re z > 0, to about 1e-14, up to multiples of 2 pi i."""
     far = z + _SHIFT
     series = sum(b * far ** (1 - 2 * k) for k, b in enumerate(_STIRLING, 1))
     steps = sum(np.log(z + k) for k in range(_SHIFT))
@@ -46,10 +47,11 @@ def _kernels(n: int, step: float, orders: tuple[int, ...], bias: float) -> np.nd
 def hankel_transforms(
     functions: np.ndarray, log_k: np.ndarray, step: float, orders: Sequence[int], bias: float, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """int f(k) J(k r) dk of several functions f with Bessel functions of `orders`, at the `count` smallest radii.
+    """Hankel transforms int f(k) J(k r) dk of several functions f, at the `count` smallest radii.
 
-    `functions` [m, n] on the grid `log_k` [n] of equal `step`, n even; f k^-bias must vanish at both its ends. Returns
-    the smallest log r [count] of the mirrored grid and the transforms [m, count] there.
+    `functions` [m, n] on the grid `log_k` [n] of equal `step`, n even; `orders` [m] of the Bessel functions J.
+    f k^-bias must vanish at both ends of the grid. Returns the smallest log r [count] of the mirrored grid,
+    log r = -log k, and the transforms [m, count] there.
     """
     n = log_k.size
     middle = 0.5 * (log_k[0] + log_k[-1])
@@ -58,7 +60,7 @@ def hankel_transforms(
     mirrored = slice(-1, -count - 1, -1)
     log_r = -log_k[mirrored]
     transforms = np.fft.irfft(spectrum, n)[:, mirrored]
-    # the bias taken off again; the convolution gives r F(r)
+    # removes the bias; the convolution gives r F(r)
     return log_r, transforms * np.exp(-bias * (log_r + middle) - log_r)
 
 
@@ -73,11 +75,11 @@ def _interval_weights() -> np.ndarray:
 
 
 def running_integral(values: np.ndarray, step: float) -> np.ndarray:
-    """Integrals [n, m] from the first node to each of `values` [n, m], n >= 8 nodes: by polynomials of degree 7."""
+    """Integrals [n, m] of `values` [n, m] from the first node to each of n >= 8, by polynomials of degree 7."""
     weights = _interval_weights()
     inner = len(values) - 7
-    pieces = np.zeros(values.shape)  # of the interval that ends at each node
-    # the polynomial through the 8 nodes around an interval; at the ends through the 8 nearest
+    pieces = np.zeros(values.shape)  # integral over the interval that ends at each node
+    # by the polynomial through the 8 nodes around the interval; near the ends through the first or last 8
     pieces[1:4], pieces[-3:] = weights[:3] @ values[:8], weights[4:] @ values[-8:]
     pieces[4:-3] = sum(weight * values[k : k + inner] for k, weight in enumerate(weights[3]))
     result: np.ndarray = np.cumsum(step * pieces, axis=0)

@@ -1,18 +1,18 @@
-r"""Influence coefficients: displacement at a cell's centre by unit stress on another cell.
+r"""Influence coefficients: displacement at a cell's centre due to unit stress on another cell.
 
-Both bodies' half-space parts are closed forms (Love for pressure, Cerruti for tractions). What layers add is smooth.
-Its Green's functions are four radial functions, with D = alpha times the difference of the frequency responses
-(`layered.py`),
+The contributions of both bodies as half-spaces are closed forms (Love for pressure, Cerruti for tractions). The
+contribution of the layers, i.e. the difference from a half-space of the top material, is smooth. Its Green's functions
+follow from four radial functions, with D = alpha times the difference of the frequency responses (`layered.py`),
 
     s(r) = 1/(2 pi) int Da J0(alpha r) d alpha                u_z by p:  s
     d(r) = 1/(4 pi) int (Dc + Dd) J0(alpha r) d alpha         u_x by qx: d - g cos(2 theta)
     g(r) = 1/(4 pi) int (Dc - Dd) J2(alpha r) d alpha         u_x by qy:   - g sin(2 theta)
     p(r) = 1/(2 pi) int Db J1(alpha r) d alpha                u_x by p:    - p cos(theta)
 
-computed on logarithmic grids of r by fast Hankel transforms (`hankel.py`), to which layers of a micrometre and
-wavelengths of a metre are alike. Cells near the origin are integrated in polar coordinates with the
-radial integral done once and for all (so a layer may be far thinner than a cell), the others by Gauss points, fewer the
-farther away they are.
+computed on logarithmic grids of r by fast Hankel transforms (`hankel.py`), which resolve layers of a micrometre and
+wavelengths of a metre equally well. Near the origin cells are integrated in polar coordinates with a tabulated radial
+integral, so that a layer may be far thinner than a cell. The other cells are integrated by Gauss points, whose number
+falls with the distance.
 """
 
 from __future__ import annotations
@@ -35,26 +35,29 @@ from rcstudy.mechanics.scene import Layer, Material
 
 T = TypeVar("T")
 
-# Components of a coefficient array, in this order: zz is u_z by p; xx and yy are u_x by q_x and u_y by q_y; xy is u_x
-# by q_y (and u_y by q_x); xp and yp are u_x and u_y by p. Signs as in tests/reference/ic.json.
+# Components of a coefficient array, in this order: zz is u_z due to p; xx and yy are u_x due to q_x and u_y due to q_y;
+# xy is u_x due to q_y (and u_y due to q_x); xp and yp are u_x and u_y due to p. Signs as in tests/reference/ic.json.
 COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
 
 _LOG_STEP = 0.03  # of the grids of alpha and r
-_BIAS = -0.5  # makes D(alpha) / alpha^bias vanish at both ends of the grid, and the transform too
+_BIAS = -0.5  # makes D(alpha) / alpha^bias vanish at both ends of the grid, and the transform as well
 _LOW, _HIGH = 1e-24, 2e4  # range of alpha, in units of 1/(total thickness) and 1/(thinnest layer)
-# Thin soft layers that keep their volume, and stiff skins on soft ones, have kernels that fall off within a few cells.
-# With these numbers coefficients of 1500 stacks of one to four layers (E ratios 0.01 to 100, 0.01 to 20 cells thick, nu
-# 0 to 0.5, cells up to 10:1) are 3e-12 of the largest off in the median and 1e-9 at worst, finer tables and many more
-# points being the truth; with 3 x 3 points and 16 angles in all they were 2e-9 and 1e-5.
+# Thin, soft, incompressible layers, and stiff skins on soft layers, have kernels that decay within a few cells. For
+# 1500 stacks of one to four layers (E ratios 0.01 to 100, 0.01 to 20 cells thick, nu 0 to 0.5, cells up to 10:1) the
+# numbers below give errors of the coefficients, over the largest one, of 3e-12 in the median and 1e-9 at worst, against
+# finer tables and many more points; 3 x 3 points and 16 angles in all give 2e-9 and 1e-5.
 _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in polar coordinates
-_ANGLES, _PIECE = 16, 1.0  # Gauss points in pieces of the angle's variable no longer than that
-_RINGS = {0.0: 6, 6.5: 5, 9.0: 4, 18.0: 3, 50.0: 2}  # Gauss points along both sides of cells so many sides away
-_KEPT = 16  # symbols and operators on boxes of one mesh; a contact has 2 to 7, where one box is not enough more
+_ANGLES, _PIECE = 16, 1.0  # Gauss points per piece of the angular variable, and the largest length of a piece
+_RINGS = {0.0: 6, 6.5: 5, 9.0: 4, 18.0: 3, 50.0: 2}  # distance in (larger) cell sides: Gauss points along each side
+_KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 7, more if its box has to be enlarged
 
 
 @dataclass(frozen=True)
 class RadialTables:
-    """Tables of (s, d, g, p) [n, 4] (mm/MPa/mm^2) and of their integrals r dr at log r = log_r0 + step * (0..n-1)."""
+    """Radial functions s, d, g, p at log r = log_r0 + step * (0..n-1), and their integrals.
+
+    kernel [n, 4] (mm/MPa/mm^2): the functions; primitive [n, 4]: their integrals r dr from 0 to r.
+    """
 
     log_r0: float
     step: float
@@ -63,14 +66,14 @@ class RadialTables:
 
 
 def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) -> RadialTables:
-    """The four radial functions of what layers add, for distances up to `r_max` (mm).
+    """Tables of the four radial functions of the layers' contribution, for distances up to `r_max` (mm).
 
-    The table starts at 5e-5 of the thinnest layer, where the functions have reached their limits to working precision.
+    The tables start at 5e-5 of the thinnest layer, where the functions have reached their limits to working precision.
     """
     thin = min(layer.thickness for layer in layers)
     total = sum(layer.thickness for layer in layers)
     high = math.log(_HIGH / thin)
-    # lengths that transform fast are few, so that most layers share the transforms' kernels
+    # rounded up to a length that transforms fast: these are few, so that most stacks share the kernels of `hankel.py`
     n = good_length(math.ceil((high - math.log(_LOW / total)) / _LOG_STEP))
     log_alpha = high + _LOG_STEP * np.arange(1 - n, 1)
     da, db, dc, dd = response_difference(substrate, layers, np.exp(log_alpha))
@@ -86,11 +89,11 @@ def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) 
 
 
 class Influence:
-    """Influence coefficients of both bodies on one mesh, computed as far as they are asked for.
+    """Influence coefficients of both bodies together on one mesh, computed for as many cells as are requested.
 
-    Along the surface: of u1 - u2; along the normal: of the sum, by which the gap opens. Body 1 is `layers` (from the
-    surface down) on `substrate`, body 2 a half-space or rigid (None). `spacing`: dx, dy (mm); `reach`: the largest
-    distance (mm) that will ever be asked for.
+    Tangential displacements are the differences u1 - u2, normal ones the sum by which the gap opens. Body 1 is `layers`
+    (from the surface down) on `substrate`, body 2 (`counterbody`) a half-space or rigid (None). `spacing`: dx, dy (mm);
+    `reach`: the largest distance (mm) that will be requested.
     """
 
     def __init__(
@@ -117,16 +120,16 @@ class Influence:
         return bool(self._layers)
 
     def normal_response(self, alpha: np.ndarray) -> np.ndarray:
-        """Frequency response u_z by p (mm/MPa) of both bodies together at wave numbers `alpha` [n] (1/mm)."""
+        """Frequency response [n] of u_z to p (mm/MPa), both bodies together, at wave numbers `alpha` [n] (1/mm)."""
         response: np.ndarray = frequency_response(self._substrate, self._layers, alpha)[0]
         if self._counterbody is not None:
             response = response + half_space_response(self._counterbody)[0] / alpha
         return response
 
     def traction_responses(self, alpha: np.ndarray) -> np.ndarray:
-        """Frequency responses [2, n] (mm/MPa) of both bodies together to tractions along and across the waves.
+        """Frequency responses [2, n] (mm/MPa) to tractions along and across the wave vector, both bodies together.
 
-        That is, of displacements along the tractions; `alpha` [n]: wave numbers (1/mm).
+        The displacements are those in the direction of the tractions; `alpha` [n]: wave numbers (1/mm).
         """
         responses: np.ndarray = frequency_response(self._substrate, self._layers, alpha)[2:]
         if self._counterbody is not None:
@@ -134,21 +137,21 @@ class Influence:
         return responses
 
     def half_line(self, side: float) -> HalfLine:
-        """What cells of a `side` (mm) make of an edge across it."""
+        """Discrete half-line of pressures, for an edge across cells of length `side` (mm)."""
         if not self.layered:
             return HALF_SPACE
         return self.once(("half-line", side), lambda: for_pressure(self.normal_response, side))
 
     def half_line_of_tractions(self, side: float) -> HalfLine:
-        """What aligned cells of a `side` (mm) make of a border across it, of tractions along it."""
+        """Discrete half-line of tractions normal to a stick-slip border, in aligned cells of length `side` (mm)."""
         if not self.layered:
             return OF_NO_LAYERS
         return self.once(("border", side), lambda: for_tractions(lambda k: self.traction_responses(k)[0], side))
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
-        """What `make` makes of these coefficients (symbols on some box), made at the first call with `key` and kept.
+        """Result of `make` (for instance symbols on some box), computed at the first call with `key` and cached.
 
-        The last `_KEPT` are: contacts of many sizes have many boxes.
+        The `_KEPT` most recently used results are kept, as contacts of many sizes have many boxes.
         """
         made: T = self._made.pop(key) if key in self._made else make()
         self._made[key] = made  # as the last one
@@ -157,7 +160,7 @@ class Influence:
         return made
 
     def coarser(self) -> Influence:
-        """The coefficients of cells of twice the size; the tables of the radial functions are shared."""
+        """The coefficients for cells of twice the size; the tables of the radial functions are shared."""
         if self._coarser is None:
             self._coarser = other = copy(self)
             other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
@@ -167,10 +170,10 @@ class Influence:
 
     @property
     def slip_under_pressure(self) -> float:
-        """Slip (u_i - u_(i+1))/dx by a unit of pressure on the spot (1/MPa), in plane strain.
+        """Slip (u_i - u_(i+1))/dx per unit of pressure at the same point (1/MPa), in plane strain.
 
-        (1 - 2 nu)/(2 G) of the one surface less that of the other (Johnson 1985, 2.25a). With layers alpha b(alpha) at
-        alpha = 1/dx takes its place: a layer a few cells thick is a half-space to such short waves.
+        It is (1 - 2 nu)/(2 G) of one body less that of the other (Johnson 1985, 2.25a). With layers alpha b(alpha) at
+        alpha = 1/dx is used instead: for such short waves a layer a few cells thick is a half-space.
         """
 
         def made() -> float:
@@ -182,7 +185,7 @@ class Influence:
 
     @property
     def slip_by_pressure_over_tractions(self) -> float:
-        """Dundurs' constant beta: slip that pressure causes on the spot, as above, over what as much traction does."""
+        """Dundurs' constant beta: `slip_under_pressure` over the like response to tractions, alpha c(alpha)."""
 
         def made() -> float:
             dx = self.spacing[0]
@@ -193,7 +196,7 @@ class Influence:
 
     @property
     def along_over_across(self) -> float:
-        """What waves of wave number 1/dx yield to tractions along them, over what they yield to tractions across."""
+        """Response to tractions along the wave vector over that to tractions across it, at wave number 1/dx."""
 
         def made() -> float:
             along, across = self.traction_responses(np.array([1.0 / self.spacing[0]]))[:, 0]
@@ -210,19 +213,19 @@ class Influence:
         have = self._quadrant.shape
         if have[1] < nx or have[2] < ny:
             layer_part = self._grown_layer_part(max(nx, have[1]), max(ny, have[2]))
-            # both or none, should memory not suffice
+            # assigned together, so that they stay consistent if memory runs out
             self._quadrant, self._layer_part = self._with_half_spaces(layer_part), layer_part
         return self._quadrant
 
     def around(self, padded: tuple[int, int], ahead: int = 0) -> np.ndarray:
-        """`quadrant` as far as symbols on a torus of `padded` cells take it.
+        """`quadrant` for the offsets that symbols on a torus of `padded` cells need.
 
-        `ahead`: so many cells farther along x, one for the upwind difference.
+        `ahead`: number of additional cells along x, one for the upwind difference.
         """
         return self.quadrant(padded[0] // 2 + 1 + ahead, padded[1] // 2 + 1)
 
     def _grown_layer_part(self, nx: int, ny: int) -> np.ndarray:
-        """What the layers add, [6, nx, ny]; only cells not computed before cost anything."""
+        """Contribution of the layers, [6, nx, ny]; only cells not yet known are computed."""
         out = np.zeros((6, nx, ny))
         if self._tables is not None:
             _, have_x, have_y = self._layer_part.shape
@@ -233,12 +236,13 @@ class Influence:
     def _with_half_spaces(self, layer_part: np.ndarray) -> np.ndarray:
         """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, 3.76, integrated) plus `layer_part` [6, nx, ny].
 
-        Only cells not computed before cost anything.
+        Only cells not yet known are computed.
         """
         bodies = [(self._top, 1.0)]
         if self._counterbody is not None:
             bodies.append((self._counterbody, -1.0))
-        # 1/(2 pi G), nu/(2 pi G), (1-2nu)/(4 pi G); pressure moves both surfaces the same way along x: a difference
+        # 1/(2 pi G), nu/(2 pi G), (1-2nu)/(4 pi G); the last one is a difference: pressure moves both surfaces the same
+        # way along x
         g_inv = sum(1.0 / (2.0 * math.pi * m.G) for m, _ in bodies)
         nu_g = sum(m.nu / (2.0 * math.pi * m.G) for m, _ in bodies)
         dilation = sum(sign * (1.0 - 2.0 * m.nu) / (4.0 * math.pi * m.G) for m, sign in bodies)
@@ -250,9 +254,9 @@ class Influence:
 
 
 def layer_integrals(tables: RadialTables, spacing: tuple[float, float], have: tuple[int, int], out: np.ndarray) -> None:
-    """Integrals over the cells of what the layers add to the half-space of the top material: into out [6, nx, ny].
+    """Write the layers' contribution, integrated over the cells, into `out` [6, nx, ny].
 
-    Cells with i < have[0] and j < have[1] are known already.
+    It is the difference from a half-space of the top material. Cells with i < have[0] and j < have[1] are known.
     """
     dx, dy = spacing
     _, nx, ny = out.shape

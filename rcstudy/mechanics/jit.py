@@ -1,10 +1,10 @@
-"""The one place that states the Numba flags.
+"""Compilation of kernels by Numba: its flags, and a cache on disk that several processes can share.
 
-``fastmath`` and ``parallel`` stay off: they change last bits, and active sets amplify them. ``cache`` keeps the
-machine code between processes; all kernels live in a package whose files do not call each other, so an edited callee
-can never leave a stale caller behind. Numba trusts its files; here each has a checksum, and one that was damaged, or
-cannot be written, is as good as none. Processes that miss the same kernel do not all compile it: one does, the others
-wait for it.
+``fastmath`` and ``parallel`` stay off: they change the last bits of results, and active sets amplify such changes.
+``cache`` keeps the machine code between processes. Numba recompiles a kernel only if its own file has changed; kernels
+never call kernels in another file, so an edited callee cannot leave a stale caller in the cache. Numba does not check
+its cache files. Here each has a checksum, and a damaged file counts as missing; a file that cannot be written is left
+out. If several processes miss the same kernel, one compiles it and the others wait.
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ from numba.core.runtime import rtsys
 
 F = TypeVar("F", bound=Callable[..., Any])
 _DIGEST = hashlib.sha256().digest_size
-_PATIENCE = 60.0  # seconds to wait for another process to compile a kernel, before doing so as well
-_LOOK = 0.1  # seconds between two looks for it
+_PATIENCE = 60.0  # seconds to wait for another process to compile a kernel, before compiling it here as well
+_LOOK = 0.1  # seconds between two attempts to load it meanwhile
 
 
 class _Turn:
-    """The right to compile kernels kept in a folder: of one process at a time.
+    """A lock on the compilation of kernels cached in `folder`: one process at a time holds it.
 
-    A kernel that calls another one is compiled around it, so the right is taken and given back in layers.
+    Compiling a kernel includes compiling the kernels that it calls, so the lock is re-entrant: a process may take it
+    several times, and has to give it back as often.
     """
 
     def __init__(self, folder: str) -> None:
@@ -40,10 +41,10 @@ class _Turn:
         self._file = -1
 
     def take(self) -> bool:
-        """Take it, unless another process has it; where no such rights can be kept everyone has it."""
+        """Take the lock; False if another process holds it. Where there are no file locks, all processes get it."""
         if self._depth == 0:
             try:
-                import fcntl  # not on every system
+                import fcntl  # not available on every system
 
                 self._path.parent.mkdir(parents=True, exist_ok=True)
                 self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
@@ -57,7 +58,7 @@ class _Turn:
         return True
 
     def give_back(self) -> None:
-        """Let others have it, if it was taken; the system does so when a process ends."""
+        """Undo one `take`, if there was one; the system releases the lock of a process that ends."""
         self._depth = max(0, self._depth - 1)
         if self._depth == 0:
             self._close()
@@ -72,15 +73,15 @@ _turns: dict[str, _Turn] = {}
 
 
 class _CheckedFiles(IndexDataCacheFile):
-    """A kernel's files on the disk, an index and machine code for each signature, with their SHA-256 at their ends."""
+    """Cache files of a kernel, an index and the machine code for each signature, each with its SHA-256 at the end."""
 
-    _taken = 0  # turns for this kernel that were not given back yet
+    _taken = 0  # how often the lock was taken for this kernel and not yet given back
 
     def load(self, key: Any) -> Any:
-        """What was saved under `key`; None if there is nothing, or nothing whole: then it is this process's to compile.
+        """What was saved under `key`; None if there is nothing intact, and this process has to compile the kernel.
 
-        Numba compiles and saves what it could not load, at once and in one thread; `give_back` is for when it has, or
-        has failed to.
+        It then holds the lock, unless it waited `_PATIENCE` seconds in vain. Numba compiles and saves what it could not
+        load, at once and in the same thread; `give_back` is called when that has succeeded or failed.
         """
         found = self._loaded(key)
         if found is not None:
@@ -92,15 +93,15 @@ class _CheckedFiles(IndexDataCacheFile):
             if found is not None:
                 return found
         self._taken += taken
-        return self._loaded(key)  # somebody may have saved it just before this process had its turn
+        return self._loaded(key)  # another process may have saved it just before this one got the lock
 
     def save(self, key: Any, data: Any) -> None:
-        """Save, unless that fails: then the next process compiles once more."""
+        """Save `data` under `key`. If that fails it is left out, and the next process compiles the kernel again."""
         with contextlib.suppress(OSError):
             super().save(key, data)
 
     def give_back(self) -> None:
-        """Give back the turns that were taken for this kernel."""
+        """Give the lock back as often as it was taken for this kernel."""
         while self._taken > 0:
             self._taken -= 1
             self._turn().give_back()
@@ -111,7 +112,7 @@ class _CheckedFiles(IndexDataCacheFile):
     def _loaded(self, key: Any) -> Any:
         try:
             return super().load(key)
-        except Exception:  # whatever pickle makes of files of another version
+        except Exception:  # files of another version may make pickle raise anything
             return None
 
     def _load_index(self) -> Any:
@@ -137,7 +138,7 @@ class _CheckedFiles(IndexDataCacheFile):
 
 
 def _checked(path: str) -> bytes:
-    """The bytes of a file before its checksum. Raises OSError if that does not match."""
+    """The content of a file without the checksum at its end. Raises OSError if the checksum does not match."""
     content = Path(path).read_bytes()
     if hashlib.sha256(content[:-_DIGEST]).digest() != content[-_DIGEST:]:
         raise OSError(f"{path}: damaged")
@@ -145,19 +146,20 @@ def _checked(path: str) -> bytes:
 
 
 class _Quick(FunctionCache):
-    """Loads kernels without all that Numba would need to compile them, a quarter of a second's worth of modules."""
+    """Numba's cache of a function, but kernels are loaded without importing the compiler, which takes 0.25 s."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The machine code for a signature; None if there is none, and Numba makes itself ready to compile."""
-        rtsys.initialize(target_context)  # counts references to arrays that kernels make
+        """The machine code for a signature; None if there is none, and Numba then initialises its compiler itself."""
+        rtsys.initialize(target_context)  # the runtime that counts references to arrays made in kernels
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 
 
 def _in_turn(compiling: Callable[[Any], Any], files: _CheckedFiles) -> Callable[[Any], Any]:
-    """`compiling`, which loads a kernel from `files` or compiles it; the turn taken for that ends with it.
+    """A version of `compiling`, which loads a kernel from `files` or compiles it, that gives the lock back at its end.
 
-    Not with saving: that is not reached if compiling is interrupted, and all others would wait for this process.
+    Saving is not the place to do so: it is not reached if compiling is interrupted, and all other processes would then
+    wait for this one.
     """
 
     def compiling_in_turn(signature: Any) -> Any:

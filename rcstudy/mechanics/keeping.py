@@ -1,4 +1,4 @@
-"""Keeps what was made for as long as all of it takes no more than so many bytes."""
+"""Caches of function results that are limited by the number of bytes they hold."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar
 
 
 class Sized(Protocol):
-    """Something that knows how many bytes it holds."""
+    """An object that reports how many bytes it holds."""
 
     @property
     def nbytes(self) -> int:
@@ -20,9 +20,9 @@ T = TypeVar("T", bound=Sized)
 
 
 def keep_within(limit: int) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Have a function return what it made for the same arguments before, as `functools.lru_cache` does.
+    """Decorator that caches the results of a function, as `functools.lru_cache` does, up to `limit` bytes in all.
 
-    Of all that is kept, what was not asked for the longest goes when the others need its bytes; the last made stays.
+    Beyond that the least recently used results are dropped; the newest one always stays.
     """
 
     def decorate(make: Callable[..., T]) -> Callable[..., T]:

@@ -1,4 +1,4 @@
-"""GMRES for the Newton steps: right-preconditioned, no restart (few steps), counted by the caller's products."""
+"""GMRES for the Newton steps: right-preconditioned, without restart (few steps are needed); callers count products."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from rcstudy.mechanics.kernels import gmres as kernel
 
 Product = Callable[[np.ndarray, np.ndarray], None]
 
-_ROOM = 16  # steps that there is room for at first: most systems take fewer, and room for 100 costs more than a step
-_ROOM_BYTES = 64 * 2**20  # held by rooms that are kept: those of one solve on 512 x 512 cells, many of smaller meshes
+_ROOM = 16  # steps allocated at first: most systems take fewer, and allocating 100 costs more than a step
+_ROOM_BYTES = 64 * 2**20  # of all work arrays kept: enough for one solve on 512 x 512 cells, many on smaller meshes
 
 
 class Room:
-    """The arrays of GMRES for systems of one size.
+    """The work arrays of GMRES for systems of one size.
 
-    Basis v [steps + 1, n], preconditioned basis z [steps, n], products w [steps, n + extra], triangle h, rotations and
-    right-hand side g. Nothing is read before it is written.
+    Basis v [steps + 1, n], preconditioned basis z [steps, n], products w [steps, n + extra], triangular matrix h
+    [steps + 1, steps], Givens rotations [2, steps] and right-hand side g [steps + 1]. Nothing is read before it is
+    written.
     """
 
     def __init__(self, size: int, extra: int) -> None:
@@ -33,7 +34,7 @@ class Room:
         return sum(array.nbytes for array in self.arrays)
 
     def double(self) -> None:
-        """Make room for twice the steps, filled as far as it was."""
+        """Double the number of steps allocated; the contents are kept."""
         old = self.arrays
         self.arrays = self._make(2 * len(old[1]))
         for array, filled in zip(self.arrays, old, strict=True):
@@ -52,7 +53,7 @@ class Room:
 
 @keep_within(_ROOM_BYTES)
 def room_for(size: int, extra: int) -> Room:
-    """Room for systems of `size` unknowns: fresh memory would cost as much as an eighth of the products."""
+    """Work arrays for systems of `size` unknowns, kept: fresh memory would cost up to an eighth of the products."""
     return Room(size, extra)
 
 
@@ -64,11 +65,11 @@ def gmres(
     max_steps: int,
     extra: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Solve A x = b by flexible GMRES (Saad 1993) from x = 0.
+    """Solution x [n] of A x = b by flexible GMRES (Saad 1993) from x = 0, and extra products with x [extra].
 
     It ends at ||b - A x|| <= relative * ||b||, or after `max_steps` steps. `apply(v, out)` and `precondition(v, out)`
-    write products into `out`. Right preconditioning keeps the residual that of the system itself. `apply` may have
-    `extra` more rows, that are no part of the system: returns x and these rows' product with x.
+    write products into `out`. With right preconditioning the residual is that of the system itself. The matrix of
+    `apply` may have `extra` more rows that are not part of the system; their product with x is the second result.
     """
     beta = arrays.norm2(b[None])
     if beta == 0.0:

@@ -1,4 +1,4 @@
-"""Imports put off: libraries load large parts of others just to see whether they are there."""
+"""Deferred imports: some libraries import large parts of others merely to find out whether these are installed."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import Any
 
 @contextlib.contextmanager
 def put_off(name: str) -> Iterator[None]:
-    """Let `import name` inside the block load nothing: the module is loaded at the first use of anything in it.
+    """Context in which `import name` loads nothing: the module is loaded when one of its attributes is first used.
 
-    Nothing happens if it is loaded already. After the block, importing `name` means the real one again.
+    A module that is loaded already is left alone. After the block, `import name` imports the real module again.
     """
     if name in sys.modules:
         yield

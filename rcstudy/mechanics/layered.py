@@ -1,18 +1,19 @@
 r"""Frequency response of the surface of a layered elastic half-space.
 
-Along a wave vector of length alpha the surface displacements follow from the surface stresses by
-four functions of alpha (convention of ``tests/reference/frf.json``): for p cos(alpha x), u_z = a p cos(alpha x) and
-u_x = -b p sin(alpha x); for q sin(alpha x) in the plane, u_x = c q sin(alpha x) (and u_z = -b q cos(alpha x) by
-reciprocity); across the plane u = d q. Any number of layers, from the surface down, on a half-space.
+For a wave vector of length alpha along x, four functions of alpha give the surface displacements by the surface
+stresses (convention of ``tests/reference/frf.json``): for a pressure p cos(alpha x), u_z = a p cos(alpha x) and
+u_x = -b p sin(alpha x); for a traction q sin(alpha x) along x, u_x = c q sin(alpha x) (and u_z = -b q cos(alpha x) by
+reciprocity); for a traction q across the wave vector, u = d q. Any number of layers, listed from the surface down, lie
+on a half-space.
 
-In each layer the in-plane field is a sum of four modes, Papkovich-Neuber potentials phi = e^(-kz) cos kx and
-psi = e^(-kz) cos kx and their growing twins e^(+k(z - h)) (the paper's Eqs 11 to 16, with one potential less: only
-two are needed):
+In each layer the in-plane field is a sum of four modes: the Papkovich-Neuber potentials phi = e^(-kz) cos kx and
+psi = e^(-kz) cos kx, which decay with depth, and their growing counterparts with e^(+k(z - h)) (the paper's Eqs 11 to
+16 with one potential less, as only two are needed):
 
     2G u = grad(phi) + grad(z psi) - 4 (1 - nu) psi e_z.
 
-With (U, W) the amplitudes of 2G u_x (sin), 2G u_z (cos) and (X, Z) those of sigma_xz, sigma_zz over k, the modes at
-their own origin are the columns
+With (U, W) the amplitudes of 2G u_x (of sin kx) and 2G u_z (of cos kx), and (X, Z) those of sigma_xz and sigma_zz
+over k, the modes (U, W, X, Z) at their own origin are
 
     decaying: A0 = (-1, -1,  1, 1),  B0 = (0, -(3 - 4nu), 1 - 2nu,  2(1 - nu)),
     growing:  A1 = (-1,  1, -1, 1),  B1 = (0, -(3 - 4nu), 1 - 2nu, -2(1 - nu)),
@@ -33,9 +34,10 @@ from rcstudy.mechanics.scene import Layer, Material
 
 
 def response_difference(substrate: Material, layers: tuple[Layer, ...], alpha: np.ndarray) -> np.ndarray:
-    """alpha times (a, b, c, d) of the layered body less that of a half-space of its top material.
+    """alpha times (a, b, c, d) of the layered body minus that of a half-space of its top material.
 
-    `alpha` [n] (1/mm), positive. Returns [4, n] (1/MPa); decays like exp(-2 alpha h1), zero without layers.
+    `alpha` [n] (1/mm), positive. Returns [4, n] (1/MPa); decays like exp(-2 alpha h1), h1 being the thickness of the
+    top layer; zero without layers.
     """
     stack: tuple[Material, ...] = (*layers, substrate)
     out = np.zeros((4, alpha.size))
@@ -51,7 +53,7 @@ def response_difference(substrate: Material, layers: tuple[Layer, ...], alpha: n
 
 
 def half_space_response(material: Material) -> np.ndarray:
-    """alpha times (a, b, c, d) of a homogeneous half-space (1/MPa): constants.
+    """alpha times (a, b, c, d) of a homogeneous half-space (1/MPa): four constants [4].
 
     a = c = (1 - nu)/G, b = (1 - 2nu)/(2G), d = 1/G (Johnson 1985, section 3.2, transformed).
     """

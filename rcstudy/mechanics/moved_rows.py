@@ -1,20 +1,22 @@
-r"""Rows of cells that begin where the contact begins (`aligned.py`): where they are, and what pressure is on them.
+r"""Rows of cells that begin at the leading edge of the contact (`aligned.py`): their positions and pressures.
 
 The discrete half-line. Take the slip of `rolling.py`, (u_i - u_(i+1))/dx with piecewise-constant tractions, on a row
 with a straight leading edge. Its symbol is that of point sources halfway between control points, times a function rho
-of the wave number, 1 - (k dx)^2/12 for long waves; here `convolution.point_factor` takes that out. Under constant slip
-the exact traction goes like the root of the distance from the edge, that of point sources like
-Gamma(j + 3/2)/Gamma(j + 1), which is sqrt(j + theta) with theta = 3/4, j = 0, 1, ... counted from the leading cell;
-factoring what is left of rho (Wiener and Hopf) makes it 0.748, factoring all of it 0.825. So the cells behave as if the
-contact began theta dx ahead of the leading cell's centre. Where cells are taken by their centres it begins 0 to 1 cell
-ahead, 1/2 on average: too long a stick zone, of first order in dx, plus a noise of rows that end between cells.
+of the wave number, 1 - (k dx)^2/12 for long waves, which is removed here by `convolution.point_factor`. Under constant
+slip the exact traction is proportional to the root of the distance from the edge. That of point sources is proportional
+to Gamma(j + 3/2)/Gamma(j + 1), about sqrt(j + theta) with theta = 3/4, where j = 0, 1, ... counts cells from the
+leading one. A Wiener-Hopf factorisation of the rest of rho changes theta to 0.748, one of all of rho to 0.825. So the
+cells behave as if the contact began theta dx ahead of the leading cell's centre. If instead each cell whose centre is
+in contact is used, the contact begins 0 to 1 cell ahead of that centre, 1/2 on average: the stick zone is too long, an
+error of first order in dx, and scatters from row to row with the position of the edge between two cells.
 
-So each row of cells is moved along x, by up to half a cell, so that its leading cell's centre lies theta dx behind the
-edge of the contact in that row, as seen from afar (`edges.py`). The pressure of a cell is the mean over it, of a
-profile between the mesh's own cells in which p^2 goes straight.
+Each row of cells is therefore moved along x by up to half a cell, so that its leading cell's centre lies theta dx
+behind the far-field edge of the contact in that row: the edge without the local shift by layers thinner than a cell
+(`Outline.ends_from_afar`). A cell's pressure is the mean, over the cell, of a profile along the row in which p^2 is
+piecewise linear (`rows.row_profile`).
 
-Rows carry what they carry on the mesh's own cells, but for what makes these too concentrated: neighbours even out so
-much of what they differ by (`HalfLine.concentrated`).
+A row carries the same force as on the mesh's own cells, except that neighbouring rows exchange the fraction
+`HalfLine.concentrated` of the difference of their forces, as pressures constant in cells come out too concentrated.
 """
 
 from __future__ import annotations
@@ -29,28 +31,29 @@ from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.kernels import row_cells, row_fields, rows
 
 EDGE = 0.7480
-"""theta: distance from the leading cell's centre to where the contact seems to begin, in cells."""
+"""theta: distance, in cells, from the leading cell's centre to the edge at which the contact begins for the cells."""
 
 HALFWAY = 1e-3
-"""In cells: what lies this close to the middle between two cells counts as a tie.
+"""In cells: a position this close to the middle between two cells counts as a tie.
 
-It is decided the same way every time, or both are taken, so that rounding does not choose.
+A tie is always decided the same way, or both cells are taken, so that the result does not depend on rounding.
 """
 
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 
 
 class MovedRows:
-    """Rows of cells along x in a `box` of the window, moved so that they begin at the edges that `outline` has.
+    """Rows of cells along x in a `box` of the window, moved so that they begin at the edges of `outline`.
 
-    `window` [nx, ny] (MPa): pressure on the mesh's own cells; `like`: rows that keep their places and cells here,
-    where that is possible.
+    `window` [nx, ny] (MPa): pressure on the mesh's own cells; `like`: moved rows whose positions and cells are used
+    here, too, where possible.
 
-    Of each row, `start` [ny]: where its leading cell's centre is (in cells from that of the box's first one), `count`
-    [ny]: of how many cells it is, `shift` [ny]: by how many it is moved. Of the cells, `cells` [m, 2]: their indices in
-    the box, rows of constant x first, `held` [nx, ny]: which of the box these are, `index` [most, ny]: their numbers m
-    from the leading one of each row on, -1 beyond its last; `pressure` [m] (MPa): the mean over each, `middle` [m]:
-    where along x its force is (in cells), `carrying` [m]: whether it carries something.
+    For each row, `start` [ny]: position of its leading cell's centre (in cells, from the centre of the box's first
+    cell); `count` [ny]: number of its cells; `shift` [ny]: distance by which it is moved (in cells). For each cell,
+    `cells` [m, 2]: its indices in the box, rows of constant x first; `held` [nx, ny]: flags of these cells in the box;
+    `index` [most, ny]: numbers m of each row's cells from the leading one on, -1 beyond its last; `pressure` [m] (MPa):
+    mean over the cell; `middle` [m]: position along x at which its force acts (in cells); `carrying` [m]: whether it
+    carries load.
     """
 
     def __init__(self, window: np.ndarray, box: Box, outline: Outline, like: MovedRows | None = None) -> None:
@@ -73,13 +76,13 @@ class MovedRows:
         rows.row_bounds(self._force, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
         if like is not None and taken is not None:
             self._carry_on(like, taken)
-        # plates can lift off within a row: what they carry there is nothing, but a bound must not be
+        # a plate may lift off within a row: its cells carry no load there, but their traction bound must not be zero
         least = _LEAST * self.pressure.max(initial=0.0)
         self.carrying = self.pressure > least
         np.maximum(self.pressure, least, out=self.pressure)
 
     def _take(self, other: MovedRows) -> np.ndarray:
-        """Take the rows of `other`, where both have cells and the box has room for them; returns which."""
+        """Use the rows of `other` where both have cells and these fit into the box; returns the rows' indices."""
         ahead, aside = other._box.i0 - self._box.i0, other._box.j0 - self._box.j0
         j = np.arange(max(aside, 0), min(aside + other.count.size, self.count.size))
         start, count = other.start[j - aside] + ahead, other.count[j - aside]
@@ -90,9 +93,9 @@ class MovedRows:
         return j
 
     def _carry_on(self, other: MovedRows, taken: np.ndarray) -> None:
-        """Pressures of the rows `taken` from `other`: as there, but for what that of the mesh's own cells changed by.
+        """Set the pressures of rows `taken` from `other`: those there plus the change on the mesh's own cells.
 
-        Edges between cells jump when a cell comes into contact or leaves it, and pressures by them do.
+        They are not found from the edges, which jump when a cell comes into contact or leaves it.
         """
         aside = other._box.j0 - self._box.j0
         index = np.zeros((len(other.index), self.count.size), dtype=np.int64)
@@ -103,7 +106,7 @@ class MovedRows:
 
     @cached_property
     def profiles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Pressure between the mesh's own cells, see `rows.row_profiles`: knots, p^2 there, their number [ny]."""
+        """Profiles of p^2 along the rows (`rows.row_profiles`): knots, p^2 (MPa^2) there, number of knots [ny]."""
         outline, (nx, ny) = self._outline, self._outline.p.shape
         knots, squares = np.zeros((2, ny, 2 * nx + 3))
         known = np.zeros(ny, dtype=np.int64)
@@ -113,7 +116,7 @@ class MovedRows:
 
     @cached_property
     def neighbours(self) -> np.ndarray:
-        """Numbers [2, m] of the cells ahead and behind each cell, its own where there is none."""
+        """Numbers [2, m] of the cells ahead of and behind each cell; its own number where there is none."""
         out = np.zeros((2, len(self.cells)), dtype=np.int64)
         row_cells.row_neighbours(self.index, out)
         return out
@@ -128,7 +131,7 @@ class MovedRows:
 
     @property
     def reach(self) -> tuple[int, int]:
-        """How many cells there are along x, from the hindmost to the foremost one, and rows in the box."""
+        """Number of cells along x, from the hindmost to the foremost one, and number of rows in the box."""
         return int(self.cells[-1, 0] - self.cells[0, 0]) + 1, self.count.size
 
     def on_window(
@@ -136,8 +139,8 @@ class MovedRows:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Tractions [2, nx, ny] (MPa), slips [2, nx, ny] and slip flags [nx, ny] at the centres of the window's cells.
 
-        From those `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells, along each row: the fraction of the bound in
-        stick cells, direction and slip in slip cells. Zero outside the contact.
+        Interpolated along each row from `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells: in stick cells the
+        traction over its bound, in slip cells the traction's direction and the size of slip. Zero outside the contact.
         """
         values, flags = np.zeros((4, *self.held.shape)), np.zeros(self.held.shape, dtype=np.bool_)
         row_fields.on_box(q, s, slip, friction * self.pressure, self.cells, values, flags)

@@ -1,6 +1,6 @@
-"""Newton's method for contact and friction: how far linear systems are solved, and what is done when steps fail.
+"""Newton's method for contact and friction: tolerances of its linear systems, and shorter steps where full ones fail.
 
-Common to tractions alone (`rolling.py`) and to pressure and tractions together (`coupled.py`).
+Used for tractions alone (`rolling.py`) and for pressure and tractions together (`coupled.py`).
 """
 
 from __future__ import annotations
@@ -11,38 +11,38 @@ import numpy as np
 
 from rcstudy.mechanics.patience import Patience
 
-_LOOSEST = 0.45  # linear residual of a Newton step, over its first one
-_ENOUGH = 0.8  # of the tolerance: how far the last linear system is solved
-_SHORTEST = 0.05  # step length
+_LOOSEST = 0.45  # largest linear residual at the end of a Newton step, over its initial one
+_ENOUGH = 0.8  # of the tolerance: no linear system is solved further
+_SHORTEST = 0.05  # least length of a shortened step, over the full one
 
 
 class State(Protocol):
-    """Where Newton's method stands."""
+    """An iterate of Newton's method."""
 
     @property
     def residual(self) -> float:
-        """Residual in units of its tolerance."""
+        """Residual over its tolerance."""
 
     @property
     def solved(self) -> bool:
-        """Whether nothing is left to do."""
+        """Whether the iterate is a solution to its tolerance."""
 
     def step(self, forcing: float) -> None:
-        """Take a full step, its linear system solved to `forcing` of its first residual."""
+        """Take a full step, its linear system solved to `forcing` times its initial residual."""
 
     def shorten(self, length: float) -> None:
-        """Go back, and take the part `length`, up to 1, of the last full step."""
+        """Return to the iterate before the last full step and take the part `length`, up to 1, of that step."""
 
 
 def solve(state: State, max_steps: int, patience: int) -> int:
-    """Newton's method from `state` until it is solved, or for `max_steps` steps. Returns the steps taken.
+    """Run Newton's method from `state` until it is solved, or for `max_steps` steps; returns the number of steps.
 
-    Full steps as long as they get anywhere: a gain of a tenth in `patience` steps. Then shorter ones, down to where
-    the residual falls, which break a cycle of active sets. Where it falls for none the full step is taken after all:
-    tiny ones would end where they began.
+    Full steps are taken as long as the residual falls by a tenth within `patience` steps. After that a step that does
+    not reduce the residual is halved until it does, which breaks cycles of active sets. If no length reduces it, the
+    full step is taken after all: tiny steps would make no progress.
     """
     previous, steps = np.inf, 0
-    gains = Patience(patience - 1, 0.9)  # the step that is about to be taken is one of them
+    gains = Patience(patience - 1, 0.9)  # one less: the step about to be taken counts, too
     while not state.solved and steps < max_steps:
         residual = state.residual
         if np.isnan(residual):
@@ -61,11 +61,12 @@ def solve(state: State, max_steps: int, patience: int) -> int:
 
 
 def forcing_term(residual: float, previous: float) -> float:
-    """How far to solve the next linear system: Eisenstat and Walker (1996), choice 2.
+    """Residual to which to solve the next linear system, over its initial one: Eisenstat and Walker (1996), choice 2.
 
-    As far as the last Newton step got on with the nonlinear problem, no looser than `_LOOSEST`, and never past
-    `_ENOUGH` of the tolerance, which is the unit of `residual` and the `previous` one. No further where steps gain
-    little: that is because of cells that change their state one after another, not of linear systems.
+    0.9 (residual/previous)^2 by the residuals after and before the last Newton step, both over the tolerance; at most
+    `_LOOSEST`, and no further than to `_ENOUGH` times the tolerance. After a step that gains little the next system is
+    solved loosely again: slow progress is due to cells that change their state one after another, not to the accuracy
+    of linear systems.
     """
     if not np.isfinite(previous):
         return _LOOSEST

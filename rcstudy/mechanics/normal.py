@@ -1,9 +1,9 @@
 """Pressure of a frictionless contact under a given load.
 
 Find p >= 0 with gap = h + A p - approach >= 0, p gap = 0 and sum(p) dx dy = load (the paper's Eqs 1 to 4). The
-quadratic programme behind it is solved by conjugate gradients that keep p >= 0 and the load (Polonsky and Keer 1999),
-preconditioned by the inverse symbol of the operator (Vollebregt 2014, NormCG), on a box around the contact. Layers that
-bend like plates make these slow, and the rim of the contact is then solved for directly (`rim.py`).
+equivalent quadratic programme is solved by conjugate gradients that keep p >= 0 and the load (Polonsky and Keer 1999),
+preconditioned by the inverse symbol of the operator (Vollebregt 2014, NormCG), on a box around the contact. Under
+layers that bend like plates they converge slowly; the rim of the contact is then eliminated directly (`rim.py`).
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from rcstudy.mechanics.scene import Layer, Material, Scene
 from rcstudy.mechanics.stopping import pressure_residual
 
 _MAX_ITERATIONS = 400
-_MARGIN = 1.35  # of the first box over the estimated semi-axes
-HOPELESS = 0.1  # tolerance over what rounding allows at which no step is taken (residuals end at 0.1 to 20 times that)
-_PLATE = 5.0  # compliance to long waves over that to short ones, from which on the rim is solved for directly
-_PATIENCE = 30  # steps without a smaller residual, where rounding may be what stops them
+_MARGIN = 1.35  # half the sides of the first box, over the estimated semi-axes
+HOPELESS = 0.1  # tolerance over `attainable` below which no step is taken (residuals end at 0.1 to 20 of the latter)
+_PLATE = 5.0  # compliance to long waves over that to short ones from which on the rim is eliminated directly
+_PATIENCE = 30  # steps without a smaller residual after which to stop, if rounding may be the cause
 
 
 def initial_gap(scene: Scene) -> np.ndarray:
@@ -40,7 +40,7 @@ def initial_gap(scene: Scene) -> np.ndarray:
 
 
 def estimated_contact(scene: Scene) -> tuple[float, float]:
-    """Semi-axes (mm) of the contact, by the Hertz contact of `_estimate`; a first guess only."""
+    """Semi-axes (mm) of the contact by Hertz's theory with an equivalent modulus (`_estimate`); a first guess only."""
     return _estimate(scene.substrate, scene.layers, scene.counterbody, scene.radius, scene.load)
 
 
@@ -52,11 +52,12 @@ def _estimate(
     radius: tuple[float, float],
     load: float,
 ) -> tuple[float, float]:
-    """Semi-axes (mm) of the contact by Hertz with the modulus a wave of the contact's own size would see.
+    """Semi-axes (mm) of the contact by Hertz's theory, with the bodies' modulus for waves of the contact's own size.
 
-    A half-space has a(alpha) = 2/(E* alpha); a layered body's a(alpha) gives an E* that depends on the size, found by
-    iteration from the bare substrate's. Exact without layers; under most within a tenth, under layers that keep their
-    volume within a quarter, under stiff plates less than half of it: a first guess only.
+    A half-space has a(alpha) = 2/(E* alpha). For a layered body this defines an E* at alpha = 2/size, size being the
+    geometric mean of the semi-axes, which is found by iteration from that on the bare substrate. FloatingPointError if
+    rounding leaves no positive compliance. Exact without layers; under most within a tenth, under layers that keep
+    their volume within a quarter, under stiff plates less than half of it: a first guess only.
     """
     extra = half_space_response(counterbody)[0] if counterbody is not None else 0.0
     semi_axes = hertz_contact(radius, load, contact_modulus(substrate, counterbody)).a
@@ -77,10 +78,11 @@ def _estimate(
 def solve_pressure(
     scene: Scene, influence: Influence, gap: np.ndarray, guess: np.ndarray | None = None
 ) -> NormalSolution:
-    """Solve the normal problem of `scene` to `scene.tolerance.normal`.
+    """Pressure and approach of `scene`, on its window, to the tolerance `scene.tolerance.normal`.
 
     `influence`: the bodies' coefficients on the scene's mesh; `gap` [nx, ny]: undeformed distance (mm), including
-    any displacement by tractions; `guess` [nx, ny] (MPa): a pressure to start from.
+    any displacement by tractions; `guess` [nx, ny] (MPa): a pressure to start from, by default a Hertzian one within
+    `estimated_contact`.
     """
     nx, ny = scene.mesh.cells
     dx, dy = scene.mesh.spacing
@@ -109,7 +111,7 @@ def solve_pressure(
 
 
 def clear_of_sides(touched: Box, box: Box, window: tuple[int, int]) -> bool:
-    """Whether the cells in contact, within `touched`, stay clear of the sides of `box` that are not the window's."""
+    """Whether the cells in contact, bounded by `touched`, stay clear of the sides of `box` inside the window."""
     nx, ny = window
     return (
         (touched.i0 > box.i0 or box.i0 == 0)
@@ -120,12 +122,12 @@ def clear_of_sides(touched: Box, box: Box, window: tuple[int, int]) -> bool:
 
 
 def at_edge(touched: Box, window: tuple[int, int]) -> bool:
-    """Whether the cells in contact, within `touched`, reach the edge of a window of `window` cells."""
+    """Whether the cells in contact, bounded by `touched`, reach the edge of a window of `window` cells."""
     return touched.i0 == 0 or touched.j0 == 0 or touched.i1 == window[0] or touched.j1 == window[1]
 
 
 def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np.ndarray) -> NormalSolution:
-    """The pressure on one box from pressures `p`, by the method that suits the layers."""
+    """The pressure on one box, starting from `p`: with the rim eliminated under plates, else by conjugate gradients."""
     total = scene.load / (scene.mesh.spacing[0] * scene.mesh.spacing[1])
     tolerance = scene.tolerance.normal
     operator = NormalOperator.of(influence, box.shape)
@@ -141,10 +143,10 @@ def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np
 
 
 def _bends(influence: Influence, shape: tuple[int, int]) -> bool:
-    """Whether layers make the bodies resist short waves so much more than long ones that they bend like plates.
+    """Whether the bodies resist short waves so much more than long ones that their layers bend like plates.
 
-    Waves from 2 pi times the size of a box of `shape` cells to two cells, each against all that are longer; on a
-    half-space all are alike.
+    The compliance times alpha, constant on a half-space, is taken at wavelengths from 2 pi times the size of a box of
+    `shape` cells down to two cells, and each value is compared with the largest one at longer waves.
     """
     if not influence.layered:
         return False
@@ -158,7 +160,7 @@ def _bends(influence: Influence, shape: tuple[int, int]) -> bool:
 def _conjugate_gradients(
     operator: NormalOperator, gap: np.ndarray, p: np.ndarray, total: float, tolerance: float
 ) -> NormalSolution:
-    """Bound-constrained conjugate gradients on one box, from pressures `p` to ones of sum `total`."""
+    """Pressures of sum `total` (MPa) on one box by bound-constrained conjugate gradients from pressures `p`."""
     shape = gap.shape
     plan = transform(operator.padded, 1, shape[0])
     mask = np.zeros(shape, dtype=np.bool_)
@@ -182,7 +184,7 @@ def _conjugate_gradients(
         products += 1
         zr, z_norm = pressure.normal_direction(plan.real[0], mask, r, r_old, d, zr)
         residual = z_norm / arrays.norm2(p)
-        # on few cells the approach may still have moved enough to let another cell in
+        # in a contact of few cells the last change of the approach may bring another cell into contact
         overlap = tolerance * abs(approach)
         converged = bool(residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any())
         if converged and residual <= stop:

@@ -1,4 +1,4 @@
-"""Gap by pressure on a box of cells as a convolution, and pressures by gaps: its inverse on a torus."""
+"""Displacement u_z by pressure as a convolution on a box of cells, and its inverse on a torus: pressures by gaps."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from rcstudy.mechanics.wrapped import positive_normal
 
 @dataclass(frozen=True)
 class NormalSolution:
-    """Pressure `p` [nx, ny] (MPa) on a box of cells or the window, `approach` (mm), and how they were found.
+    """Pressure `p` [nx, ny] (MPa) on a box of cells or the window, `approach` (mm), and data of the solver.
 
     `residual`: norm of the preconditioned residual over that of p (an estimate of p's relative error); `converged`: it
-    met its tolerance with no cell changing sides; `attainable`: about the least residual that rounding allows; `edge`:
-    the contact touches the window's edge.
+    met its tolerance with the set of cells in contact settled; `attainable`: about the least residual that rounding
+    allows; `edge`: the contact touches the window's edge.
     """
 
     p: np.ndarray
@@ -32,7 +32,7 @@ class NormalSolution:
     edge: bool = False
 
     def after(self, earlier: NormalSolution | None) -> NormalSolution:
-        """This one with the iterations and products of an `earlier` one, which it went on from, added to its own."""
+        """This solution with the iterations and products of the `earlier` one that it started from added to its own."""
         if earlier is None:
             return self
         iterations, products = self.iterations + earlier.iterations, self.products + earlier.products
@@ -43,10 +43,10 @@ class NormalSolution:
 class NormalOperator:
     """u_z (mm) by pressure (MPa) on a box of cells. Belongs to one set of bodies, one mesh and one padded shape.
 
-    `real` [py//2+1, px] (mm/MPa): the symbol, with 1/(px py) in it, real as the coefficients are even; `inverse`
-    (MPa/mm): symbol of pressures by gaps, likewise, see `wrapped.py`; `stiffness` (MPa/mm): root mean square of the
-    latter without that factor, by which noise in the gap makes noise in the pressure; `coefficients`
-    [> px//2, > py//2] (mm/MPa): u_z at offsets i, j >= 0.
+    `real` [py//2+1, px] (mm/MPa): the symbol over px py, real as the coefficients are even; `inverse` (MPa/mm): symbol
+    of pressures by gaps over px py, see `wrapped.py`; `stiffness` (MPa/mm): root mean square of the latter times px py,
+    the factor from noise in the gap to noise in the pressure; `coefficients` [> px//2, > py//2] (mm/MPa): u_z at
+    offsets i, j >= 0.
     """
 
     padded: tuple[int, int]
@@ -57,7 +57,7 @@ class NormalOperator:
 
     @staticmethod
     def of(influence: Influence, shape: tuple[int, int]) -> NormalOperator:
-        """The operator for a box of `shape`, made once for these coefficients."""
+        """The operator for a box of `shape` cells, made once for these coefficients."""
         return NormalOperator.on_torus(influence, padded_shape(shape))
 
     @staticmethod
@@ -78,14 +78,14 @@ class NormalOperator:
         return convolve(self.real, self.padded, p)
 
     def closing(self, gap: np.ndarray) -> np.ndarray:
-        """Pressures [nx, ny] (MPa) that make gaps `gap` [nx, ny] (mm) on a torus, zero on the rest of it."""
+        """Pressures [nx, ny] (MPa): those on the torus that cause u_z = `gap` [nx, ny] (mm) here, zero elsewhere."""
         return convolve(self.inverse, self.padded, gap)
 
     def attainable(self, gap: np.ndarray, g: np.ndarray, p: np.ndarray) -> float:
         """About the least relative residual that rounding allows, at pressure `p` (MPa).
 
-        `gap`, `g`: gaps (mm) undeformed and deformed; all [nx, ny]. Rounding leaves noise in the gap, and the inverse
-        makes pressures of it.
+        `gap`, `g`: gaps (mm) undeformed and deformed; all [nx, ny]. Rounding leaves noise in the gap, which the
+        inverse operator turns into noise in the pressure.
         """
         noise = np.finfo(float).eps * float(np.abs(gap).max() + np.abs(g).max())
         return noise * self.stiffness * math.sqrt(float(np.count_nonzero(p))) / arrays.norm2(p)

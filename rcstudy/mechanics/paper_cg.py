@@ -1,8 +1,8 @@
-"""The paper's own conjugate gradients for the tractions (its Eqs 9 and 18 to 23), taken at its word.
+"""The paper's own conjugate gradients for the tractions (its Eqs 9 and 18 to 23), implemented as published.
 
 Kept so that its error can be reported. It iterates on Eq. 8, the no-slip condition integrated along x, and scales
-tractions beyond the bound back onto it (Eq. 23), which keeps q parallel to the accumulated displacement instead of
-the slip: it does not satisfy Coulomb's law where cells slip, and may stop short of its tolerance.
+tractions beyond the bound back onto it (Eq. 23). That keeps q parallel to the accumulated displacement instead of
+the slip: the result does not satisfy Coulomb's law where cells slip, and the iteration may not reach its tolerance.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ def solve_paper_cg(
     dx: float,
     tolerance: float,
 ) -> RollingSolution:
-    """Tractions by the paper's iteration.
+    """Tractions, slips and slip flags by the paper's iteration.
 
-    `displacement`: u (mm) by q (MPa) on the contact's box and one more row of cells ahead of it (+x); `cells` [m, 2],
-    `bound` mu p [m] (MPa), `w` [m, 2] rigid slip plus slip by pressure; `dx` (mm).
+    `displacement`: u (mm) by q (MPa) on the contact's box and one more row of cells ahead of it (+x); `cells` [m, 2]:
+    indices in the box; `bound` [m]: mu p (MPa); `w` [m, 2]: rigid slip plus slip by pressure; `dx` (mm).
 
-    The residual of Eq. 18 is u - (xi_x x - phi x y + f_j) and its like for y. Eq. 9 takes f_j, g_j where the
-    residual is to vanish: the leading edge of each row, here the centre of the cell ahead of its first cell in
-    contact (the reading under which no residual is the same as no discrete slip). Sums over cells are over stick
-    cells in Eq. 19 and its use in Eqs 20, 21. `residual` of the result: relative change of the tractions in the last
-    iteration, which the paper's tolerance is read to bound.
+    The residual of Eq. 18 is u_x - (xi_x x - phi x y + f_j), and likewise for u_y with g_j. Eq. 9 sets f_j, g_j at the
+    point where the residual vanishes: the leading edge of each row, here the centre of the cell ahead of its first cell
+    in contact (with this reading zero residual means zero discrete slip). The sum of Eq. 19, also where Eqs 20 and 21
+    use it, is over stick cells. `residual` of the result: relative change of the tractions in the last iteration, to
+    which the paper's tolerance is taken to apply.
     """
     n = cells.shape[0]
     # rows of cells of equal y, each from its leading edge backwards
@@ -44,7 +44,7 @@ def solve_paper_cg(
     ahead = cells[order[first]] + np.array([1, 0])
     leading = np.empty(n, dtype=int)
     leading[order] = np.repeat(np.arange(first.size), lengths)
-    # integral of w from the leading edge: u has to fall by it
+    # integral of w from the leading edge backwards: u has to decrease by it
     target = np.empty((n, 2))
     total = np.cumsum(w[order], axis=0)
     target[order] = -dx * (total - np.repeat(total[first] - w[order[first]], lengths, axis=0))
@@ -52,7 +52,7 @@ def solve_paper_cg(
     products = 0
 
     def displaced(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Displacements [m, 2] at the cells, and at the cells ahead of their rows."""
+        """Displacements [m, 2] at the cells, and [m, 2] at the cell ahead of the row of each."""
         nonlocal products
         products += 1
         u = displacement.on_box(q, cells)
@@ -83,5 +83,5 @@ def solve_paper_cg(
 
 
 def _at(cells: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Displacements [m, 2] at `cells` [m, 2] from those of the box, `u` [2, nx, ny]."""
+    """Displacements [m, 2] at `cells` [m, 2] from `u` [2, nx, ny] on the box."""
     return np.ascontiguousarray(u[:, cells[:, 0], cells[:, 1]].T)

@@ -1,4 +1,4 @@
-"""When an iteration is given up: after so many steps in a row that get nowhere."""
+"""A stopping rule for iterations: a number of steps in a row without progress."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ import math
 
 
 class Patience:
-    """Ends with the last of `steps` steps in a row, none of which left less than `part` of the best residual before."""
+    """Ends an iteration after `steps` steps in a row without progress.
+
+    A step makes progress if its residual is less than `part` times that of the last step that did.
+    """
 
     def __init__(self, steps: int, part: float = 1.0) -> None:
         self._steps, self._part = steps, part
         self._best, self._since_best = math.inf, 0
 
     def ends(self, residual: float) -> bool:
-        """Whether it ends with a step that leaves `residual`."""
+        """Whether the iteration is to end with a step that leaves `residual`."""
         if residual < self._part * self._best:
             self._best, self._since_best = residual, 0
         else:

@@ -1,13 +1,13 @@
-"""What a stiff skin gathers at the contact's rim, within less than a cell.
+"""Error of the largest pressure under a stiff skin whose load is concentrated at the contact's rim.
 
-A skin much stiffer than what it lies on bends like a plate and takes its load along the contact's rim: by the theory
-of plates a force per length there, which the skin itself spreads over about its own thickness h. Cells longer than h
-spread it over themselves, so that the largest pressure is too small by a factor of up to dx/h, and meshes that see it
-nowhere near the rim agree on a wrong one. What cells at the rim carry beyond `_SMOOTH` of what those behind them do, as
-the root of a smooth contact would have it, counts as that force.
+A skin (outer layers) much stiffer than what is below bends like a plate and takes its load along the contact's rim: by
+plate theory a force per unit length, which the skin itself spreads over about its own thickness h. Cells longer than h
+spread it over their own length, so that the largest pressure is too small by a factor of up to dx/h. Meshes too coarse
+to have their largest pressure at the rim agree with each other on a wrong value. In a smooth contact, where the
+pressure ends like a root, rim cells carry up to `_SMOOTH` of those behind them; what exceeds it counts as that force.
 
-Set on 918 random contacts with layers stiffer than what is below, in some twenty of which it matters, against cells
-four times finer, which do not resolve all of it either: hence `_MOST`.
+The constants are fitted to 918 random contacts with layers stiffer than what is below, in some twenty of which the
+effect matters, against cells four times finer. These do not resolve all of it either: hence `_MOST`.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ import numpy as np
 from rcstudy.mechanics.scene import Layer, Material
 
 _SMOOTH = 0.7
-_SHORT = 1.3  # times what is found: even cells no longer than the skin is thick round some of it off
-_MOST = 8.0  # cells' length over the skin's thickness
+_SHORT = 1.3  # factor on the force found: even cells no longer than the skin's thickness lose some of it
+_MOST = 8.0  # largest length of a cell over the skin's thickness that is allowed for
 
 
 def missing_at_rim(p: np.ndarray, layers: Sequence[Layer], substrate: Material, side: float) -> float:
-    """By what part of itself the largest of pressures `p` [nx, ny] (MPa) may be too small, or 0 without stiff skins.
+    """Fraction of itself by which the largest of pressures `p` [nx, ny] (MPa) may be too small; 0 without a stiff skin.
 
     `side`: the shorter side of a cell (mm).
     """
@@ -47,7 +47,7 @@ def missing_at_rim(p: np.ndarray, layers: Sequence[Layer], substrate: Material, 
 def skin(layers: Sequence[Layer], substrate: Material, side: float) -> float:
     """Depth (mm) to the bottom of a stiff skin, at most `side`; 0 where no layer is stiffer than what is below it.
 
-    Of skins thinner than `side` that which bends least (E h^3) counts.
+    Of several skins thinner than `side` the one with the largest bending stiffness (E h^3) counts.
     """
     depth, found, stiffest = 0.0, 0.0, 0.0
     for layer, below in zip(layers, (*layers, substrate)[1:], strict=True):
@@ -59,7 +59,7 @@ def skin(layers: Sequence[Layer], substrate: Material, side: float) -> float:
 
 
 def _all_around(flags: np.ndarray) -> np.ndarray:
-    """Where all four neighbours are flagged; not in the outermost cells, beyond which there are none."""
+    """Flags [nx, ny] of cells whose four neighbours are flagged; false in the outermost cells, which have fewer."""
     within = np.zeros_like(flags)
     within[1:-1, 1:-1] = flags[2:, 1:-1] & flags[:-2, 1:-1] & flags[1:-1, 2:] & flags[1:-1, :-2]
     return within

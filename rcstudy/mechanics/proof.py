@@ -1,9 +1,10 @@
-"""The proof that goes with every solution, computed apart from the solvers.
+"""The proof stored with every solution: residuals of the contact conditions, computed independently of the solvers.
 
-Displacements come from the influence coefficients by convolutions of their own (displacements first, differences after;
-a larger box for the gap), not from the operators and residuals that the solvers keep. Which cells slip is what the
-solution says, and is held to. On aligned cells it takes over where their rows are, the pressure on them, what leading
-cells make too much of slips by pressure, and what `centring.py` added to the slip in a few cells.
+Displacements come from the influence coefficients by separate convolutions (displacements first, then differences; a
+larger box for the gap), not from the operators and residuals of the solvers. Stick and slip cells are those of the
+solution, and each is checked for its own condition. On aligned cells the proof also takes from the solution the
+positions of the rows, the pressure on them, the corrections of slip in leading cells, and the frozen corrections of
+slip of a few cells (`centring.py`).
 """
 
 from __future__ import annotations
@@ -18,18 +19,18 @@ from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
 
-# How far a proof may miss, in units of the tolerance asked for, and never asked to be better than _FLOOR.
-# Tolerances bound errors in the mean; the proof looks at the worst cell, hence the room.
+# Limits of numbers that depend on a tolerance: _ROOM times that, but at least _FLOOR. Tolerances bound mean errors; the
+# proof takes the worst cell, hence the large factor.
 _ROOM = 100.0
 _FLOOR = 1e-9
 
 
 def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = None) -> dict[str, float]:
-    """Tension, load balance, gap under pressure and overlap outside the contact (keys of `result.VARIABLES`).
+    """Tension, load imbalance, gap under pressure and overlap outside the contact (keys of `result.VARIABLES`).
 
-    Tension is relative to the largest pressure, the balance to the load, gap and overlap to the approach.
-    The gap h + u_z - approach is computed on the contact's box and half as much again on each side; farther out h
-    grows and u_z falls. `q` [m, 2]: tractions (MPa) that lift the surface, with `coupling: full`.
+    Tension is relative to the largest pressure, the imbalance to the load, gap and overlap to the approach.
+    The gap h + u_z - approach is computed on the contact's box widened by half its size on each side; farther out h
+    grows and u_z falls. `q` [m, 2]: tractions (MPa) whose u_z is added, with `coupling: full`.
     """
     dx, dy = scene.mesh.spacing
     size = contact.touched.shape
@@ -52,9 +53,9 @@ def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = No
 
 
 def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.ndarray:
-    """Slip [m, 2] under the tractions of `rolling`: displacements first, differences after. This is what is stored.
+    """Slip [m, 2] under the tractions of `rolling`, by differences of displacements. These are the stored slips.
 
-    With `discretisation: aligned` that of slip cells at their centres.
+    With `discretisation: aligned` the slip of slip cells is that at their centres. Raises ValueError without creepage.
     """
     if scene.creepage is None:
         raise ValueError("a scene without creepage has no slip")
@@ -75,11 +76,10 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
 
 
 def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:
-    """Slip in stick cells, direction of slip cells' tractions, and the bound (keys of `result.VARIABLES`).
+    """Errors of slip in stick cells, of its direction in slip cells, and of the bound (keys of `result.VARIABLES`).
 
-    The first two are relative to the largest slip without tractions, the bound to its own largest value, mu p_max.
-    `s` [m, 2]: the slip by `slips`. Where a plate has lifted off within a row of aligned cells nothing is carried, and
-    slip is free to be anything.
+    The first two are relative to the largest slip without tractions, the last to the largest bound. `s` [m, 2]: the
+    slip by `slips`. Cells of aligned rows from which a plate has lifted off carry nothing, and their slip is arbitrary.
     """
     w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure
@@ -87,8 +87,8 @@ def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution
     speed = np.hypot(s[:, 0], s[:, 1])
     largest = float(np.hypot(w[:, 0], w[:, 1]).max())
     slip, stick = rolling.slip & contact.carrying, ~rolling.slip & contact.carrying
-    # slip has to point against the traction; weighted by the slip itself, whose direction means nothing where it
-    # vanishes
+    # |s + |s| q/|q||: zero if slip points against the traction; proportional to the slip, as the direction of a
+    # vanishing slip is undefined
     astray = np.hypot(*(s * size[:, None] + speed[:, None] * rolling.q).T) / np.maximum(size, 1e-300)
     excess = np.where(rolling.slip, np.abs(size - bound), np.clip(size - bound, 0.0, None))
     scale = largest if largest > 0.0 else 1.0
@@ -100,7 +100,7 @@ def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution
 
 
 def failures(proof: dict[str, float], scene: Scene) -> list[str]:
-    """The parts of `proof` that miss their limit, in words; empty if the proof holds. NaN never passes."""
+    """One sentence for each number of `proof` beyond its limit; empty if the proof holds. NaN never passes."""
     normal = max(_ROOM * scene.tolerance.normal, _FLOOR)
     tangential = max(_ROOM * scene.tolerance.tangential, _FLOOR)
     if scene.is_coupled:

@@ -1,24 +1,24 @@
-r"""Pressure under layers that bend like plates: the rim of the contact is solved for directly.
+r"""Pressure under layers that bend like plates: the rim of the contact is eliminated by a direct factorisation.
 
-With the cells in contact I known, A_II p = approach - gap is to be solved. What the conjugate gradients of `normal.py`
-take for (A_II)^-1 is B_II, the inverse B of the operator on a torus cut down to the contact. These differ by what is
-beyond the contact, O:
+With the set I of cells in contact known, A_II p = approach - gap is to be solved. The conjugate gradients of
+`normal.py` are preconditioned by B_II instead of (A_II)^-1, where B is the inverse of the operator on a torus, and B_II
+its part on the contact. The two differ by a term that involves the cells O outside the contact:
 
     (A_II)^-1 = B_II - B_IO (B_OO)^-1 B_OI.
 
-The right-hand side lets the surface beyond the contact go where it will; B_II holds it down. On a half-space
-that matters little: the eigenvalues of B_II A_II are 1 to 3. A plate held down at its edge has to bend within a cell
-there, and they reach (size of the contact/cell)^3, two for each wave along the edge that is long against a cell: 35 of
-them above 2 and the largest 350 for six layers of 3 to 729 times the substrate's modulus on 64 x 64 cells.
+With (A_II)^-1 the surface outside the contact is free; with B_II its displacement there is zero. On a half-space that
+matters little: the eigenvalues of B_II A_II are 1 to 3. A plate held down outside the contact has to bend within a cell
+at the edge, and they reach (size of the contact/cell)^3, two for each wave along the edge that is long compared with a
+cell: for six layers of 3 to 729 times the substrate's modulus on 64 x 64 cells, 35 exceed 2, and the largest is 350.
 
-So the cells of the contact that have a neighbour beyond it, its rim b, are eliminated by a Cholesky factorisation, and
-what remains for the cells J inside it is S = A_JJ - A_Jb (A_bb)^-1 A_bJ. Its inverse is that of A_II cut down to J:
-the surface stays down on the rim and is free beyond it. B_JJ holds it down beyond as well, and the plate hardly feels
-the difference, clamped as it is by the rim: the eigenvalues of B_JJ S are 0.7 to 1.6, whatever the layers and the mesh.
-A step of conjugate gradients gains a factor of six, at three products instead of two.
+Therefore the rim b of the contact, its cells with a neighbour outside it, is eliminated by a Cholesky factorisation.
+The system for the cells J inside the rim is then S = A_JJ - A_Jb (A_bb)^-1 A_bJ. Its inverse is the part of (A_II)^-1
+on J: the displacement is zero on the rim and free outside. With B_JJ it is zero outside, too, which hardly matters to a
+plate already clamped at the rim: the eigenvalues of B_JJ S are 0.7 to 1.6, whatever the layers and the mesh.
+A step of conjugate gradients reduces the error by a factor of six, at three products instead of two.
 
-Which cells are in contact is found by Newton's method: where the pressure comes out negative they leave, where the
-surfaces overlap they enter (the primal-dual active set method: Hintermueller, Ito and Kunisch 2003).
+The set of cells in contact is found by Newton's method: cells with negative pressure leave it, cells where the
+surfaces overlap enter it (the primal-dual active set method: Hintermueller, Ito and Kunisch 2003).
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.patience import Patience
 
-_MAX_SETS = 40  # of cells in contact that are tried
-_MAX_STEPS = 60  # on one set
+_MAX_SETS = 40  # sets of cells in contact that are tried
+_MAX_STEPS = 60  # of conjugate gradients on one set
 _PATIENCE = 8  # steps without a smaller residual
-_FORCING = 0.1  # how far a set that is not the right one is solved, of its first residual
-_LONGEST = 4  # cells of a rim over those along two sides of the box; longer ones are of no contact in one piece
+_FORCING = 0.1  # residual, over the initial one, to which a set of cells that will change is solved
+_LONGEST = 4  # most rim cells, over nx + ny of the box: a contact in one piece has fewer
 
 
 class RimSolver:
-    """Pressures `p` of sum `total` (MPa) on a box of cells, and the gaps `g` (mm) that they leave, on their way.
+    """Iterates of the solution on a box of cells: pressures `p` of sum `total` (MPa), and gaps `g` (mm) under these.
 
     `gap` [nx, ny] (mm): undeformed distance; `p` [nx, ny] (MPa): pressures >= 0 to start from.
     """
@@ -54,7 +54,7 @@ class RimSolver:
         self.attainable = operator.attainable(gap, self.g, self.p)
 
     def solve(self, tolerance: float) -> NormalSolution:
-        """The pressure to `tolerance`, or as far as it goes."""
+        """The pressure with a residual of at most `tolerance`, or as near as the iteration comes."""
         inside = (self.p > 0.0) | (self.g < self.approach)
         leaving = np.zeros_like(inside)
         converged = False
@@ -76,17 +76,17 @@ class RimSolver:
         return NormalSolution(p, *numbers, converged, self.attainable)
 
     def _misplaced(self, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Cells [nx, ny] under tension, which are to leave the contact `inside`, and cells that overlap beyond it."""
+        """Flags [nx, ny] of cells of the contact `inside` under tension, and of cells outside it that overlap."""
         return inside & (self.p <= 0.0), ~inside & (self.g < self.approach)
 
     def _matters(self, leaving: np.ndarray, entering: np.ndarray, tolerance: float) -> bool:
-        """Whether any of these cells is out of place by more than the tolerance."""
+        """Whether tension in `leaving` or overlap in `entering` cells exceeds the relative tolerance anywhere."""
         tension = self.p[leaving].min(initial=0.0) < -tolerance * self.p.max()
         overlap = self.g[entering].min(initial=np.inf) < self.approach - tolerance * abs(self.approach)
         return bool(tension or overlap)
 
     def _enter(self, rim: _Rim, leaving: np.ndarray) -> None:
-        """Take the pressure off the cells `leaving`; the rim makes up for it, and for the load, and closes its gaps."""
+        """Set the pressure of `leaving` cells to zero; change the rim's so that its gaps close and the load is kept."""
         change = np.where(leaving, -self.p, 0.0)
         gap = self.g[rim.at]
         rim.add_lift(change, gap)
@@ -97,9 +97,9 @@ class RimSolver:
         self.change = float(arrays.norm2(change) / arrays.norm2(self.p))
 
     def _settle(self, rim: _Rim, inside: np.ndarray, tolerance: float) -> None:
-        """Conjugate gradients for the cells inside the rim, whose own gaps stay equal.
+        """Conjugate gradients for the cells inside the rim; the gaps on the rim stay equal to the approach.
 
-        As far as `tolerance`, or to `_FORCING` if it is seen that other cells are in contact.
+        They end at `tolerance`, or at `_FORCING` times the initial residual if other cells are found in contact.
         """
         r = np.zeros_like(self.p)
         d, image = np.zeros_like(r), np.zeros_like(r)
@@ -117,7 +117,7 @@ class RimSolver:
             if self.residual <= _FORCING * first and self._matters(*self._misplaced(inside), tolerance):
                 break
             previous, zr = zr, _dot(z, r)
-            beta = max((zr - _dot(z, last)) / previous, 0.0) if step else 0.0  # Polak and Ribiere's
+            beta = max((zr - _dot(z, last)) / previous, 0.0) if step else 0.0  # Polak and Ribiere
             z_image = self._image(z)
             answer = np.zeros_like(z)
             answer[rim.at], z_rise = rim.close(z_image[rim.at], -float(z.sum()))
@@ -126,7 +126,7 @@ class RimSolver:
             image = z_image + beta * image
             rise = z_rise + beta * rise
             curvature = _dot(d, image)
-            if curvature <= 0.0:  # nothing but rounding
+            if curvature <= 0.0:  # only rounding errors are left
                 break
             length = zr / curvature
             self.p += length * d
@@ -140,15 +140,15 @@ class RimSolver:
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
-    """Sum of products, on one thread whatever the BLAS does."""
+    """Sum of products, without the BLAS, so that it does not depend on the number of threads."""
     return float((a * b).sum())
 
 
 class _Rim:
-    """The cells of the contact `inside` [nx, ny] that have a neighbour beyond it, factorised.
+    """The rim of the contact `inside` [nx, ny], its cells with a neighbour outside it, with A_bb factorised.
 
-    `at`: their indices along x and y, [nb] each; `interior` [nx, ny]: the other cells in contact. Raises LinAlgError
-    if rounding leaves no factorisation, or the rim is longer than that of a contact in one piece.
+    `at`: their indices along x and y, [nb] each; `interior` [nx, ny]: flags of the other cells in contact. Raises
+    LinAlgError if A_bb is not positive definite to rounding, or the rim is longer than that of a contact in one piece.
     """
 
     def __init__(self, operator: NormalOperator, inside: np.ndarray) -> None:
@@ -168,11 +168,11 @@ class _Rim:
         pressure.solve_factorised(self._factor, self._uniform)
 
     def add_lift(self, p: np.ndarray, gap: np.ndarray) -> None:
-        """Add to the rim's gaps `gap` [nb] (mm) what a few pressures `p` [nx, ny] do to them."""
+        """Add to the rim's gaps `gap` [nb] (mm) the u_z by pressures `p` [nx, ny] (MPa), of which few are nonzero."""
         pressure.add_displacement(self._coefficients, p, np.argwhere(p), self._cells, gap)
 
     def close(self, gap: np.ndarray, load: float) -> tuple[np.ndarray, float]:
-        """Pressures [nb] of sum `load` on the rim that make its gaps `gap` [nb] (mm) all the same, and that gap."""
+        """Pressures [nb] (MPa) of sum `load` that make the rim's gaps `gap` [nb] (mm) equal, and these gaps' value."""
         p = -gap
         pressure.solve_factorised(self._factor, p)
         level = (load - float(p.sum())) / float(self._uniform.sum())

@@ -1,34 +1,35 @@
 r"""Tractions in steady rolling: a semismooth Newton method with FFT products.
 
-Unknown: tractions q on the cells in contact. Slip in cell (i, j), the contract of ``tests/reference``:
+The unknowns are the tractions q on the cells in contact. The slip in cell (i, j), as defined in ``tests/reference``, is
 
     s = w + s_p + B q,   w = (xi_x - phi y, xi_y + phi x),   (B q)_ij = (u_ij - u_(i+1)j)/dx,  u = A q,
 
 with s_p the same difference of the displacement by pressure (the paper's Eq. 5 with an upwind difference;
-Kalker 1990, section 4). Coulomb's law (Eq. 6) is the equation q = Proj(q - rho s) with Proj onto the disc of
-radius mu p, any rho > 0. Its semismooth Newton step, with t = q - rho s at the last iterate: where |t| <= mu p
-the cell sticks, s = 0; elsewhere q = mu p n + tau m with n = t/|t|, m across it, and
+Kalker 1990, section 4). Coulomb's law (Eq. 6) is equivalent to q = Proj(q - rho s), with Proj the projection onto the
+disc of radius mu p and any rho > 0. In its semismooth Newton step, with t = q - rho s at the last iterate, a cell with
+|t| <= mu p sticks, s = 0; elsewhere q = mu p n + tau m with n = t/|t|, m perpendicular to n, and
 
     c m.s + (1 - c) b tau = 0,   c = mu p/|t|,   b = 1/rho.
 
-This is m.s + d tau = 0 with d = (1/c - 1) b (at the solution |s|/(mu p)), in rows that count as errors of tractions do:
-d may be a millionth of b in one cell and a million times b in another.
+This is m.s + d tau = 0 with d = (1/c - 1) b, at the solution |s|/(mu p). As d may be a millionth of b in one cell and a
+million times b in another, each row is scaled by c, so that residuals of all rows count like errors of tractions.
 
-Iterates stay off the bound by what they miss of it: bringing them onto it would take a product to know their slips, and
-no fewer steps. Slips, linear in q, are known from the linear system's own products.
+Iterates are not projected onto the bound: that would take one more product, for the slips of the projected tractions,
+and would save no step. Slips are linear in q and follow from the products of the linear system.
 
 The linear systems are solved by GMRES. Its preconditioner treats stick cells first: B is the upwind difference of a
 convolution, so its inverse is nearly a sum along each row from the leading edge followed by the inverse convolution.
-Then the slip cells, with what is left of their residual: with one d for all, 2 b or what the least of them has (within
-a factor of 2), by the root of c (1 + d/b) (B + d)^-1 and the root of 1/c, which is right for short waves. Both work on
-a torus no larger than the contact. Where slip is centred, C B in place of B, their residual is divided by 1 + c (C - 1)
-first, tridiagonal along rows: without it a tenth to a third more products.
+The slip cells follow, with the residual that this leaves. One d is used for all of them, 2 b or the least d of these
+cells if that is larger (within a factor of 2): the residual is multiplied by the root of 1/c, by (1 + d/b) (B + d)^-1
+and by the root of c, which is right for short waves. Both parts work on a torus no larger than the contact. Where slip
+is centred (`centring.py`: C B in place of B), the residual of slip cells is first divided by 1 + c (C - 1), tridiagonal
+along rows; without that there are a tenth to a third more products.
 
-That alone would take more and more products the finer the mesh: the displacement ahead of the leading edge is not zero,
-as the sums have it, and at the border of the stick zone d is. GMRES makes use of several preconditioners in turn: along
-rows of 32 cells and more, every other one is right at the leading edge (`slip_operator.from_leading_edge`), and every
-fourth has a quarter of d. So the number of products hardly depends on the mesh: 23 to 26 in the median of the paper's
-cases, from 64 to 512 cells (25 to 39 by one and the same).
+This alone would take more products the finer the mesh, for two reasons: the sums take the displacement ahead of the
+leading edge for zero, which it is not, and d goes to zero at the border of the stick zone. GMRES can use several
+preconditioners in turn: along rows of 32 cells and more, every second one is right at the leading edge
+(`slip_operator.from_leading_edge`), and every fourth has a quarter of d. The number of products then hardly depends on
+the mesh: 23 to 26 in the median of the paper's cases, from 64 to 512 cells (25 to 39 with one preconditioner).
 """
 
 from __future__ import annotations
@@ -47,26 +48,27 @@ from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SHIFT, SlipOperator
 from rcstudy.mechanics.stopping import traction_residual
 
-_MAX_NEWTON = 100  # of 6000 aligned contacts with spin 99 % took 35 or fewer, the last ones 66
+_MAX_NEWTON = 100  # of 6000 aligned contacts with spin 99 % took 35 steps or fewer, the slowest 66
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
-_SETTLED = 1e-4  # part of their bound that tractions may be off by what centring keeps adding
-_LARGEST = 1e30  # of d of the preconditioner, over that for cells that slip by little
-# preconditioners: right at the leading edge, where cells begin to slip, and neither
+_SETTLED = 1e-4  # error of tractions by the frozen correction of slip, over the sum of bounds, that is accepted
+_LARGEST = 1e30  # largest d of the preconditioner, over `SHIFT` b
+# preconditioners: right at the leading edge; with a smaller d, for the border of the stick zone; plain
 _AT_EDGE, _AT_BORDER, _PLAIN = range(3)
 _TURNS = _AT_EDGE, _PLAIN, _AT_EDGE, _AT_BORDER
-_WEIGHT = 2.0  # of tractions off the bound against slips; 0.1 to 6 make a tenth of a difference to the products
+_WEIGHT = 2.0  # of the residual mu p - n.q against slips; with 0.1 to 6 the number of products differs by a tenth
 
 
 @dataclass
 class RollingSolution:
-    """Tractions `q` and slips `s` [m, 2] (MPa, -) and slip flags [m] of the contact cells, and how they were found.
+    """Tractions `q` and slips `s` [m, 2] (MPa, -) and slip flags [m] of the contact cells, and data of the solver.
 
     `residual`: see `solve_tractions`; `products`: operator and preconditioner products on the mesh itself;
-    `s_ahead` [m, 2]: slips where they belong, half a cell ahead of the centres for which `s` has them (`centring.py`),
-    on cells that are not moved the same ones; `centring` [m, 2]: what it kept adding to the slip, and `unsettled`: by
-    how much of their bounds tractions are off because of that; `coarser`: the solution with cells of twice the size
-    that it started from, and `interpolated` [m, 2] (MPa): what that makes of the tractions.
+    `s_ahead` [m, 2]: slips half a cell ahead of the cells' centres, where differences of displacements belong (`s` has
+    those of slip cells at the centres, see `centring.py`; without centring both are the same); `centring` [m, 2]: the
+    correction of slip to the centres if it was frozen, and `unsettled`: the error of the tractions due to that, over
+    the sum of the bounds; `coarser`: the solution with cells of twice the size that this one started from, and
+    `interpolated` [m, 2] (MPa): the tractions interpolated from it.
     """
 
     q: np.ndarray
@@ -83,9 +85,9 @@ class RollingSolution:
     interpolated: np.ndarray | None = None
 
     def after(self, earlier: RollingSolution) -> RollingSolution:
-        """This one with the iterations and products of an `earlier` one, which it went on from, added to its own.
+        """This solution with the iterations and products of the `earlier` one that it started from added to its own.
 
-        If it did not start from a coarser mesh itself the earlier one did.
+        `coarser` is that of the earlier one if this one has none.
         """
         iterations, products = self.iterations + earlier.iterations, self.products + earlier.products
         return replace(self, iterations=iterations, products=products, coarser=self.coarser or earlier.coarser)
@@ -99,7 +101,7 @@ class RollingSolution:
 def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -> np.ndarray:
     """Rigid slip [m, 2] per unit rolling speed at x, y [m] (mm): (xi_x - phi y, xi_y + phi (x + ahead)).
 
-    The paper's Eq. 5; `ahead` (mm) moves the point at which the spin part is taken.
+    The paper's Eq. 5; `ahead` (mm): distance ahead of x at which the spin part is taken.
     """
     w = np.empty((x.size, 2))
     tractions.rigid_slip(x, y, creepage.longitudinal, creepage.lateral, creepage.spin, ahead, w)
@@ -107,7 +109,7 @@ def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -
 
 
 class NewtonSystem:
-    """The linear system of one Newton step: which cells slip, their directions, and products with it.
+    """The linear system of a Newton step: flags of slip cells, directions of their bounds, products with the matrix.
 
     `neighbours`: see `solve_tractions`.
     """
@@ -125,34 +127,34 @@ class NewtonSystem:
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.places, self._places = operator.plan.places(cells), operator.torus_plan.places(cells)
         self.rho = 1.0 / operator.diagonal
-        self.unit = self.rho / _WEIGHT  # of slip cells' tractions along the bound's direction, as unknowns
-        # tractions end within their bound; iterates that are far off it must not look small beside themselves
+        self.unit = self.rho / _WEIGHT  # of the unknowns of slip cells along the bound's direction (MPa)
+        # largest scale of residuals: converged tractions are within their bounds, so the residual of an iterate far
+        # beyond them must not look small in relation to that iterate
         self._scale = min(self.rho * arrays.norm2(w), arrays.norm2(bound[None]))
         self.slip = np.zeros(n, dtype=np.bool_)
         self.normal = np.zeros((n, 2))
         self.share, self._damping, self._root = np.zeros((3, n))
         self._work = np.zeros((2, n))
-        self._power = 0  # of d in the preconditioner
+        self._power = 0  # of 4 in d = `SHIFT` 4^power b of the preconditioner
         self.products = 0
-        self.rows = self.slip, self.normal, self.share, operator.diagonal  # what makes the rows of the system
+        self.rows = self.slip, self.normal, self.share, operator.diagonal  # these define the rows
         self._no_slip = np.zeros(n, dtype=np.bool_)
         self._slipping = 0  # number of slip cells
-        # slips to which Coulomb's law was last applied: at their own points, at cell centres, or with the frozen
-        # correction
+        # slips to which Coulomb's law was last applied: as they are, at cell centres, or with the frozen correction
         self.lawful = w
 
     @property
     def kept(self) -> np.ndarray | None:
-        """What `centring` keeps adding to the slip [m, 2], if it does."""
+        """The frozen correction of slip [m, 2]; None while `centring` finds it from the slip, or without centring."""
         return None if self.centring is None else self.centring.kept
 
     @property
     def _looking(self) -> Centring | None:
-        """The `centring`, as long as it looks at the slip."""
+        """The `centring` while it finds its correction from the slip; None once that is frozen, or without centring."""
         return self.centring if self.kept is None else None
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
-        """Set stick and slip from q - rho s; returns the relative residual (see `solve_tractions`)."""
+        """Relative residual (`solve_tractions`) of tractions and slips [m, 2]; sets stick and slip from q - rho s."""
         looking = self._looking
         self.lawful = s if self.kept is None else s + self.kept
         of_law = self.bound, self.rho, self.slip, self.normal, self.share
@@ -171,7 +173,7 @@ class NewtonSystem:
         return residual
 
     def unsettled(self, q: np.ndarray, s: np.ndarray) -> float:
-        """By how much tractions `q` miss the law for recomputed slips `s`, over the sum of all bounds."""
+        """Error of tractions `q` by Coulomb's law with the centring computed from slips `s`, over the sum of bounds."""
         if self.centring is None:
             return 0.0
         rest = q - self.rho * self.centring.look(s, self.slip)
@@ -188,7 +190,7 @@ class NewtonSystem:
         return s
 
     def apply(self, v: np.ndarray, out: np.ndarray) -> None:
-        """Product of the system's matrix with a vector of unknowns `v` [2 m], and the slips, into `out` [4 m]."""
+        """Product of the system's matrix with a vector of unknowns `v` [2 m], then slips by `v`, into `out` [4 m]."""
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
         looking = self._looking
@@ -199,19 +201,19 @@ class NewtonSystem:
             tractions.gather_centred_slip(*of_rows, looking.weight, slips, rows)
 
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
-        """Displacements by a vector of unknowns `v` [2 m], into the operator's `plan.real`."""
+        """Displacements by unknowns `v` [2 m], those of slip cells being flagged in `slip` [m], into `plan.real`."""
         self.products += 1
         tractions.scatter_traction(v, self.places, slip, self.normal, self.unit, self.operator.plan.flat)
         self.operator.multiply()
 
     def precondition(self, v: np.ndarray, out: np.ndarray, turn: int = _PLAIN) -> None:
-        """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick, then slip cells with what is left."""
+        """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick cells, then slip cells with the rest."""
         self.products += 1
         operator = self.operator
         plan = operator.torus_plan
         cells, places, slip, normal = self.cells, self._places, self.slip, self.normal
         power, rest, inverse = self._power, v, operator.torus_inverse
-        # what is outside the cells stays zero in plan.field from the first of these on
+        # the first of these kernels sets plan.field to zero outside the cells; the others leave it so
         if self._slipping < len(cells):
             if turn == _AT_EDGE and operator.torus_edge is not None:
                 before, inverse = operator.torus_edge
@@ -236,7 +238,7 @@ class NewtonSystem:
             tractions.gather_slip_traction(plan.result, places, slip, normal, self._root, out)
 
     def _before_cut(self, v: np.ndarray, symbol: np.ndarray) -> np.ndarray:
-        """Residuals of stick cells in `v` [2 m] after a convolution on the torus; of slip cells anything."""
+        """Residuals `v` [2 m] of stick cells after a convolution on the torus; values of slip cells are meaningless."""
         plan = self.operator.torus_plan
         tractions.scatter_stick(v, self._places, self.slip, plan.field)
         plan.forward()
@@ -246,7 +248,7 @@ class NewtonSystem:
         return out
 
     def _on_torus(self, symbol: np.ndarray) -> None:
-        """Product of the operator with `symbol` and the preconditioner's `field`, into its `result`."""
+        """Product of the convolution with `symbol` and the preconditioner's `field`, into its `result`."""
         plan = self.operator.torus_plan
         plan.forward()
         arrays.multiply_packed(plan.hat, symbol)
@@ -255,8 +257,8 @@ class NewtonSystem:
     def step(self, q: np.ndarray, s: np.ndarray, forcing: float) -> tuple[np.ndarray, np.ndarray]:
         """Tractions and slips [m, 2] after the Newton step from `q` and `s`, the last ones that were classified.
 
-        The linear system is solved to `forcing` of its first residual. Slips are linear in tractions, and the linear
-        system's products tell those of the step: no other product is needed.
+        The linear system is solved to `forcing` times its initial residual. Slips are linear in tractions, so those of
+        the step follow from the products of the linear system; no other product is needed.
         """
         residual = np.empty(q.size)
         tractions.newton_residual(self.lawful, q, *self.rows, self.bound, self.unit, residual)
@@ -280,13 +282,13 @@ def solve_tractions(
     guess: np.ndarray | None = None,
     neighbours: np.ndarray | None = None,
 ) -> RollingSolution:
-    """Solve Coulomb's law on the cells in contact.
+    """Tractions, slips and slip flags of the cells in contact by Coulomb's law.
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
-    pressure; `guess` [m, 2]: tractions to start from; `neighbours` [2, m]: take the direction of slip at the centres
-    of slip cells (`centring.py`). The relative tolerance is on
-    ||q - Proj(q - rho s)|| over the smallest of ||q||, ||mu p|| and rho ||w||, 1/rho being the diagonal of B: the
-    tractions, and the slip, are then right to about that fraction of their own size.
+    pressure; `guess` [m, 2]: tractions (MPa) to start from; `neighbours` [2, m]: numbers of the cells ahead and behind;
+    if given, the direction of slip is taken at the centres of slip cells (`centring.py`). The residual, to be less than
+    `tolerance`, is ||q - Proj(q - rho s)|| over the smallest of ||q||, ||mu p|| and rho ||w||, 1/rho being the diagonal
+    of B: tractions and slip are then right to about that fraction of their own size.
     """
     system = NewtonSystem(operator, cells, bound, w, neighbours)
     stop = traction_residual(tolerance, len(cells))
@@ -294,7 +296,7 @@ def solve_tractions(
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
     looks, unsettled = _look_again(state)
     residual = state.residual * stop
-    # slip cells may be off the bound, those that changed their state at the end too, by no more than the residual
+    # slip cells, also those that changed their state in the last step, miss the bound by no more than the residual
     return RollingSolution(
         q=on_bound(state.q, system.slip, system.normal, bound),
         s=system.lawful,
@@ -310,9 +312,10 @@ def solve_tractions(
 
 
 def _look_again(state: _Tractions) -> tuple[int, float]:
-    """From a solution for which centring kept what it adds: look at the slip again, for as long as that helps.
+    """Resume a solution with a frozen correction of slip, recomputing that correction for as long as this helps.
 
-    Returns the Newton steps and by how much of their bounds tractions are off, if it still keeps that.
+    Returns the number of Newton steps, and the error of the tractions over the sum of bounds due to the frozen
+    correction; 0 if that is not frozen any more or there is no solution.
     """
     steps, before = 0, np.inf
     while state.system.kept is not None and state.solved:
@@ -326,7 +329,7 @@ def _look_again(state: _Tractions) -> tuple[int, float]:
 
 
 class _Tractions:
-    """Tractions `q` and slips `s` [m, 2] on their way to Coulomb's law: a `newton.State`."""
+    """Iterates of tractions `q` and slips `s` [m, 2] for Coulomb's law: a `newton.State`."""
 
     def __init__(self, system: NewtonSystem, guess: np.ndarray | None, tolerance: float) -> None:
         self.system, self._tolerance = system, tolerance
@@ -341,7 +344,7 @@ class _Tractions:
         return self.residual <= 1.0
 
     def look_again(self) -> None:
-        """Classify the cells once more, where they are, by the slip as it is: what was added is kept no longer."""
+        """Classify the cells again at the present tractions, with the centring computed from the slip, not frozen."""
         if self.system.centring is not None:
             self.system.centring.begin()
         self._take(self.q, self.s)
@@ -357,9 +360,9 @@ class _Tractions:
 
 
 def on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """`q` [m, 2] (MPa), none beyond `bound` [m], and slip cells that fell short of it on it, along `normal` [m, 2].
+    """Tractions `q` [m, 2] (MPa) scaled back to `bound` [m]; those of slip cells short of it are put on it.
 
-    What misses the bound by rounding alone stays as it is.
+    The latter along `normal` [m, 2]. Tractions that miss the bound by rounding alone stay as they are.
     """
     result = np.empty(q.shape)
     tractions.put_on_bound(q, slip, normal, bound, result)
@@ -367,7 +370,7 @@ def on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndar
 
 
 def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """`q` [m, 2] (MPa) scaled back to `bound` [m] (MPa) where it exceeds it."""
+    """Tractions `q` [m, 2] (MPa), scaled back to `bound` [m] (MPa) where they exceed it."""
     size = np.hypot(q[:, 0], q[:, 1])
     beyond = size > bound
     result: np.ndarray = q * (np.where(beyond, bound, 1.0) / np.where(beyond, size, 1.0))[:, None]
@@ -375,7 +378,7 @@ def within(q: np.ndarray, bound: np.ndarray) -> np.ndarray:
 
 
 def _relative(size: float, scale: float) -> float:
-    """size/scale, with 0/0 = 0: no creepage, no tractions, no residual. NaN of NaN."""
+    """size/scale, with 0/0 = 0, as without creepage there are no tractions and no residual. NaN if both are NaN."""
     if scale == 0.0:
         return 0.0 if size == 0.0 else np.inf
     return size / scale

@@ -1,7 +1,7 @@
 """A scene: one rolling contact, fully stated in absolute units (N, mm, MPa, rad).
 
-Everything the solver needs is in a :class:`Scene` and nothing else is: scenes are immutable, so no
-derived quantity (influence coefficients, Fourier symbols) can go stale behind its back.
+A :class:`Scene` holds everything the solver needs and nothing else. Scenes are immutable, so that no
+derived quantity (influence coefficients, Fourier symbols) can become outdated.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ class Material:
 
 
 def quasi_identical(one: Material, other: Material | None) -> bool:
-    """Whether pressure displaces the surfaces of both half-spaces alike, so that neither moves along the other.
+    """Whether pressure displaces the surfaces of two half-spaces equally along the surface (Dundurs' beta is zero).
 
-    `other` None is rigid: like it are bodies that keep their volume (`nu` 0.5).
+    `other` None is rigid. It is quasi-identical to an incompressible body (`nu` 0.5).
     """
     beta = tuple(0.0 if body is None else (1.0 - 2.0 * body.nu) / body.G for body in (one, other))
     return math.isclose(*beta, rel_tol=1e-14)
@@ -141,7 +141,7 @@ class Scene:
 
     @property
     def conflicts(self) -> dict[str, str]:
-        """Settings that do not go with the method, by their keys, each with a reason; empty if there are none."""
+        """Reasons, by the keys of the settings, why these conflict with the method; empty if none does."""
         found: dict[str, str] = {}
         if self.method == "newton":
             return found
@@ -153,10 +153,10 @@ class Scene:
 
     @property
     def moves_by_pressure(self) -> bool:
-        """Whether pressure displaces the surfaces along each other: not so for quasi-identical bodies."""
+        """Whether pressure displaces the surfaces along each other: not for quasi-identical bodies without layers."""
         return bool(self.layers) or not quasi_identical(self.substrate, self.counterbody)
 
     @property
     def is_coupled(self) -> bool:
-        """Whether pressure and tractions are to be found together: full coupling of bodies that feel it."""
+        """Whether pressure and tractions are solved for together: full coupling of bodies with slip by pressure."""
         return self.coupling == "full" and self.creepage is not None and self.moves_by_pressure

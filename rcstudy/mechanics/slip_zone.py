@@ -1,9 +1,9 @@
-"""The slip zone on aligned cells: its area, to its border between cells, and the largest traction.
+"""The slip zone on aligned cells: its area, with borders found between cells, and the largest traction.
 
-Of each row `kernels/stick.py` tells between which places it sticks. The part of the contact that slips is taken from
-there, and the contact's own area from `edges.py`: both go by the same edges. Where the stick zone is in one piece and
-goes on to the leading edge, the slip zone is what lies behind it, of a width that hardly changes from row to row
-(`kernels/smooth.py`); else it is what lies around it.
+`kernels/stick.py` finds where each row sticks. From that follows the fraction of the contact that slips, and the area
+of the contact follows from `edges.py`: both refer to the same edges. Where the stick zone is in one piece and extends
+to the leading edge, the slip zone lies behind it, with a width that hardly changes from row to row
+(`kernels/smooth.py`); otherwise it is the rest of the contact around the stick zone.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from rcstudy.mechanics.moved_rows import HALFWAY, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.trailing import NARROW, hidden_widths
 
-# Borders of the stick zone that run along y are found too far back by so much of their curvature, less where pressure
-# helps friction (35 contacts on 32 and 64 cells against 512; the first once more, on 24 of them, 200 random ones and
-# the paper's, since rows even out what they carry).
+# Borders of the stick zone that run along y are found too far back by `_BOW` times their curvature, less where slip by
+# pressure helps friction. Set on 35 contacts on 32 and 64 cells against 512; `_BOW`, with forces evened out between
+# rows (`moved_rows.py`), on 24 of these, 200 random ones and the paper's.
 _BOW, _BOW_BY_PRESSURE = 0.13, 0.25
-_NOT_KNOWN = np.full(2, np.nan)  # where a zone's tips are
+_NOT_KNOWN = np.full(2, np.nan)  # position of the tips of a zone
 
 
 class SlipZones:
@@ -33,9 +33,9 @@ class SlipZones:
         self._cells, self._outline, self._influence = cells, outline, influence
 
     def area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Area of the slip zone (mm^2), to its border between cells, and the largest traction (MPa).
+        """Area of the slip zone (mm^2), with its border found between cells, and the largest traction (MPa).
 
-        Tractions peak at that border, where they are mu p, or where the pressure does.
+        Tractions are largest at that border, where they equal mu p, or at the largest pressure, if it lies in slip.
         """
         slip, cells, outline = rolling.slip, self._cells, self._outline
         room, speed = np.zeros((2, slip.size))
@@ -49,7 +49,7 @@ class SlipZones:
         of_rows = cells.index, cells.start, cells.count, ends, widths, NARROW, line.b1, line.shift
         found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
         most = friction * outline.summit[0]
-        # where the pressure peaks in the slip zone, so do the slip cells' tractions
+        # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
         peaks = [most if slip[self._top].any() else largest]
         if found:
             squares = rows.squares_at_borders(*cells.profiles, borders[:found])
@@ -60,12 +60,12 @@ class SlipZones:
         area = self._area_behind((borders, last, length), slip, backwards / friction)
         if area is None:
             area = self._area_around(length)
-        # no border carries more than where the pressure is largest
+        # no border has a larger traction than mu times the largest pressure
         return area, min(max(peaks), most)
 
     @cached_property
     def _top(self) -> np.ndarray:
-        """Numbers of the cells closest to the largest pressure: two where it is halfway between two rows."""
+        """Numbers of the cells closest to the largest pressure: two if it lies halfway between two rows."""
         cells, (_, x, y) = self._cells, self._outline.summit
         nearest = sorted({round(y - HALFWAY), round(y + HALFWAY)})
         j = np.array([row for row in nearest if cells.count[row] > 0], dtype=np.int64)
@@ -76,10 +76,11 @@ class SlipZones:
     def _area_behind(
         self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float
     ) -> float | None:
-        """Area of the slip zone (mm^2) behind a stick zone in one piece, by how wide it is in each row.
+        """Area of the slip zone (mm^2) behind a stick zone in one piece, from its width in each row.
 
-        of_rows: borders, last and length as `stick.stick_rows` leaves them; backwards: the part of the slip cells'
-        tractions that points so, over the friction. None if the rows do not tell.
+        of_rows: borders, last and length as from `stick.stick_rows`; backwards: the fraction of the slip cells'
+        tractions that points towards -x (`stick.rooms_and_speeds`) over the friction coefficient. None if the outline
+        is not smooth or the stick zone is not of this kind.
         """
         outline = self._outline
         if outline.smooth is None:
@@ -95,14 +96,14 @@ class SlipZones:
         return self._slipping_part(float(slips) / outline.within_in_cells)
 
     def _area_around(self, length: np.ndarray) -> float:
-        """Area of the slip zone (mm^2) around a stick zone of rows length [ny] (cells).
+        """Area of the slip zone (mm^2) around a stick zone with lengths length [ny] (cells) in the rows.
 
-        Rows and borders go by the same edges, so they tell which part of the contact slips.
+        Rows and borders refer to the same edges, so their ratio is the fraction of the contact that sticks.
         """
         stick.shorten_tips(length, self._outline.chords[0])
-        # what chords miss of the contact they miss of the stick zone, too
+        # what chords miss of the contact's area they also miss of the stick zone's
         return self._slipping_part(1.0 - float(rows.area_under(length, _NOT_KNOWN)) / self._outline.area_by_rows)
 
     def _slipping_part(self, part: float) -> float:
-        """Area of the slip zone (mm^2), by what `part` of all within the edges slips, with what has lifted off."""
+        """Area of the slip zone (mm^2), from the fraction `part` within the edges that slips or has lifted off."""
         return max(self._outline.within * min(max(part, 0.0), 1.0) - self._outline.lifted, 0.0)

@@ -1,29 +1,33 @@
-r"""What rows that stick up to their trailing end carry too little: cells end elsewhere than the contact does.
+r"""Rows that stick up to their trailing end: correction of forces for the distance from their cells' end to the edge.
 
-Where creepage is small bodies stick nearly up to the trailing edge, where tractions go like A r^(-1/2), r ahead of it,
-until they reach the bound mu K r^(1/2). There a zone of width w slips that cells do not see if it is narrower than one.
+At small creepage the bodies stick nearly up to the trailing edge. At a distance r ahead of it tractions go like
+A r^(-1/2) until they reach the bound mu K r^(1/2). A zone of width w slips there, which no cell shows if it is narrower
+than one.
 
-- Under constant slip the k point sources of a row, with slip asked for halfway ahead of each, have the sum of a strip
-  that begins 3/4 of a cell ahead of the first and ends 1/4 behind the last one (as lattices of vortices lift like
-  plates): it is k cells long, while the row is L. The last source is A Gamma(1/2)/Gamma(1), so A = q/pi^(1/2).
-- Tractions in stick ahead of the zone are bounded at its end, r = w, and mu K r^(1/2) behind that:
+- Row of cells. Under constant slip, imposed half a cell ahead of each, the k point sources of a row have the same sum
+  as a strip that begins 3/4 of a cell ahead of the first one and ends 1/4 behind the last one (as a vortex lattice has
+  the lift of the plate). That strip is k cells long, while the row is L. The last source is A Gamma(1/2)/Gamma(1), so
+  A = q/pi^(1/2).
+- Slip zone. Tractions in stick are bounded at its border r = w, and equal to mu K r^(1/2) behind it. Ahead of it
   (1/pi) (r - w)^(1/2) int_0^w mu K t^(1/2) (w - t)^(-1/2)/(r - t) dt = (mu K w/2) r^(-1/2) (1 + w/(4 r) + ...).
-  So w = 2 A/(mu K), with Hertz's K = 2 max(p)/L^(1/2), and they are those of a strip that sticks all along and is w/2
-  shorter.
-- An end that moves by e changes tractions by e A/2 (s/L)^(1/2) (L - s)^(-3/2), s behind the leading edge, in all by
+  So w = 2 A/(mu K), with Hertz's K = 2 max(p)/L^(1/2), and the tractions are those of a strip w/2 shorter that sticks
+  everywhere.
+- Correction. Moving the trailing end by e changes the traction by e A/2 (s/L)^(1/2) (L - s)^(-3/2) at a distance s
+  behind the leading edge. The sum of these changes is
 
       pi/2 A e/L^(1/2),   e = L - k - w/2 (in cells),
 
-  with the lever 3/2 L behind the leading edge. In contacts, whose tractions in stick are larger than those of strips
-  (1.25 times in round ones, Kalker 1967), that is `_IN_CONTACTS` times as much.
+  and acts at a distance of 3/2 L behind the leading edge. In contacts it is multiplied by `_IN_CONTACTS`, as their
+  tractions in stick are larger than those of strips (1.25 times in round ones, Kalker 1967).
 
-The border of the slip zone is r = w, while that is less than `NARROW`: wider ones show in what room cells leave.
+The border of the slip zone is placed at r = w as long as w is below `NARROW`. Wider zones are found from the room
+mu p - |q| that the last cells leave.
 
-Of 240 random contacts at 0.003 to 0.5 of the creepages of other samples, on 20 to 68 cells against four to six times as
-many, forces along x and y and moments of steel on steel were 0.62, 0.51 and 0.74 % off (root of mean square, of the
-force itself) and are 0.10, 0.18 and 0.25 %; lateral forces and moments of mild contacts 0.22 and 0.34, and are 0.08 and
-0.16 %. Slip areas of those with 0.1 to 2 % of slip were 0.7 % of the contact off and are 0.07 to 0.2 %, their largest
-tractions 40 to 50 % (by the largest of a cell) and are 8 %.
+Measured on 240 random contacts at 0.003 to 0.5 of the creepages of other samples, on 20 to 68 cells against four to six
+times as many (root mean square errors). Forces along x and y and moments of steel on steel: with the correction 0.10,
+0.18 and 0.25 % of themselves, without 0.62, 0.51 and 0.74 %; lateral forces and moments of mild contacts: with 0.08 and
+0.16 %, without 0.22 and 0.34 %. Of contacts with 0.1 to 2 % of slip, slip areas: with 0.07 to 0.2 % of the contact
+area, without 0.7 %; largest tractions: with 8 %, without (largest of a cell) 40 to 50 %.
 """
 
 from __future__ import annotations
@@ -38,13 +42,13 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.moved_rows import MovedRows
 
 NARROW = 0.5
-"""In cells: zones that are narrower are found here, others by the room of the last cells (`kernels/stick.py`)."""
+"""Width (cells) below which slip zones are found here; wider ones by the room of the last cells, `kernels/stick.py`."""
 
-_IN_CONTACTS = 1.3  # times what a strip's row gains
+_IN_CONTACTS = 1.3  # correction of a row in a contact over that in a strip
 
 
 class Ending(NamedTuple):
-    """Force along x and y (N) and moment about z (N mm) that rows carry too little which stick up to their end."""
+    """Forces along x, y (N) and moment about z (N mm) missing in rows that stick up to their trailing end."""
 
     force_x: float = 0.0
     force_y: float = 0.0
@@ -52,7 +56,7 @@ class Ending(NamedTuple):
 
 
 def hidden_widths(rows: MovedRows, ends: np.ndarray, q: np.ndarray, slip: np.ndarray, friction: float) -> np.ndarray:
-    """How much of each row slips behind its last cell that sticks, w [ny] (in cells); nan in rows that do not.
+    """Widths w [ny] (in cells) of the slip zones behind rows whose last cell sticks; nan in all other rows.
 
     Arguments as in `ending_of_rows`.
     """
@@ -71,10 +75,10 @@ def ending_of_rows(
     spacing: tuple[float, float],
     theta: float,
 ) -> Ending:
-    """What `rows` carry too little under tractions `q` [m, 2] (MPa) with slip flags `slip` [m].
+    """Forces and moment missing in `rows` under tractions `q` [m, 2] (MPa) with slip flags `slip` [m].
 
-    `ends` [2, ny]: their trailing and leading edges (in cells); `centres`: coordinates x, y [m] (mm) of the cells, of
-    sides `spacing` (mm); `theta`: from a leading cell's centre to the edge (in cells).
+    `ends` [2, ny]: trailing and leading edges of the rows (in cells); `centres`: coordinates x, y [m] (mm) of the
+    cells, of sides `spacing` (mm); `theta`: distance from the centre of a leading cell to the edge (in cells).
     """
     (dx, dy), sums = spacing, np.zeros(3)
     widths = hidden_widths(rows, ends, q, slip, friction)

@@ -1,34 +1,42 @@
-r"""What slip zones at the leading edge hide that are narrow beside a cell: for aligned cells' numbers and error bars.
+r"""Slip zones narrower than a cell at the leading edge: corrections of scalars with `aligned`, and their uncertainty.
 
-Where pressure displaces the surfaces along each other, stick asks for q = p (b + (beta/pi) n ln(1/r)) at a distance r
-behind the edge (n: its normal, beta: Dundurs' constant): ever so close to it that is more than the bound, whatever the
-creepage. So a zone of width w (in cells) slips there: behind m slip cells, from the first stick cell's v = q/(mu p) on,
+Width of the zone. Where pressure displaces the surfaces along each other (beta, Dundurs' constant, is not zero), stick
+requires q = p (b + (beta/pi) n ln(1/r)), b being constant, at a distance r behind the edge, whose normal is n. Close
+enough to the edge this exceeds the bound, however small the creepage. So a zone of width w (in cells) slips there. With
+m slip cells at the leading end of a row and v = q/(mu p) in the first stick cell, at the distance m + theta, the law
+reaches the bound at
 
-    |d| = 1,   d = v + t k n,   k = beta/(pi mu),   w = (m + theta) exp(-t).
+    w = (m + theta) exp(-t),   |d| = 1,   d = v + t k n,   k = beta/(pi mu).
 
-A leading cell that sticks, on this mesh as on coarser ones, shows nothing of it, one that has just begun to slip hardly
-more; with wider zones the mesh's own slip makes up for it, and areas are off like (w/(m - 1 + theta))^-2.
+If the leading cell sticks, neither this mesh nor the coarser ones show the zone; if one cell has just begun to slip,
+they hardly do. Wider zones are described by the slip cells, and slip areas are too large by ((m - 1 + theta)/w)^2
+cells, at most one, in such a row.
 
-What slip takes from tractions. In a strip with p = K sqrt(r) the part f = mu K g sqrt(r) ln(w0/r) of those that stick
-asks for is too much, g = k n.d being what |q|/(mu p) grows by for each factor e in r. With no slip behind w, and slip
-that ends there smoothly (by the sign of slip before a stick zone no other end is possible),
-int_0^w f'/sqrt(w - r) dr = 0, so w = 4 e^-2 w0. Farther behind tractions are less by
-(1/pi) int_0^w f/sqrt(w - r) dr r^(-1/2) = mu K g w/2 r^(-1/2). In a stick zone as long as l of a row as long as L,
-bounded at its end, too, this is a force per width of pi/2 sqrt(l) mu K g w/2, or with Hertz's K = 2 max(p)/sqrt(L)
+Effect on tractions, in a strip with p = K sqrt(r). Tractions in stick would exceed the bound by
+f = mu K g sqrt(r) ln(w0/r) for r < w0, with g = k n.d the increase of |q|/(mu p) as r falls by a factor e. There is no
+slip behind w, and slip vanishes smoothly there (the sign of slip ahead of a stick zone permits no other end):
+int_0^w f'/sqrt(w - r) dr = 0, so w = 4 e^-2 w0. Farther behind, tractions are smaller by
+(1/pi) int_0^w f/sqrt(w - r) dr r^(-1/2) = mu K g w/2 r^(-1/2). Over a stick zone of length l in a row of length L, with
+tractions bounded at its trailing end as well, this is a force per width of pi/2 sqrt(l) mu K g w/2. With Hertz's
+K = 2 max(p)/sqrt(L) that is
 
     pi/2 mu max(p) g w sqrt(l/L),
 
-which acts about l/2 behind the edge (l/4 to l/2, by how much slips behind). On cells w is w0, as a leading cell's
-traction is less than that law's. Slip against d has tractions along C d, C being what the bodies resist along and
-across waves, of which the component along d is the one that is too large. So forces are too large by that where leading
-cells stick, and by theta/w to the power 8 of it, w = theta, where one has begun to slip.
+and acts about l/2 behind the edge (l/4 to l/2, depending on how much slips behind the stick zone). The w found from
+cells stands for w0, but is used without the factor 4 e^-2, as the traction of a leading cell is below the law above.
 
-Of 550 random contacts of unlike bodies (mild ones, coatings and rails, either coupling, 20 to 68 cells, against four to
-six times as many) forces along x were 0.18 % of mu P off (root of mean square) and are 0.10 %.
+Slip against d changes tractions along C d, C being the resistance of the bodies along and across waves; the component
+along d is the one given above. Sums of tractions are too large by this force where the leading cell sticks. Where one
+cell has begun to slip they are too large by (theta/w)^8 of the force for w = theta.
 
-Areas, which borders between cells tell, are given what they miss: of 508 other such contacts slip areas were 0.9 to
-1.0 % of the contact off (root of mean square, 24 to 64 cells against 256 x 256; friction 0.1 to 1, both couplings) and
-are 0.4 %. The fields of tractions stay as they are. What is made up for is in doubt, and bars have to know.
+Of 550 random contacts of bodies that are not quasi-identical (mild ones, coatings and rails, either coupling, 20 to 68
+cells, against four to six times as many) forces along x have errors of 0.10 % of mu P with the correction, 0.18 %
+without (root mean square).
+
+Slip areas, found from borders between cells, are corrected as well: of 508 other such contacts (24 to 64 cells against
+256 x 256, friction 0.1 to 1, both couplings) they have errors of 0.4 % of the contact area with the correction, 0.9 to
+1.0 % without (root mean square). The traction fields are not corrected. The corrections are uncertain, which enters the
+error bars (`estimate.py`).
 """
 
 from __future__ import annotations
@@ -43,20 +51,21 @@ from rcstudy.mechanics.kernels import leading_slip
 if TYPE_CHECKING:
     from rcstudy.mechanics.influence import Influence
 
-_LEAST = 1e-9  # k: less is nothing
-_NOTHING = 1e-12  # of a cell
-_MISSED = 0.85  # of the area that is missing by the law above: fits of those contacts' areas give 0.79 to 0.95 of it
-_WORK = 1.5  # times that of those tractions: against slip by pressure (450 contacts)
-_BY_PRESSURE = 0.2  # of the slip that the largest pressure causes on the spot, beside the rigid slip, for the power
+_LEAST = 1e-9  # smaller |k| counts as zero: nothing is hidden
+_NOTHING = 1e-12  # smaller missing areas, in cells, count as zero
+_MISSED = 0.85  # part of the missing area by the law above: fits to the areas of those 508 contacts give 0.79 to 0.95
+_WORK = 1.5  # factor on the work of those tractions against slip by pressure (set on 450 contacts)
+_BY_PRESSURE = 0.2  # slip by pressure for the uncertainty of the power, over that by the largest pressure on the spot
 
 
 class Unseen(NamedTuple):
-    """What slip zones at leading edges hide.
+    """Errors of sums over cells due to slip zones at the leading edge that are narrower than a cell.
 
-    force_x, force_y (N), moment_z (N mm): what tractions make too large, with signs; work (N): that of these tractions
-    against the slip by pressure; missing (mm^2): by how much the slip area is too small. In doubt before the constants
-    of `estimate.py` are force (N): tractions of all rows without regard to direction; area (mm^2): what slips unseen,
-    or is seen to slip by too much; power (N): of the slip that pressure causes.
+    Corrections: force_x, force_y (N), moment_z (N mm): excess of the sums of tractions, with signs; work (N): of the
+    excess tractions against the slip by pressure; missing (mm^2): by how much the slip area is too small. Uncertain
+    amounts, still to be multiplied by constants of `estimate.py`: force (N): excess tractions of all rows, by
+    magnitude; area (mm^2): that slips unseen or is wrongly counted as slipping; power (N): of `force` on the slip by
+    pressure.
     """
 
     force_x: float = 0.0
@@ -80,12 +89,12 @@ def unseen_slip(
     theta: float,
     influence: Influence,
 ) -> Unseen:
-    """What is hidden under tractions `q` [m, 2] (MPa) with slip flags `slip` [m] and pressures `pressure` [m] (MPa).
+    """Corrections for tractions `q` [m, 2] (MPa) with slip flags `slip` [m] and pressures `pressure` [m] (MPa).
 
-    `by_pressure` [m, 2]: slip that the pressure causes, at the cells' centres; `rows`: numbers [most, ny] of their
-    cells from the leading one on, how many these are [ny], their trailing and leading edges [2, ny] (in cells), and the
-    normal [2, ny] of the latter;
-    `centres`: coordinates x, y [m] (mm) of the cells; `theta`: from a leading cell's centre to the edge (in cells).
+    `by_pressure` [m, 2]: slip by pressure at the centres of the cells; `rows`: the numbers [most, ny] of the cells of
+    each row from the leading one on, the number of cells [ny], the trailing and leading edges [2, ny] (in cells), and
+    the normal [2, ny] of the latter; `centres`: coordinates x, y [m] (mm) of the cells; `theta`: distance from the
+    centre of a leading cell to the edge (in cells). All zero for quasi-identical bodies.
     """
     dx, dy = influence.spacing
     k = influence.slip_by_pressure_over_tractions / (math.pi * friction)

@@ -1,4 +1,4 @@
-"""How far a contact reaches, found on a coarse mesh: for windows that fit."""
+"""Extent of a contact, found on a coarse mesh, for windows that fit the contact."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_press
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
 _CELLS = 24
-_WIDER = 1.5  # first window over the estimated contact, and each window over the last one that was too small
-_TURNS = 40  # of pressure and what tractions lift, at most: films that keep their volume ask for as many
-_ENOUGH = 1e-2  # change of that lift by a turn, over the approach, at which they end
+_WIDER = 1.5  # width of the first window over the estimated contact, and of each window over the one that was too small
+_TURNS = 40  # largest number of iterations between pressure and lift by tractions: incompressible films need as many
+_ENOUGH = 1e-2  # change of that lift over the approach at which the iteration ends
 _ROUNDING = 1e-9
-_WIDEST = 4.0  # window over the contact without friction, beyond which none is tried
+_WIDEST = 4.0  # largest width of a window that is tried, over that of the contact without friction
 
 
 def contact_extent(scene: Scene) -> tuple[float, float]:
     """Widths (mm) along x and y of the contact of `scene` without friction, whatever its mesh is.
 
-    Solved on 24 x 24 cells; the window grows until the contact is inside. The edge lies within a cell where p^2, nearly
-    linear there, would vanish. Right to some 5 %, under stiff films to 8 %.
+    Solved on 24 x 24 cells; the window grows until it holds the contact. The edge is placed where p^2, which is nearly
+    linear there, extrapolates to zero. Accurate to some 5 %, under stiff films to 8 %.
     """
     ax, ay = estimated_contact(scene)
     first = 2.0 * _WIDER * ax, 2.0 * _WIDER * ay
@@ -34,10 +34,11 @@ def contact_extent(scene: Scene) -> tuple[float, float]:
 
 
 def sliding_extent(scene: Scene, extent: tuple[float, float]) -> tuple[float, float]:
-    """Widths (mm) along x and y of a window, centred as all are, that holds the contact of `scene` when it slides.
+    """Widths (mm) along x and y of a window, centred on the origin, that holds the contact of `scene` in full sliding.
 
-    With full coupling tractions move the contact, most where all of it slips: as far as it does along x or along y,
-    the one way or the other, which are mirror images. `extent`: that without friction, the least of what is returned.
+    With full coupling tractions move the contact, most if all of it slips. The window holds the contacts that slide
+    along x and along y, in either direction (opposite directions are mirror images). `extent`: that without friction,
+    a lower limit of what is returned.
     """
     first, most = (tuple(factor * width for width in extent) for factor in (_WIDER, _WIDEST))
     widths = [extent]
@@ -53,9 +54,9 @@ def _extent(
     pressure: Callable[[Scene], np.ndarray],
     most: tuple[float, ...],
 ) -> tuple[float, float]:
-    """Twice how far the contact of `scene` reaches from the origin along x and y (mm), zero where that is not found.
+    """Twice the distance (mm) that the contact of `scene` reaches from the origin along x and y; zeros if not found.
 
-    `size`: of the first window, which grows up to `most`; `pressure`: solves for it.
+    `size`: size of the first window, which grows up to `most`; `pressure`: function that solves for the pressure.
     """
     while size[0] <= most[0] and size[1] <= most[1]:
         trial = replace(scene, mesh=Mesh((size[0], size[1]), (_CELLS, _CELLS)), tolerance=Tolerance(1e-4, 1e-4))
@@ -77,7 +78,7 @@ def _pressure(scene: Scene) -> np.ndarray:
 
 
 def _sliding_pressure(scene: Scene, along: int) -> np.ndarray:
-    """Pressure [nx, ny] (MPa) where all of the contact slips along x (0) or y (1), in turn with its lift."""
+    """Pressure [nx, ny] (MPa) if all of the contact slips along x (0) or y (1), by iteration with lift by tractions."""
     influence, gap = influence_of(scene), initial_gap(scene)
     lift, mixing, whole = np.zeros(gap.shape), Mixing(), Box(0, gap.shape[0], 0, gap.shape[1])
     solution = solve_pressure(scene, influence, gap)
@@ -97,16 +98,16 @@ def _sliding_pressure(scene: Scene, along: int) -> np.ndarray:
 
 
 def _reach(x: np.ndarray, squares: np.ndarray) -> float:
-    """Twice the larger distance from the origin at which `squares` (p^2 at `x`, symmetric) end, ahead or behind.
+    """Twice the larger of the distances from the origin at which `squares` (p^2 at `x`, symmetric) end on either side.
 
-    That ahead where the contact is symmetric: rounding must not choose.
+    For symmetric contacts the distance on the positive side is taken, so that rounding does not decide.
     """
     ahead, behind = _end(x, squares), _end(x, squares[::-1])
     return 2.0 * (behind if behind > ahead * (1.0 + _ROUNDING) else ahead)
 
 
 def _end(x: np.ndarray, squares: np.ndarray) -> float:
-    """Where `squares` (p^2 at `x`) fall to zero, from their last two values."""
+    """Position at which `squares` (p^2 at `x`) fall to zero, extrapolated from their last two positive values."""
     last = int(np.flatnonzero(squares > 0.0)[-1])
     step = float(x[1] - x[0])
     slope = squares[last - 1] - squares[last] if last > 0 else 0.0

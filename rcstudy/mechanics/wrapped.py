@@ -1,7 +1,8 @@
-"""Symbols of coefficients that are wrapped on a torus as small as the contact, made fit to be inverted.
+"""Symbols of influence coefficients wrapped on a torus as small as the contact, made positive for inversion.
 
-They are positive, but for layers so stiff that they bend like plates: there the kink of the seam is above their own
-small response to short waves. These take the response itself, averaged over a cell.
+Wrapping leaves a kink at the seam of the torus, where the two halves of the coefficients meet. The symbols are positive
+except under layers so stiff that they bend like plates: their response to short waves is smaller than the contribution
+of the kink. For such waves the frequency response, averaged over a cell, takes the place of the symbol.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ import numpy as np
 
 from rcstudy.mechanics.influence import Influence
 
-_SOUND = 1e-5  # smallest over largest value of a symbol that needs no second look
-_SHORT = 0.9  # of the response: what falls short of that is the seam's making
-_NODES = 400  # of a table of the response, a smooth function of the logarithm of the wave number
+_SOUND = 1e-5  # ratio of the smallest to the largest value above which a symbol is not corrected
+_SHORT = 0.9  # fraction of the response; lower values of a symbol are due to the seam and are replaced
+_NODES = 400  # number in the table of the response, a smooth function of the logarithm of the wave number
 
 
 def positive_normal(hat: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
-    """`hat` [py//2+1, px] of u_z by p, with the response where it is too small."""
+    """The symbol `hat` [py//2+1, px] of u_z by p, with the frequency response where `hat` is too small."""
     if hat.min() > _SOUND * hat.max():
         return hat
     (response,) = _responses(influence, padded, influence.normal_response)
@@ -28,9 +29,9 @@ def positive_normal(hat: np.ndarray, influence: Influence, padded: tuple[int, in
 
 
 def positive_tractions(pair: np.ndarray, influence: Influence, padded: tuple[int, int]) -> np.ndarray:
-    """`pair` xx, xy, yy [3, py//2+1, px] of the displacements by tractions, with the response where it is too small.
+    """The symbols `pair` (xx, xy, yy) of displacements by tractions, with the response where they are too small.
 
-    That is, in waves whose smaller principal value is.
+    Arrays [3, py//2+1, px]. A wave is replaced if the smaller principal value of its matrix is too small.
     """
     smaller, larger = _principal(pair.real)
     if smaller.min() > _SOUND * larger.max():
@@ -38,7 +39,7 @@ def positive_tractions(pair: np.ndarray, influence: Influence, padded: tuple[int
     along, across = _responses(influence, padded, influence.traction_responses)
     kx, ky = _waves(influence, padded)
     square = kx**2 + ky**2
-    square[0, 0] = 1.0  # the mean has no direction, and is much the same in all
+    square[0, 0] = 1.0  # the mean has no direction; that of x is taken, as responses hardly depend on it
     xx, xy = kx**2 / square, kx * ky / square
     xx[0, 0] = 1.0
     response = np.stack([xx * along + (1.0 - xx) * across, xy * (along - across), (1.0 - xx) * along + xx * across])
@@ -47,7 +48,7 @@ def positive_tractions(pair: np.ndarray, influence: Influence, padded: tuple[int
 
 
 def _principal(pair: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Smaller and larger principal value of the symmetric matrices xx, xy, yy [3, ...]."""
+    """Smaller and larger principal values of the symmetric matrices xx, xy, yy [3, ...]."""
     mean, half = 0.5 * (pair[0] + pair[2]), np.hypot(0.5 * (pair[0] - pair[2]), pair[1])
     return mean - half, mean + half
 
@@ -62,7 +63,10 @@ def _waves(influence: Influence, padded: tuple[int, int]) -> tuple[np.ndarray, n
 def _responses(
     influence: Influence, padded: tuple[int, int], of_waves: Callable[[np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """Responses [k, py//2+1, px] (mm/MPa) that `of_waves` gives [k, n], averaged over a cell, as symbols have them."""
+    """Responses [k, py//2+1, px] (mm/MPa) averaged over a cell, over px py like symbols, from `of_waves`.
+
+    `of_waves`: responses [k, n] (mm/MPa) at wave numbers [n] (1/mm).
+    """
     kx, ky = _waves(influence, padded)
     alpha = np.hypot(kx, ky)
     alpha[0, 0] = alpha[0, 1] if padded[0] > 1 else 1.0

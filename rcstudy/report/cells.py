@@ -1,4 +1,4 @@
-"""Columns of a table, and their numbers as people read them: with as many digits as their errors leave."""
+"""Columns of a table, and the text of their numbers: with as many digits as their errors leave."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 Value = str | float | int
 
-_DECIMALS = 8  # of a number below 1 with its error, at most; with more a power of ten stands behind both
+_DECIMALS = 8  # at most of a number below 1 with its error; if more are needed, both are given times a power of ten
 
 
 @dataclass(frozen=True)
@@ -17,8 +17,8 @@ class Column:
 
     `form` is a format specification (`.4g`, `.2f`). `wide` columns hold sentences and wrap in LaTeX at that
     share of the text's width; `latex` is the title in LaTeX (default: `title`, escaped). `error` is the key of the
-    estimated error of the numbers: a column of its own in the CSV, behind a ± elsewhere. `names`: it tells which row
-    this is, and stands in each part of a table that LaTeX sets in parts.
+    estimated error of the numbers: a column of its own in the CSV, behind a ± elsewhere. `names`: the column identifies
+    the row, and is repeated in each part of a table that LaTeX sets in parts.
     """
 
     key: str
@@ -57,7 +57,7 @@ def cell(row: Mapping[str, Value], column: Column) -> tuple[str, int]:
         power = _power(most)
         value, error = _over_power(value, power), _over_power(error, power)
         decimals += power
-    decimals = min(max(decimals, 0), 15)  # a number has no more
+    decimals = min(max(decimals, 0), 15)  # a double has no more
     text = f"{text_of(value, f'.{decimals}f')} ± {error:.{decimals}f}"
     return (f"({text})" if power else text), power
 
@@ -68,6 +68,6 @@ def _power(value: float) -> int:
 
 
 def _over_power(value: float, power: int) -> float:
-    """`value` over a power of ten, which may be too small to be a number itself."""
+    """`value` / 10^`power`, computed without the power of ten, which may underflow."""
     mantissa, _, exponent = f"{value:.16e}".partition("e")
     return float(f"{mantissa}e{int(exponent) - power}")

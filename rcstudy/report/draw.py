@@ -22,28 +22,28 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
 
 ARROWS = 9
-"""Arrows across a contact, about."""
+"""Approximate number of arrows across a contact."""
 
 CIRCLES = 44
-"""Circles across a panel, about, at most: on finer meshes not every cell has its own."""
+"""Approximate largest number of circles across a panel: on finer meshes not every cell has a circle."""
 
 ROOM = 1.15
 """Half a panel's side over what has to fit into it."""
 
 MORE = 1.2
-"""By how much more the shorter side has where a window is low or stretched."""
+"""Factor by which the shorter side of a window is enlarged where the window is low or stretched."""
 
 SHAPES = (0.45, 1.25)
-"""Height of a map's panel over its width, from and to."""
+"""Smallest and largest height of a map's panel over its width."""
 
 ROOMY = 0.5
-"""Share of a panel's height, or width, that the largest contact takes at least; else it is stretched."""
+"""Least share of a panel's height, or width, for the largest contact; if it would have less, it is stretched."""
 
 
 def remark(ax: Axes, lines: Sequence[str], *, top: bool = False) -> None:
-    """Say in a panel which of its cases have no result and why: in its middle, or at its `top` above the lines.
+    """Write in a panel which of its cases have no result and why: in its middle, or at its `top` above the lines.
 
-    Each of `lines` may hold mathematics; words that are not ours come through `labels.literal`.
+    Each of `lines` may hold mathematics; text from a study or cube must have passed `labels.literal`.
     """
     ax.text(
         0.5,
@@ -134,7 +134,7 @@ def window(cases: Iterable[CaseView]) -> Window:
         return Window(x, MORE * y, low * x / (MORE * y))
     if x < ROOMY / high * y:
         return Window(MORE * x, y, high * MORE * x / y)
-    # in low panels words in their corner would cover cells
+    # room for the text in the corner, which would cover cells of low panels
     return Window(max(x, y / high), max(y, min(MORE * y, 0.7 * x), low * x))
 
 
@@ -213,7 +213,7 @@ def _steps(cells: tuple[float, float], pitch: float) -> tuple[int, int]:
     pairs = itertools.product(*({max(step - 2, 1), step, step + 2} for step in above))
 
     def badness(pair: tuple[int, ...]) -> float:
-        """Of distances beside the pitch, and beside each other; more marks than at the pitch are none to choose."""
+        """Deviation of the distances from the pitch and from each other; infinite if there are too many marks."""
         one, other = (math.log(step * size / pitch) for step, size in zip(pair, cells, strict=True))
         return (
             abs(one + other) / 2.0 + 2.0 * abs(one - other) if one + other >= 0.0 or list(pair) == above else math.inf

@@ -1,7 +1,7 @@
-"""What the cases of a grid hold fixed, in words for a caption: creepages, layers, bodies, radii, coupling.
+"""What the cases of a grid have in common, in words for a caption: creepages, layers, bodies, radii, coupling.
 
-Numbers of the cases come from the cube. What it stores for no case (radii, bodies, coupling) is read from the text of
-its study; where that is not understood nothing is said of it.
+Numbers of the cases come from the cube. Settings that the cube does not store (radii, bodies, coupling) are read from
+the text of its study; if that is not understood, they are left out.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ def held(grid: GridView) -> str:
 
 
 def _differs_along(grid: GridView, text: Callable[[CaseView], str]) -> list[str]:
-    """The axes along which cases differ in `text`, beginning at the first: a setting depends on no two at once."""
+    """The axes along which `text` differs, all others at their first value: no setting depends on two axes."""
     return [axis for axis in grid.axes if len({text(case) for case in grid.along(axis)}) > 1]
 
 
 def _told(grid: GridView, text: Callable[[CaseView], str]) -> str:
-    """The `text` that all cases share, or that of each value of the one axis of labels it depends on; else empty."""
+    """The `text` that all cases share, or, if it depends on one axis of labels, that of each label; else empty."""
     axes = _differs_along(grid, text)
     if not axes:
         return text(grid.first)
@@ -52,7 +52,7 @@ def _creepages(grid: GridView) -> str:
     if "longitudinal" not in grid:
         return ""
     text = _told(grid, lambda case: creepage_text(case, math=True, units=True))
-    if not text:  # those that are not varied one by one
+    if not text:  # the components that all cases share
         shared = [
             np.nan if _differs_along(grid, lambda case, k=k: str(case.creepage[k])) else grid.first.creepage[k]  # type: ignore[misc]
             for k in range(3)
@@ -62,7 +62,7 @@ def _creepages(grid: GridView) -> str:
 
 
 def _layers(grid: GridView) -> str:
-    # Poisson's ratios, or thickness, may be what is varied
+    # also without Poisson's ratios, and without thickness, as these may be what is varied
     for words, thick in product((layers_text, moduli_text), (True, False)):
 
         def layers(case: CaseView, words: Callable[..., str] = words, thick: bool = thick) -> str:
@@ -83,7 +83,7 @@ def _layers(grid: GridView) -> str:
 
 
 def _numbers(grid: GridView) -> list[str]:
-    """Load and friction where it is a label that tells which."""
+    """Load and friction where they depend on a label."""
     told = []
     for name, symbol, unit in (("load", "$P$", f"{KEEP}N"), ("friction", r"$\mu$", "")):
 
@@ -116,7 +116,7 @@ def _ratios(case: CaseView) -> str:
 
 
 def _written(grid: GridView) -> list[str]:
-    """Bodies, radii and coupling as the study wrote them, but for those that the grid's cases do not share."""
+    """Bodies, radii, coupling and discretisation as written in the study, as far as all cases share them."""
     scene, varied = grid.starting
     if scene is None:
         return []

@@ -107,10 +107,10 @@ def _why_undecided(first: PaperCase, second: PaperCase, measure: Measure) -> str
 
 
 def _margin(case: CaseView) -> tuple[float, str]:
-    """How far off the mesh may make a case's ratio of slip, and what that is in words.
+    """Discretisation error allowed for in a case's slip ratio, and its name in words.
 
-    Where areas are counted in cells it is `measures.CELLS` of them; aligned cells end with the contact and the stick
-    zone, and there it is what the estimated errors of both areas make of the ratio (NaN if there are none).
+    Where areas are counted in cells it is `measures.CELLS` cells. With `aligned` areas are found within cells, and it
+    follows from the estimated errors of both areas (NaN if there are none).
     """
     cells = case.number("contact_area") / float(np.prod(case.spacing))
     if abs(cells - round(cells)) < 1e-6:
@@ -188,7 +188,7 @@ def thicker(cases: Cases, figures: Iterable[int], kind: str) -> Pairs:
 
 
 def top_of_trailing_end(cases: Iterable[PaperCase], *, upwards: bool) -> Iterator[Comparison]:
-    """Slip's centroid in the trailing half, and at y > 0 (or at y < 0 for the rival reading)."""
+    """Whether the centroid of slip is in the trailing half and at y > 0, or, if not `upwards`, at y < 0."""
     chosen = list(cases)
     trailing = at_most(chosen, slip_x, 0.0)
     side = at_least(chosen, slip_y, 0.0) if upwards else at_most(chosen, slip_y, 0.0)

@@ -1,4 +1,4 @@
-"""Words on figures: a study's own are drawn letter for letter, and all are fitted to the room there is."""
+"""Text on figures: labels of a study are drawn literally, and long text is wrapped or shortened to fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables in LaTeX (booktabs) that are no wider than the page: those of many columns across it, in parts if need be."""
+"""Tables in LaTeX (booktabs) that fit the page: those of many columns are set across it, in parts if need be."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ LONG = 40
 BROAD = 8
 """Tables of more columns are set small and across the page, with titles upright."""
 
-# Of tables across an A4 page, in pt: its width, less something; a letter or digit of \\scriptsize, at most, and the
-# space between columns. Texts of more letters than that wrap.
+# Tables across an A4 page, in pt: the usable width, the largest width of a letter or digit in \\scriptsize, and the
+# space between columns. Texts of more letters than _WRAPPED wrap.
 _PAGE, _LETTER, _BETWEEN = 590.0, 4.0, 4.0
 _WRAPPED = 24
 
@@ -66,7 +66,7 @@ def latex_table(stem: str, caption: str, columns: Sequence[Column], rows: Sequen
 
 
 def _upright(stem: str, caption: str, columns: Sequence[Column], cells: Sequence[Sequence[str]]) -> list[str]:
-    # of that share of the width the space on both sides of the column is a part
+    # the column's share of the width includes the space on both of its sides
     wide = r"p{{\dimexpr{:g}\textwidth-2\tabcolsep\relax}}"
     spec = "".join(wide.format(c.wide) if c.wide else "l" for c in columns)
     titles, title = [c.latex or escape(c.title) for c in columns], _caption(stem, caption)
@@ -90,8 +90,8 @@ def _caption(stem: str, words: str) -> str:
 
 
 def _letters(cells: Sequence[str]) -> tuple[int, bool]:
-    """How many letters and digits wide a column of such cells is, about, and whether it wraps."""
-    signs = [re.sub(r" ?\\(pm|times) ?", "~~", text) for text in cells]  # belong to one number
+    """Approximate width of a column of such cells, in letters and digits, and whether its text wraps."""
+    signs = [re.sub(r" ?\\(pm|times) ?", "~~", text) for text in cells]  # ± and × stay within one word
     plain = [re.sub(r"\\[a-z]+ ?|[${}\\^]", "", text) for text in signs]
     most = max(map(len, plain), default=1)
     words = [len(word) for text in plain for word in text.split()]

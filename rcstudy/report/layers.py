@@ -24,7 +24,7 @@ def layers_text(case: CaseView, *, math: bool = False) -> str:
 def moduli_text(case: CaseView, *, math: bool = False) -> str:
     """The moduli of a case's layers: as the paper writes them, `E1 = 0.5 E2 = 0.25 Es`, or `no layer`.
 
-    Each in MPa, `E1 = 3000 MPa, E2 = 105000 MPa`, where the study wrote them so or the cube does not tell Es.
+    Each in MPa, `E1 = 3000 MPa, E2 = 105000 MPa`, where the study wrote them so or the cube does not give Es.
     """
     if not case.layers:
         return "no layer"
@@ -45,7 +45,7 @@ def moduli_text(case: CaseView, *, math: bool = False) -> str:
 def ratios_text(case: CaseView, *, math: bool = False) -> str:
     """Poisson's ratios of a case's layers, `nu = 0.49` or `nu1 = 0.3, nu2 = 0.49`; empty if all are the substrate's.
 
-    And where the study's text does not tell that one, as all that is read from there.
+    Empty, too, where the substrate's is not known because the study's text is not understood.
     """
     ratios, substrate = case.layer_nu, case.grid.substrate_nu
     if not case.layers or substrate is None or set(ratios) <= {substrate}:
@@ -59,8 +59,8 @@ def ratios_text(case: CaseView, *, math: bool = False) -> str:
 def thickness_text(case: CaseView, *, math: bool = False) -> str:
     """Thickness of each layer: `0.5 a` or `0.05 mm`, or of all in order where they differ, `0.25 a, 0.05 mm, 0.25 a`.
 
-    Empty without layers. A round multiple of Hertz's radius a was written as one, for a itself is no round number;
-    others are in mm.
+    Empty without layers. A round multiple of Hertz's radius a is taken to have been written as one, since a itself is
+    no round number; others are in mm.
     """
     a = case.stored("hertz_radius")
     texts = []

@@ -20,7 +20,7 @@ _LEGEND = 0.28  # height of a legend of one line, inches: figures have room for 
 _LETTERS_PER_INCH = 19.5
 
 GIVEN = ("load", "friction")
-"""Of the numbers in a caption those that the study gives: they keep all their digits."""
+"""Numbers of a caption that the study gives, not computed ones: they keep all their digits."""
 
 LINE_SPACING: dict[str, Any] = {"handlelength": 3.0, "columnspacing": 1.2}
 """Spacing of a legend of lines: long enough to show their dashes."""
@@ -66,7 +66,7 @@ def outer_labels(axes: np.ndarray, x: str, y: str) -> None:
 def legend(figure: Figure, looks: Mapping[str, Mapping[str, Any]], **spacing: Any) -> None:
     """One legend for all panels, above them: a line of each look with its label, in this order.
 
-    It has as many columns as the figure's width holds, six at most. More than one line of it makes the figure
+    It has as many columns as fit into the figure's width, six at most. If it has more than one line, the figure is made
     higher, so that panels keep their size. `spacing` is matplotlib's.
     """
     from matplotlib.lines import Line2D

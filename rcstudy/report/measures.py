@@ -24,11 +24,11 @@ def on_x_axis(field: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 CELLS = 2.0
-"""Cells in each case by which slip ratios must differ to be told apart, where areas are counted in cells.
+"""Cells in each case by which slip ratios must differ to count as different, where areas are counted in cells.
 
-Over the paper's 169 pairs of cases differences are 2.7 cells in each off (root of mean square, 64 x 64 cells against
-256 x 256 aligned ones). Of 160 that differ by more than one cell in each two have the wrong sign, of 138 that differ by
-more than two none.
+Over the paper's 169 pairs of cases the error of such differences is 2.7 cells in each case (root mean square, 64 x 64
+cells against 256 x 256 aligned ones). Of 160 pairs that differ by more than one cell in each case two have the wrong
+sign, of 138 that differ by more than two none.
 """
 
 
@@ -38,10 +38,10 @@ def slip_ratio(case: CaseView) -> float:
 
 
 def slip_ratio_error(case: CaseView) -> float:
-    """The most by which errors of both areas, as they are estimated, can change `slip_ratio`.
+    """The largest change of `slip_ratio` by the estimated errors of both areas.
 
-    Where all slips the edge of slip is that of contact, and errors that are the same cancel. Where that of the area of
-    slip is larger something may stick unseen, and the whole of it counts.
+    Where all cells slip, both areas have the same edge, and equal errors cancel. If the error of the slip area is
+    larger, a stick zone may be too small to be seen, and that whole error counts.
     """
     ratio, area = slip_ratio(case), case.number("contact_area")
     of_slip, of_contact = case.number("slip_area_error"), case.number("contact_area_error")

@@ -35,17 +35,17 @@ QUANTITIES = {
 
 MAPS_AT_MOST = 12
 
-_TICKS = 0.2  # height of labels along x for which panels have room, inches
+_TICKS = 0.2  # height of tick labels along x for which panels have room, inches
 _TITLE = 2.0  # width of a map's title, inches: no more than its panel's
 
 _WORDS = {name: f"{name} creepage" for name in ("longitudinal", "lateral")}
-_LONG = 5  # letters of a tick's number, with which panels have room for few
+_LONG = 5  # letters of a tick's number; of longer ones panels have room for few
 
-_LEAST_DRAWN = 1e-100  # on a logarithmic axis, and one over it the most: its margins have to be numbers, too
+_LEAST_DRAWN = 1e-100  # least value on a logarithmic axis, its inverse the largest: margins must be finite, too
 
 DECADE = 10.0
 ROUNDED = 1e-3
-"""By how much logarithms of factors that are the same may differ: values of an axis are rounded to six digits."""
+"""Relative difference of the logarithms of factors that count as equal: values of an axis are rounded to six digits."""
 
 NIL = 1e-6
 """Share of its natural scale below which a force or moment is nil in all cases of a grid and has no panel.
@@ -58,9 +58,9 @@ less than this; creepages whose forces are as small do not occur.
 def overview_figure(grid: GridView) -> Figure:
     """Resultants along one axis, a line per value of another; further axes at their first value.
 
-    Along the numbers of most values, with lines for words if there are any. An axis of labels (or of several
-    numbers) is drawn evenly spaced with its labels. Cases that were not solved leave gaps, which the caption counts;
-    where none of those shown is solved, panels say so and have no scales.
+    The abscissa is the axis of numbers that has most values; lines stand for an axis of words if there is one. An axis
+    of labels (or of several numbers) is drawn evenly spaced with its labels. Cases that were not solved leave gaps,
+    which the caption counts; where none of those shown is solved, panels say so and have no scales.
     """
     names = [name for name in QUANTITIES if name in grid and not _nil(grid, name)]
     columns = 2 if len(names) == 4 else min(3, len(names))
@@ -108,7 +108,7 @@ def _values(cases: Sequence[CaseView], name: str) -> tuple[np.ndarray, np.ndarra
 
 
 def _nil(grid: GridView, name: str) -> bool:
-    """Whether a force or moment is nothing but rounding in every case: symmetry makes it nil."""
+    """Whether a force or moment vanishes in every case, up to rounding, as it does by symmetry."""
     if name not in ("force_x", "force_y", "moment_z"):
         return False
     natural = grid.small("friction") * grid.small("load")
@@ -172,7 +172,7 @@ def _chosen(size: int) -> list[int]:
 
 
 def _look(grid: GridView, along: str, line: int) -> dict[str, Any]:
-    """The look of a line; labels are not joined, for nothing lies between them."""
+    """The look of a line; points over labels are not joined, as there is nothing between labels."""
     return LINES[line] if grid.numeric(along) else LINES[line] | {"linestyle": "", "markersize": 4}
 
 
@@ -193,15 +193,15 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
     else:
         labels = [literal(text) for text in shortened(grid.axis_values(axis), 18)]
         every = -(-len(labels) // 12)
-        # long ones upright: aslant they would take their panel's width
+        # long labels upright: inclined they would take the width of their panel
         turned = {"rotation": 90} if max(map(len, labels)) > 8 else {"rotation": 30, "ha": "right"}
         ax.set_xticks(range(0, len(labels), every), labels[::every], **turned)
 
 
 def _scale_axis(ax: Axes, values: np.ndarray) -> None:
-    """Make the axis of x logarithmic if `values` lie more evenly on that, with numbers where powers of ten are few.
+    """Make the x axis logarithmic if `values` are more even on it, with plain numbers where powers of ten are few.
 
-    On others whole numbers have ticks at whole numbers, and long numbers have few.
+    On a linear axis whole numbers have ticks at whole numbers, and long numbers have few ticks.
     """
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
@@ -223,7 +223,7 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
 
 
 def geometric(values: np.ndarray) -> bool:
-    """Whether rising numbers go on by factors: by one and the same, or by about one and over more than a decade."""
+    """Whether increasing numbers are in geometric progression, exactly, or roughly and over more than a decade."""
     if values.size < 3 or values[0] <= 0.0:
         return False
     if not (values[0] > _LEAST_DRAWN and values[-1] < 1.0 / _LEAST_DRAWN):
@@ -236,7 +236,7 @@ def geometric(values: np.ndarray) -> bool:
 
 
 def _ticks_height(ax: Axes) -> float:
-    """Height of the labels along x, inches."""
+    """Height of the tick labels along x, inches."""
     heights = [label.get_window_extent().height for label in ax.get_xticklabels()]
     return max(heights, default=0.0) / ax.figure.dpi
 

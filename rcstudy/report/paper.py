@@ -1,4 +1,4 @@
-"""What the paper's figures are: which grid of the cube holds which figure, and which case is which panel.
+"""The paper's figures: which grid of the cube holds which figure, and which case is which panel.
 
 The paper: rolling contact with one or two elastic layers, Tribology Letters 69:139 (2021), Figures 3 to 10.
 """
@@ -23,7 +23,7 @@ AXES: dict[str, frozenset[str]] = {
     "figure_9": frozenset({"modulus", "creepage"}),
     "figure_10": frozenset({"modulus", "creepage"}),
 }
-"""Axes a grid must have to be drawn as the paper's figure of that number; others are drawn as any study is."""
+"""Axes that a grid must have to be drawn as the paper's figure; other grids are drawn like those of any study."""
 
 BARE = "figure_3_bare"
 """The uncoated case of Figure 3: one case, pressure only."""

@@ -60,7 +60,8 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
 def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     """Figure 3: p/p0 on the x-axis against x/a, a panel per number of layers, the uncoated case in each.
 
-    Colour tells compliant from stiff, dash and marker the thickness. The exact Hertz pressure is drawn too.
+    Colour stands for compliant or stiff layers, dash and marker for the thickness. The exact Hertz pressure is drawn
+    too.
     """
     grid = layered or bare
     if grid is None:
@@ -143,7 +144,7 @@ def lines_figure(number: int, grid: GridView) -> Figure:
 
 
 def _small_creepages(grid: GridView) -> str:
-    """What the paper prints for the creepages, 0.02 to 0.1, if they are a hundredth of that."""
+    """A remark that the paper's creepages, 0.02 to 0.1, are in per cent, if those of `grid` are a hundredth of them."""
     largest = max(abs(case.stored("longitudinal")) for case in grid.cases())
     return "Creepages are the paper's, 0.02 to 0.1, in per cent. " if np.isclose(largest, 0.001) else ""
 
@@ -160,7 +161,7 @@ def _by_creepage(case: CaseView) -> dict[str, Any]:
     return LINES[case.index[case.grid.axes.index("creepage")] % len(LINES)]
 
 
-_BESIDE = 0.35  # width of what stands beside a map's panel, inches
+_BESIDE = 0.35  # width of the labels beside a map's panel, inches
 _TITLE_LINE = 0.145  # height of a line of a title, inches
 
 MAPS_SHOW = (
@@ -170,7 +171,7 @@ MAPS_SHOW = (
 
 
 OTHER_PANELS = " Letters are the paper's, whose b, d, f and h are the same by another method."
-"""What the panels are that the paper's Figure 4 has and ours has not."""
+"""Remark on the panels of the paper's Figure 4 that are not drawn here."""
 
 
 def paper_title(case: CaseView) -> str:

@@ -1,4 +1,4 @@
-"""Speed against error: the cases as the report takes them, and the settings that reach a target."""
+"""Speed against error: the cases as rows of the report, and the settings that reach a target."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Row:
 
     @property
     def compared(self) -> bool:
-        """Whether the case has errors: none on the reference's mesh has."""
+        """Whether the case has errors; cases on the mesh of the reference have none."""
         return np.isfinite(self.error("pressure")).item()
 
     def error(self, name: str) -> float:
@@ -80,7 +80,7 @@ class Row:
         return self.errors.get(name, float("nan"))
 
     def bound(self, name: str) -> float:
-        """What the error `name` can be if the reference is off by what it differs from a coarser one.
+        """The error `name` plus the reference's own, which is its difference from the next coarser mesh.
 
         Infinite if the case is not solved; NaN if there is no such error.
         """
@@ -92,9 +92,9 @@ class Row:
 class Setting:
     """The coarsest mesh with the loosest tolerance whose worst error is within `target`, and what it costs.
 
-    `cells` is 0 if no mesh that was tried keeps to it. Then `needed` is the number of cells along a side by a power law
-    of order `order` through all meshes, meaningful if larger than `finest`, the finest mesh tried. That goes by the
-    errors alone: what the reference may be off by is the same on all meshes, and would make the order look smaller.
+    `cells` is 0 if no mesh that was tried reaches the target. Then `needed` is the number of cells along a side by a
+    power law of order `order` through all meshes, meaningful if larger than `finest`, the finest mesh tried. The power
+    law is fitted without the reference's own error, which is the same on all meshes and would lower the order.
     """
 
     coupling: str
@@ -117,11 +117,11 @@ Groups = dict[tuple[int, float], list[Row]]
 
 
 def settings(rows: Sequence[Row], quantities: Iterable[str] = tuple(QUANTITIES)) -> list[Setting]:
-    """For each coupling, discretisation, quantity and target the coarsest setting that keeps to it in every problem.
+    """For each coupling, discretisation, quantity and target the coarsest setting that reaches it in every problem.
 
-    Of the Newton method, and of quantities that have an error at all: one that symmetry makes nil has none. A setting
-    counts if problems are solved with it, and if all finer meshes with that tolerance keep to the target too
-    (errors of coarse meshes can be small by chance). What the reference may be off by counts as error.
+    Only cases of the Newton method are considered, and only quantities that have an error: one that is zero by symmetry
+    has none. A setting counts if all problems are solved with it, and if all finer meshes with that tolerance reach the
+    target too (errors of coarse meshes can be small by chance). The reference's own error is added to each error.
     """
     newton = [r for r in rows if r.method == "newton" and r.compared]
     found = []
@@ -148,7 +148,7 @@ def schemes(rows: Iterable[Row]) -> list[str]:
 
 
 def _setting(asked: Setting, whole: Groups) -> Setting:
-    """`asked` with the setting found among cases `whole`, by cells and tolerance, of every problem."""
+    """`asked` completed by the setting found; `whole`: cases by cells and tolerance, where every problem has one."""
     worst = {key: worst_bound(group, asked.quantity) for key, group in whole.items()}
     worst = {key: value for key, value in worst.items() if not np.isnan(value)}
     asked = replace(asked, finest=max((cells for cells, _ in worst), default=0))
@@ -179,7 +179,7 @@ def worst_bound(rows: Iterable[Row], quantity: str) -> float:
 
 
 def _extrapolated(none: Setting, whole: Groups) -> Setting:
-    """`none` with the cells that its target would take, by a power law through all meshes at the tightest tolerance."""
+    """`none` completed by the cells that its target takes, by a power law through all meshes at the least tolerance."""
     tightest = min((tolerance for _, tolerance in whole), default=0.0)
     worst = {
         cells: worst_of(r.error(none.quantity) if r.solved else np.inf for r in group)
@@ -196,13 +196,13 @@ def _extrapolated(none: Setting, whole: Groups) -> Setting:
 
 
 def median(values: Iterable[float]) -> float:
-    """Median of what is known, NaN if nothing is."""
+    """Median of the finite values, NaN if there are none."""
     known = [v for v in values if np.isfinite(v)]
     return float(np.median(known)) if known else float("nan")
 
 
 def worst_of(values: Iterable[float]) -> float:
-    """Largest of what is known, NaN if nothing is."""
+    """Largest of the finite values, NaN if there are none."""
     known = [v for v in values if np.isfinite(v)]
     return max(known) if known else float("nan")
 

@@ -34,9 +34,9 @@ _SCHEMES: dict[str, dict[str, Any]] = {
 
 
 def work_precision(rows: Sequence[Row]) -> Figure:
-    """Errors against the reference and seconds, along the meshes, a panel for each quantity.
+    """Error against the reference over seconds, a panel for each quantity.
 
-    Lines are medians over the problems of one discretisation and coupling; dots are the one-way problems.
+    Lines run along the meshes: medians over the problems of one discretisation and coupling. Dots: one-way problems.
     """
     figure, axes = panels(2, 3, 4.6, sharex=True, sharey=True)
     rows = [r for r in rows if r.compared and (r.solved or r.method != "newton")]
@@ -73,7 +73,7 @@ def _by_scheme(words: dict[str, str]) -> str:
 
 
 def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
-    """Line through the medians of each mesh, in one panel with its cells; one-way problems are dots as well."""
+    """Draw the line through the medians of each mesh, labelled with cells in one panel; one-way problems as dots."""
     rows = [r for r in rows if r.error(quantity) > 0.0]
     groups = [[r for r in rows if r.cells == n] for n in sorted({r.cells for r in rows})]
     if not groups:
@@ -91,13 +91,13 @@ def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
     y = [median(r.error(quantity) for r in group) for group in groups]
     name = f"{first.scheme}, {first.coupling}" if first.method == "newton" else first.scheme
     ax.plot(x, y, **look, marker=marker, markersize=3.4, linewidth=1.3, zorder=3, label=name)
-    if quantity == "friction_power" and one_way and first.scheme == "aligned":  # there is room
+    if quantity == "friction_power" and one_way and first.scheme == "aligned":  # has room for labels
         for group, *place in zip(groups, x, y, strict=True):
             _name_mesh(ax, group[0].cells, (place[0], place[1]), (-8, -9), look["color"])
 
 
 def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[float, float], colour: str) -> None:
-    """Cells along a side, beside a point of a line, `away` points from it."""
+    """Write the number of cells along a side beside a point of a line, `away` points from it."""
     # on white, as other lines may run behind it
     ground = {"facecolor": "white", "edgecolor": "none", "pad": 0.4}
     look: dict[str, Any] = {"ha": "center", "fontsize": 6, "color": colour, "bbox": ground, "zorder": 4}
@@ -105,7 +105,7 @@ def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[flo
 
 
 def tolerances_figure(rows: Sequence[Row]) -> Figure:
-    """Solver's error along the tolerances against seconds and products: medians over the problems of one coupling."""
+    """Solver's error over seconds and products, along the tolerances: medians over the problems of one coupling."""
     figure, (axes,) = panels(1, 2, 3.3, sharey=True)
     usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0]
     usable = [r for r in usable if r.coupling == shown_coupling(usable)]
@@ -143,9 +143,10 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure:
 
 
 def quantities_figure(rows: Sequence[Row]) -> Figure:
-    """Worst error of each quantity over the Newton method's one-way problems along the meshes, by discretisation.
+    """Worst error of each quantity over cells per radius, a panel for each discretisation.
 
-    Over those of full coupling if there are no others.
+    The worst is taken over the Newton method's problems with one-way coupling, or with full coupling if there are no
+    others.
     """
     newton = [r for r in rows if r.method == "newton" and r.compared]
     newton = [r for r in newton if r.coupling == shown_coupling(newton)]

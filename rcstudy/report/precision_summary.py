@@ -1,4 +1,4 @@
-"""Speed against error in tables and in words."""
+"""Speed against error: the tables and the summary in words."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from rcstudy.report.precision import (
 from rcstudy.report.writers import markdown_lines
 
 _FAR = 10_000
-"""Cells along a side that no solve will have."""
+"""Number of cells along a side beyond which no solve is feasible."""
 
 
 def errors_table(rows: Sequence[Row]) -> Table:
-    """All cases."""
+    """Caption, columns and rows: errors and costs, one row a case."""
     columns = [
         Column("grid", "Grid"),
         Column("scheme", "Discretisation"),
@@ -63,7 +63,7 @@ def errors_table(rows: Sequence[Row]) -> Table:
 
 
 def settings_table(chosen: Sequence[Setting]) -> Table:
-    """The settings found."""
+    """Caption, columns and rows: one row a setting, or what is known of one that was not found."""
     columns = (
         Column("coupling", "Coupling"),
         Column("quantity", "Quantity"),
@@ -105,7 +105,7 @@ def _none(s: Setting) -> str:
 
 
 def _needed(s: Setting) -> str:
-    """How many cells a setting would have that was not found."""
+    """How many cells the target of a setting that was not found would take, in words."""
     if not np.isfinite(s.needed):
         return "none"
     if s.needed > _FAR:
@@ -184,7 +184,7 @@ def _paragraph(text: str) -> list[str]:
 
 
 def _side_by_side(rows: Sequence[Row]) -> list[str]:
-    """By how much aligned cells are better than kalker's on the same mesh, and what they cost; if there are both."""
+    """Ratios of worst errors, `kalker` to `aligned` on the same mesh, and of costs; empty unless there are both."""
     lines: list[str] = []
     newton = [r for r in rows if r.method == "newton" and r.compared]
     for coupling in sorted({r.coupling for r in newton}, reverse=True):
@@ -213,7 +213,7 @@ def _side_by_side(rows: Sequence[Row]) -> list[str]:
 
 
 def _costs(rows: Iterable[Row]) -> list[float]:
-    """How many times kalker's time aligned cells take: by mesh, medians over problems and tolerances solved by both."""
+    """Ratios of times, `aligned` to `kalker`: for each mesh the median over the problems and tolerances of both."""
     seconds: dict[int, dict[tuple[int, float], dict[str, float]]] = {}
     for r in rows:
         seconds.setdefault(r.cells, {}).setdefault((r.problem, r.tolerance), {})[r.scheme] = r.seconds
@@ -230,7 +230,7 @@ def _meshes(rows: Iterable[Row]) -> list[int]:
 
 
 def _recommended(chosen: Sequence[Setting]) -> list[str]:
-    """A point for each coupling and target, with one below it for each discretisation."""
+    """A list item for each coupling and target, with one below it for each discretisation."""
     lines = []
     for coupling, target in dict.fromkeys((s.coupling, s.target) for s in chosen):
         lines.append(f"- **{_per_cent(target)}, {coupling} coupling**")
@@ -241,7 +241,7 @@ def _recommended(chosen: Sequence[Setting]) -> list[str]:
 
 
 def _sentence(chosen: Sequence[Setting]) -> str:
-    """Quantities by the setting that they take, cheapest first, then those that no setting keeps to the target."""
+    """Quantities grouped by the setting that reaches the target, cheapest first, then those that none reaches."""
     reached: dict[tuple[int, float], list[Setting]] = {}
     missed: dict[str, list[Setting]] = {}
     for s in sorted(chosen, key=lambda s: (np.isnan(s.needed), s.needed)):
@@ -301,7 +301,7 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
 
 
 def _radii(rows: Sequence[Row]) -> str:
-    """How many cells a contact radius has: one number where all have as many."""
+    """Range of the number of cells per contact radius; a single number if it is the same for all."""
     ends = [f"{end(r.radius for r in rows):.0f}" for end in (min, max)]
     return " to ".join(dict.fromkeys(ends))
 
@@ -312,7 +312,7 @@ def _cells(numbers: Sequence[Sequence[float]]) -> list[str]:
 
 
 def _reference(rows: Sequence[Row]) -> list[str]:
-    """How good the references are."""
+    """Section on the references' own errors."""
     doubts = {name: [r.error(REFERENCE + name) for r in rows if r.method == "newton"] for name in QUANTITIES}
     known = {name: found for name, found in doubts.items() if np.isfinite(found).any()}
     if not known:

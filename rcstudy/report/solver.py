@@ -1,4 +1,4 @@
-"""Tables of how the solver fared: its work, residuals and proofs for each case, and the same summed up by grid."""
+"""Tables of the solver's work, residuals and proofs: for each case, and summed up by grid."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 A :class:`Statement` quotes the paper, says in words how it is judged, and yields :class:`Comparison` s; the
 verdict counts those that hold. A comparison decides nothing, and is counted apart, if a case of it was not
-solved, if both its cases slip everywhere (then no ratio of slip can grow), or if the mesh cannot tell.
+solved, if both its cases slip everywhere (then no ratio of slip can grow), or if discretisation errors are larger.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from rcstudy.report.paper import PaperCase
 class Comparison:
     """Two numbers and whether they stand as the paper says; `holds` is None where they decide nothing.
 
-    `bound` tells that the right number is a bound on the left one, not the value of another case.
+    `bound`: the right number is a bound on the left one, not the value of another case.
     """
 
     what: str
@@ -39,8 +39,8 @@ def _nothing(cases: Sequence[PaperCase]) -> Iterable[Comparison]:
 class Statement:
     """A sentence of the paper: `where` it stands, `quote` word for word, how it is judged.
 
-    `criterion` says in words what `judge` compares. `instead`, if given, judges the rival reading that
-    `instead_of` names, for the remark. `untestable` says why a cube cannot decide the statement at all.
+    `criterion` says in words what `judge` compares. `instead`, if given, judges a rival reading of the statement, which
+    `instead_of` names; its verdict goes into the remark. `untestable` says why no cube can decide the statement.
     """
 
     where: str
@@ -54,7 +54,7 @@ class Statement:
 
 
 def verdict(comparisons: Sequence[Comparison]) -> str:
-    """`borne out in k of n cases` with its ends in plain words, and how many comparisons decided nothing."""
+    """`borne out in k of n cases`, or plain words for all and none, and how many comparisons decided nothing."""
     if not comparisons:
         return "no such cases in the cube"
     decided = [c for c in comparisons if c.holds is not None]

@@ -1,4 +1,4 @@
-"""How figures look: one style, colours that colour-blind readers tell apart, files equal from run to run."""
+"""Style of the figures: colours that colour-blind readers can distinguish, files that are equal from run to run."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ LINES: tuple[dict[str, Any], ...] = (
     {"color": SKY, "linestyle": (0, (8, 2)), "marker": "P"},
     {"color": BLACK, "linestyle": (0, (2, 1)), "marker": "X"},
 )
-"""Lines that differ in colour, dash and marker, so that each of the three tells them apart."""
+"""Lines that differ in colour, dash and marker: each of the three is enough to distinguish them."""
 
 STYLE: Any = {
     "font.family": "DejaVu Sans",
@@ -74,7 +74,7 @@ FORMATS = ("png", *_METADATA)
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Matplotlib's defaults and this style, whatever the user's own settings; those come back at the end."""
+    """Set Matplotlib's defaults and this style, whatever the user's settings, which are restored at the end."""
     import matplotlib
 
     with matplotlib.rc_context():
@@ -86,11 +86,11 @@ def style() -> Iterator[None]:
 
 @contextmanager
 def _missing_letters_told() -> Iterator[None]:
-    """One line in place of Matplotlib's for every letter and every time it is drawn, if the font lacks any."""
+    """Log one line if the font lacks letters, in place of Matplotlib's for every letter each time it is drawn."""
     in_mathematics: list[str] = []
 
     def kept(record: logging.LogRecord) -> bool:
-        """Whether a message of the drawing of mathematics, and of words on a line with it, is to be told."""
+        """Whether to pass on a message of Matplotlib's mathtext, which also draws words on a line with mathematics."""
         if "does not have a glyph" not in (message := record.getMessage()):
             return True
         in_mathematics.append(message)
@@ -133,13 +133,13 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
     """
     engine = figure.get_layout_engine()
     assert engine is not None
-    for _ in range(2):  # the first time square panels are not yet where their titles' room is reckoned from
+    for _ in range(2):  # in the first pass square panels are not yet where the room for titles is computed from
         engine.execute(figure)
     figure.set_layout_engine("none")  # placed once: the same in every format
     paths = []
     for kind in formats:
         path = out / f"{stem}.{kind}"
-        drawn = BytesIO()  # what Matplotlib makes of a full disk is no OSError at all times
+        drawn = BytesIO()  # not the file: on a full disk Matplotlib does not always raise OSError
         if kind == "png":
             _save_png(figure, drawn)
         else:
@@ -170,7 +170,7 @@ def _save_png(figure: Figure, file: BytesIO) -> None:
 def _palette(pixels: np.ndarray) -> np.ndarray:
     """White, the style's own colours, 128 of the map's, and the picture's commonest for the rest, [256, 3].
 
-    The first three are given, lest small patches lose theirs to the many shades of text and edges.
+    The first three are fixed, so that small patches do not lose their colour to the many shades of text and edges.
     """
     from matplotlib.colors import to_rgb
     from PIL import Image

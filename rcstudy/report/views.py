@@ -57,7 +57,7 @@ class GridView:
 
     @cached_property
     def substrate_nu(self) -> float | None:
-        """Poisson's ratio of the substrate, from the study's text; NaN where cases differ, None if it does not tell."""
+        """Poisson's ratio of the substrate, from the study's text: NaN where cases differ, None if not understood."""
         scene, varied = self.starting
         if scene is None:
             return None
@@ -65,9 +65,9 @@ class GridView:
 
     @cached_property
     def starting(self) -> tuple[SceneSpec | None, set[str]]:
-        """The scene that the cases start from, by the study's text (None if that is not understood), and keys of it.
+        """The scene that the cases start from, and the keys of it that cases set themselves.
 
-        Those are what cases set themselves.
+        From the study's text; the scene is None if that is not understood.
         """
         scene, paths = starting_scene(self.study_text, self.name)
         return scene, {path.split(".")[0] for path in paths}
@@ -148,7 +148,7 @@ class CaseView:
     index: tuple[int, ...]
 
     def at(self, name: str) -> np.ndarray:
-        """Variable or coordinate `name` at this case: shape of what is left once the grid's axes are gone."""
+        """Variable or coordinate `name` at this case; shape: that of its dimensions other than the grid's axes."""
         array = self.grid.small(name)
         return np.asarray(array.values[tuple(self._position(d) for d in array.dims)])
 
@@ -193,7 +193,7 @@ class CaseView:
         return float(self.at(name)) if name in self.grid else float("nan")
 
     def recorded(self, name: str) -> float:
-        """Scalar `name` whether the case was solved or not: for what tells of the solver, never of the contact.
+        """Scalar `name` whether the case was solved or not: for diagnostics of the solver, never for results.
 
         NaN where the solver did not get that far or the cube has no such variable.
         """
@@ -300,9 +300,9 @@ def set_as(text: str, *, math: bool) -> str:
 
 
 def creepage_text(case: CaseView, *, math: bool = False, units: bool | None = None) -> str:
-    """The creepages that are not zero, `xi_x = 0.002, phi = 0.01 rad/mm`, or that there are none, or none given.
+    """The creepages that are not zero, `xi_x = 0.002, phi = 0.01 rad/mm`; or that all are zero, or none is given.
 
-    `units` (rad/mm) stand unless it is mathematics.
+    `units`: whether to write rad/mm; by default unless `math`.
     """
     if all(map(np.isnan, case.creepage)):
         return "none (pressure only)"

@@ -16,9 +16,9 @@ def write_table(
 ) -> list[Path]:
     """Write `rows` as out/stem.csv, .md and .tex; missing numbers (NaN, absent keys) are left empty.
 
-    Numbers have nine significant digits in the CSV; elsewhere the form `Column.form`, or, where their error is known,
-    as many decimals as two digits of that have, whatever the size of the number beside it. Where those are more than
-    eight a power of ten stands behind both: `(2.19400 ± 0.00060)e-06`.
+    Numbers have nine significant digits in the CSV. Elsewhere they have the form `Column.form` or, if their error is
+    known, as many decimals as two digits of the error take, whatever the size of the number. If these are more than
+    eight, a power of ten follows both: `(2.19400 ± 0.00060)e-06`.
     Returns the three paths. UserError when a file cannot be written.
     """
     texts = {"csv": None, "md": _markdown(caption, columns, rows), "tex": latex_table(stem, caption, columns, rows)}

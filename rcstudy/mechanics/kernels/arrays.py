@@ -13,9 +13,9 @@ from rcstudy.mechanics.jit import jit
 def unfold(quadrant: np.ndarray, parity_x: int, parity_y: int, out: np.ndarray) -> None:
     """Coefficients of all offsets, in the order of a circular convolution, from those at offsets >= 0.
 
-    quadrant [> px//2, > py//2]; out [px, py]: offset -i sits at p - i. All of the torus is filled: offsets beyond a
-    box of (p + 1)/2 cells play no part in a linear convolution, and filling them keeps the symbol of a positive
-    kernel positive.
+    quadrant [> px//2, > py//2]; out [px, py]: offset -i is at p - i. All of the torus is filled: offsets beyond a box
+    of (p + 1)/2 cells have no effect on a linear convolution, and filling them keeps the symbol of a positive kernel
+    positive.
     """
     px, py = out.shape
     for i in range(px):
@@ -29,7 +29,7 @@ def unfold(quadrant: np.ndarray, parity_x: int, parity_y: int, out: np.ndarray) 
                 c *= parity_x
             if fold_y:
                 c *= parity_y
-            # the offset p/2 is its own mirror image
+            # the offset p/2 is its own mirror image: odd coefficients are zero there
             if (parity_x < 0 and 2 * a == px) or (parity_y < 0 and 2 * b == py):
                 c = 0.0
             out[i, j] = c
@@ -39,8 +39,8 @@ def unfold(quadrant: np.ndarray, parity_x: int, parity_y: int, out: np.ndarray) 
 def upwind_difference(quadrant: np.ndarray, parity_x: int, parity_y: int, dx: float, out: np.ndarray) -> None:
     """Coefficients of (u_i - u_(i+1))/dx at all offsets of the torus out [px, py], from those of u at offsets >= 0.
 
-    quadrant [> px//2 + 1, > py//2]. Offsets as in `unfold`, differenced before folding, so that the torus's seam,
-    which no linear convolution on the box reaches, is the only place where the wrap is felt.
+    quadrant [> px//2 + 1, > py//2]. Offsets as in `unfold`. Differences are taken before folding, so that only the seam
+    of the torus, which no linear convolution on the box reaches, differs from those on a plane.
     """
     px, py = out.shape
     for i in range(px):
@@ -87,8 +87,8 @@ def bounds(mask: np.ndarray) -> tuple[int, int, int, int]:
 def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
     """Multiply the pair hat [2, waves, 2 waves], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy).
 
-    Real and imaginary parts side by side in hat, each of k's real numbers twice: loops over real numbers make use of
-    the vector units, those over complex ones take three times as long.
+    hat has real and imaginary parts side by side, and k each of its real numbers twice: loops over real numbers use the
+    vector units, those over complex ones take three times as long.
     """
     for i in range(hat.shape[1]):
         for j in range(hat.shape[2]):
@@ -125,13 +125,13 @@ def inverse_symbol(pair: np.ndarray, shift: float, size: float, out: np.ndarray)
 def multiply_packed(hat: np.ndarray, k: np.ndarray) -> None:
     """Multiply a pair (a, b) of real arrays by a symmetric matrix, in place, in the transform hat [py, px] of a + i b.
 
-    With z = hat[k] and c = hat[-k]*, the transforms of a and b are (z + c)/2 and (z - c)/2i: from the matrix's xx, xy,
-    yy follows that z becomes alpha z + beta c, and c becomes gamma z + alpha c (`packed_symbol`). k [3, py//2+1, px].
+    With z = hat[k] and c = hat[-k]*, the transforms of a and b are (z + c)/2 and (z - c)/2i. So, for the matrix xx, xy,
+    yy, z becomes alpha z + beta c, and c becomes gamma z + alpha c (`packed_symbol`). k [3, py//2+1, px].
     """
     py, px = hat.shape
     for j in range(py // 2 + 1):
         opposite = py - j if j > 0 else 0
-        # rows that are their own mirror images hold both waves of each pair
+        # rows that are their own mirror images contain both waves, k and -k, of each pair
         waves = px // 2 + 1 if opposite == j else px
         for i in range(waves):
             mirrored = px - i if i > 0 else 0
@@ -143,7 +143,7 @@ def multiply_packed(hat: np.ndarray, k: np.ndarray) -> None:
 
 @jit
 def scale_packed(hat: np.ndarray, k: np.ndarray) -> None:
-    """Multiply both of a pair of real arrays, in place, in the transform hat [py, px] of a + i b, by the symbol k.
+    """Multiply both real arrays of a pair (a, b) by the symbol k, in place, in the transform hat [py, px] of a + i b.
 
     k [py//2+1, px], the same for ky and -ky.
     """

@@ -109,8 +109,8 @@ def half_spaces(
 ) -> None:
     """Influence coefficients of two half-spaces plus `more`: out [6, nx, ny] = zz, xx, yy, xy, xp, yp at (i dx, j dy).
 
-    normal, shear, dilation (1/MPa): the bodies' (1-nu)/(2 pi G) and nu/(2 pi G), summed, and (1-2nu)/(4 pi G),
-    differenced. Integrals of 1/r, x^2/r^3, y^2/r^3, x y/r^3, x/r^2, y/r^2 over the cell, as differences of their
+    normal, shear (1/MPa): sums of the bodies' (1-nu)/(2 pi G) and nu/(2 pi G); dilation (1/MPa): difference of their
+    (1-2nu)/(4 pi G). Integrals of 1/r, x^2/r^3, y^2/r^3, x y/r^3, x/r^2, y/r^2 over the cell, as differences of their
     primitives over its corners (Love 1929; Cerruti). Cells with i < have_x and j < have_y are left alone.
     """
     nx, ny = out.shape[1], out.shape[2]
@@ -199,7 +199,7 @@ def far_cell(
 ) -> tuple[float, float, float, float, float, float]:
     """Integrals of four radial kernels over the cell dx dy around (x0, y0), by Gauss-Legendre points on [-1/2, 1/2].
 
-    kernel [n, 4]: the functions s, d, g, p of log r (see `influence.py`); value [4]: room for them. Returns zz, xx, yy,
+    kernel [n, 4]: the functions s, d, g, p of log r (see `influence.py`); value [4]: work array. Returns zz, xx, yy,
     xy, xp, yp.
     """
     zz = xx = yy = xy = xp = yp = 0.0
@@ -236,10 +236,11 @@ def far_cells(
     """Cell integrals of four radial kernels away from the origin, by Gauss-Legendre points.
 
     out [6, nx, ny]: zz, xx, yy, xy, xp, yp; cells with i < skip_x and j < skip_y are left alone. `rules` [k]: nodes and
-    weights on [-1/2, 1/2], of cells at least beyond[k] (mm, rising from 0) from the origin; else as `far_cell`.
+    weights on [-1/2, 1/2], for cells at least beyond[k] (mm, rising from 0) from the origin; other arguments as in
+    `far_cell`.
 
     Square cells (i, j) and (j, i) are mirror images. Those with j > i are always taken from the other one, so that no
-    number depends on what else was asked for.
+    number depends on which others are computed.
     """
     nx, ny = out.shape[1], out.shape[2]
     value = np.empty(4)
@@ -320,9 +321,10 @@ def near_cells(
     longest: float,
     out: np.ndarray,
 ) -> None:
-    """Cell integrals of four radial kernels near the origin, as differences of corner integrals (any h/dx).
+    """Cell integrals of four radial kernels near the origin, as differences of corner integrals.
 
-    Fills out[:, :near_x, :near_y]; the arguments are those of `far_cells` and `corner_integrals`.
+    Layers may be of any thickness. Fills out[:, :near_x, :near_y]; the arguments are those of `far_cells` and
+    `corner_integrals`.
     """
     corner = np.empty((near_x + 1, near_y + 1, 6))
     for i in range(near_x, 0, -1):  # backwards: of square cells, as in `far_cells`, the mirror image comes first

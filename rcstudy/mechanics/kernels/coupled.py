@@ -1,7 +1,7 @@
 """Newton steps for pressure and tractions together (`coupled.py`).
 
 Stresses and responses are three arrays on the box, [3, nx, ny]: (qx, qy, p) and (slip x, slip y, gap). Vectors of
-unknowns are [3 m]: the pressures of the m cells in contact, then the two numbers a cell of `tractions.py`.
+unknowns are [3 m]: the pressures of the m cells in contact, then two numbers for each cell as in `tractions.py`.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from rcstudy.mechanics.jit import jit
 def multiply_3x3(hat: np.ndarray, pair: np.ndarray, along: np.ndarray, dx: float, gap: np.ndarray) -> None:
     """Displacements by stresses: multiply hat [3, py//2+1, 2 px] = (qx, qy, p), in place, wave by wave by a matrix.
 
-    That is [[xx, xy, i x], [xy, yy, i y], [-i dx x, -i dx y, z]]. hat: real and imaginary parts side by side; xx, xy,
-    yy: pair [3, py//2+1, 2 px], each number twice, displacements along the surface by tractions; x, y: along
-    [2, py//2+1, px], the same by pressure, both in cells of length dx; by reciprocity u_z by tractions is the negative
-    of that; z: gap [py//2+1, px], u_z by pressure.
+    The matrix is [[xx, xy, i x], [xy, yy, i y], [-i dx x, -i dx y, z]]. hat: real and imaginary parts side by side; xx,
+    xy, yy: pair [3, py//2+1, 2 px], each number twice, displacements along the surface by tractions; x, y: along
+    [2, py//2+1, px], the same by pressure; both in cells of length dx. By reciprocity u_z by tractions is the negative
+    of the displacement by pressure. z: gap [py//2+1, px], u_z by pressure.
     """
     for i in range(hat.shape[1]):
         for j in range(gap.shape[1]):
@@ -41,11 +41,11 @@ def multiply_3x3(hat: np.ndarray, pair: np.ndarray, along: np.ndarray, dx: float
 def touching_cells(
     stress: np.ndarray, response: np.ndarray, overlap: float, cells: np.ndarray
 ) -> tuple[int, int, float]:
-    """Cells in contact: those under pressure, and those where the surfaces overlap without it.
+    """Find the cells in contact: those under pressure, and those where the surfaces overlap without it.
 
-    The approach is the mean gap under pressure; cells [nx ny, 2]: filled with i, j, by rows of constant i. Returns how
-    many there are, how many of them bear no pressure yet but overlap by more than `overlap` of the approach, and the
-    approach (mm).
+    The approach is the mean gap under pressure; cells [nx ny, 2]: filled with i, j, ordered by i, then by j. Returns
+    the number of cells in contact, how many of them bear no pressure yet but overlap by more than `overlap` times the
+    approach, and the approach (mm).
     """
     nx, ny = stress.shape[1], stress.shape[2]
     total = 0.0
@@ -104,7 +104,7 @@ def scatter_unknowns(
     unit: float,
     out: np.ndarray,
 ) -> None:
-    """Stresses of a vector of unknowns [3 m] into out [3, nx, py], zeros elsewhere; slip cells' bounds move with p.
+    """Stresses of a vector of unknowns v [3 m] into out [3, nx, py], zeros elsewhere; slip cells' bounds change with p.
 
     slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there; unit: of tractions along it.
     """
@@ -142,7 +142,7 @@ def spread_uneven(gap: np.ndarray, cells: np.ndarray, factor: float, out: np.nda
 
 @jit
 def gather_uneven(field: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
-    """field less its mean over the cells [m, 2], there, into out [m]."""
+    """Values of field at the cells [m, 2] less their mean, into out [m]."""
     mean = mean_at(field, cells)
     for m in range(cells.shape[0]):
         out[m] = field[cells[m, 0], cells[m, 1]] - mean
@@ -159,10 +159,10 @@ def move_contact(
     p: np.ndarray,
     q: np.ndarray,
 ) -> None:
-    """Pressures p [m] and tractions q [m, 2], in place, after the unknowns' change [3 m].
+    """Pressures p [m] and tractions q [m, 2] after the change [3 m] of the unknowns, in place.
 
-    Pressures are cut at zero and scaled to the sum `total`, slip cells put on their new bounds; no pressure, no
-    traction.
+    Pressures are cut at zero and scaled to the sum `total`; slip cells are put on their new bounds; cells without
+    pressure get no traction.
     """
     n = p.size
     new_total = 0.0

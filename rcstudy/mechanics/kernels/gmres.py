@@ -1,4 +1,4 @@
-"""Steps of flexible GMRES (`krylov.py`; Saad 1993): the basis, the triangular system, its solution."""
+"""Steps of flexible GMRES (`krylov.py`; Saad 1993): basis, triangular system and its solution."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def arnoldi_step(v: np.ndarray, k: int, w: np.ndarray, h: np.ndarray, rotation: np.ndarray, g: np.ndarray) -> float:
-    """One step of GMRES: v[k+1] = w orthogonalised against v[0..k] (modified Gram-Schmidt), of norm 1; column k of the
-    Hessenberg matrix brought to triangular form by Givens rotations.
+    """One step of GMRES: adds a vector to the basis and a column to the triangular matrix; returns the residual's norm.
 
-    v [k_max + 1, n], w [>= n], h [k_max + 1, k_max], rotation [2, k_max], g [k_max + 1]: right-hand side
-    under the rotations. Returns |g[k+1]|, the residual's norm.
+    v[k+1] is w orthogonalised against v[0..k] (modified Gram-Schmidt), of norm 1; column k of the Hessenberg matrix h
+    is brought to triangular form by Givens rotations. v [k_max + 1, n], w [>= n], h [k_max + 1, k_max], rotation
+    [2, k_max], g [k_max + 1]: right-hand side under the rotations. The residual's norm is |g[k+1]|.
     """
     n = v.shape[1]
     even = n - n % 4
@@ -24,7 +24,7 @@ def arnoldi_step(v: np.ndarray, k: int, w: np.ndarray, h: np.ndarray, rotation: 
         new[m] = w[m]
     for i in range(k + 1):
         row = v[i]
-        # four sums at once: a strict sum would wait for itself at each term
+        # four sums at once: in a single one each addition would wait for the one before it
         a = b = c = d = 0.0
         for m in range(0, even, 4):
             a += row[m] * new[m]
@@ -68,7 +68,7 @@ def arnoldi_step(v: np.ndarray, k: int, w: np.ndarray, h: np.ndarray, rotation: 
 def gmres_update(
     h: np.ndarray, g: np.ndarray, z: np.ndarray, w: np.ndarray, k: int, x: np.ndarray, more: np.ndarray
 ) -> None:
-    """x [n] = sum of y[i] z[i], i < k, with y from the triangular system h y = g, and more = that of w[i] beyond n.
+    """Solution x [n]: the sum of y[i] z[i], i < k, with h y = g, h triangular; more: that of w[i] beyond n.
 
     z [>= k, n], w [>= k, n + size of more].
     """

@@ -1,4 +1,4 @@
-"""Slip zones at the leading edge that are narrow beside a cell, row by row (`unseen.py`)."""
+"""Slip zones at the leading edge that are narrow compared with a cell, row by row (`unseen.py`)."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def slip_behind(cells: np.ndarray, by_pressure: np.ndarray, length: float, theta: float) -> tuple[float, float]:
-    """Mean of slip by_pressure [m, 2] over a row's cells [n] from the leading one on, weighted with sqrt(length/r - 1).
+    """Mean of slips by_pressure [m, 2] over a row's cells, weighted with sqrt(length/r - 1), r behind the edge.
 
-    As tractions are that resist slip at the edge, r behind it, in a stick zone of that length (cells); theta: from the
-    leading cell's centre to the edge.
+    That is the distribution of tractions that resist slip at the edge, in a stick zone of this length (cells).
+    cells [n]: numbers of the row's cells from the leading one on; theta: distance from the leading cell's centre to the
+    edge (cells).
     """
     slip_x = slip_y = weights = 0.0
     for step in range(cells.size):
@@ -44,16 +45,17 @@ def unseen_rows(
     theta: float,
     out: np.ndarray,
 ) -> None:
-    """Sums over the rows, into out [7], see `unseen.py`.
+    """Sums over the rows of what narrow slip zones at the leading edge hide, added to out [7], see `unseen.py`.
 
-    What tractions make too large: force_x, force_y (MPa), moment (MPa mm), power (MPa); forces in doubt (MPa), cells in
-    doubt, cells that slip unseen less those that are seen to slip by too much.
+    First what tractions make too large: force_x, force_y (MPa), moment (MPa mm), power (MPa). Then what is in doubt:
+    force (MPa), area (cells). Last the area (cells) that slips unseen, less that by which a visible slip zone is too
+    large.
 
     index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them; ends [2, ny]:
-    between which x its contact lies (cells); normals [2, ny]: of its leading edge; x, y, pressure, slip [m] and q [m,
-    2]: of the cells, by_pressure [m, 2]: slip by pressure at their centres; along_over_across: what waves yield to
-    tractions along them, over that across; dx: length of the cells (mm); theta: from the leading cell's centre to the
-    edge (cells).
+    trailing and leading edge of each row (cells); normals [2, ny]: of the leading edge; x, y [m] (mm), slip [m]
+    (flags), pressure [m] (MPa), q [m, 2] (MPa): of the cells; by_pressure [m, 2]: slip by pressure at their centres; k:
+    see `unseen.py`; along_over_across: ratio of the responses to tractions along and across waves; dx: length of the
+    cells (mm); theta: distance from the leading cell's centre to the edge (cells).
     """
     for j in range(count.size):
         slips, sticks, largest = 0, 0, 0.0
@@ -74,7 +76,7 @@ def unseen_rows(
         room = max(1.0 - v_x**2 - v_y**2, 0.0) / k**2
         t = min(math.sqrt(along**2 + room) - along, 600.0)
         width = (slips + theta) * math.exp(-t)
-        # the zone slips against d, and d grows by `growth` for each factor e towards the edge
+        # the zone slips opposite to d; |d| grows by `growth` with each factor e in the distance towards the edge
         d_x, d_y = v_x + t * k * n_x, v_y + t * k * n_y
         across_edge, along_edge = d_x * n_x + d_y * n_y, along_over_across * (d_y * n_x - d_x * n_y)
         growth = k * across_edge
@@ -87,7 +89,7 @@ def unseen_rows(
             past = min((slips - 1 + theta) / width, 1.0)
             hidden = theta * past**8 if slips == 1 else 0.0
             doubtful, cells, missing = theta * past**4, past**2, -(past**2)
-        # tractions that resist such slip, of the component along d that is too large
+        # tractions that resist slip along d, whose component along d is what is too large
         size = unit * growth * hidden / (across_edge**2 + along_edge**2 / along_over_across)
         force_x = size * (across_edge * n_x - along_edge * n_y)
         force_y = size * (across_edge * n_y + along_edge * n_x)

@@ -1,4 +1,4 @@
-"""From a mesh to the next finer one, whose cells are of half the size (`cascade.py`)."""
+"""Values from a mesh to the next finer one, whose cells are of half the size (`cascade.py`)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def spread_fractions(q: np.ndarray, bound: np.ndarray, cells: np.ndarray, values: np.ndarray, mask: np.ndarray) -> None:
-    """Tractions q [m, 2] over their bound [m] into the places cells [m, 2] of values [2, nx, ny].
+    """Tractions q [m, 2] over their bound [m], at the cells [m, 2] of values [2, nx, ny].
 
-    mask [nx, ny]: which these are. Both are zero elsewhere.
+    mask [nx, ny]: set to true in these cells. Elsewhere both are left alone, as zeros.
     """
     for m in range(cells.shape[0]):
         i, j = cells[m, 0], cells[m, 1]
@@ -28,8 +28,8 @@ def interpolate_cells(
 ) -> None:
     """Bilinear interpolation to `cells` [m, 2] from cells of twice the size, among which cell (0, 0) is at x0, y0.
 
-    values [k, cx, cy], mask [cx, cy]: which coarse cells count; out [m, k] zeroed, weight [m] zeroed: share that
-    counted.
+    values [k, cx, cy], mask [cx, cy]: which coarse cells count; out [m, k] and weight [m], both zero at first: the
+    interpolated values and the sum of the weights that counted.
     """
     kinds, cx, cy = values.shape
     for m in range(cells.shape[0]):

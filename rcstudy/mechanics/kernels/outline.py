@@ -1,4 +1,4 @@
-"""Outline of the contact, known where it crosses rows and columns of a mesh (`edges.py`), its area, and its top."""
+"""Outline of the contact from its crossings with rows and columns (`edges.py`), its area, the largest pressure."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def middle_and_width(lines: np.ndarray) -> tuple[int, float, float]:
-    """Number of lines, lines [2, n] (see `area_within`), the mean of their ends and half the distance of the farthest.
+    """Number of lines that cross an outline, the mean of all crossings, and half the distance of the outermost ones.
 
-    None: 0 lines, nothing else means anything.
+    lines [2, n]: see `trusted`. If no line crosses it, the number is 0 and the others have no meaning.
     """
     count, total, least, most = 0, 0.0, math.inf, -math.inf
     for k in range(lines.shape[1]):
@@ -28,16 +28,17 @@ def middle_and_width(lines: np.ndarray) -> tuple[int, float, float]:
 def trusted(
     rows: np.ndarray, columns: np.ndarray, dx: float, dy: float, u: np.ndarray, v: np.ndarray
 ) -> tuple[int, float, float, float, float]:
-    """Points of an outline where it crosses rows and columns, of which those are taken that tell it well.
+    """Points of an outline: those of its crossings with rows and columns that determine it well.
 
-    rows [2, ny]: it crosses row j at x = rows[:, j]; columns [2, nx]: column i at y = columns[:, i]; positions in
-    cells, the smaller first, nan in lines that it does not reach; dx, dy (mm): of columns and rows. Returns how many
-    points there are, and the outline's middle and half width along x, and along y. In units of these, seen from there,
-    are the points u, v [>= 2 (ny + nx)]. None of an outline across fewer than three rows or columns.
+    rows [2, ny]: row j crosses it at x = rows[:, j]; columns [2, nx]: column i at y = columns[:, i]; positions in
+    cells, the smaller first, nan in lines that do not cross it; dx, dy (mm): distances of columns and of rows. Returns
+    the number of points, and the outline's middle and half width along x, and along y. The points, relative to the
+    middle and in units of the half widths, go into u, v [>= 2 (ny + nx)]. There are none if fewer than three rows or
+    columns cross the outline.
 
-    A crossing is found well where the outline is steep to its line, and badly where it runs along it. So rows tell the
-    parts of the outline that face x, columns those that face y. It is walked round in four parts: front, high side,
-    back, low side.
+    A crossing is accurate where the outline is steep to the line, and inaccurate where it runs along it. So rows give
+    the parts of the outline that face x, columns those that face y. The points go round in four parts: front, high
+    side, back, low side.
     """
     nrows, x0, width = middle_and_width(rows)
     ncolumns, y0, height = middle_and_width(columns)
@@ -54,7 +55,7 @@ def trusted(
             at = lines[1 if part < 2 else 0, k]
             u[found] = ((at if part % 2 == 0 else k) - x0) / width
             v[found] = ((k if part % 2 == 0 else at) - y0) / height
-            # the components of the normal, of which the larger one tells what is to be believed
+            # the larger component of the normal decides between rows (along x) and columns (along y)
             if (abs(u[found]) * height * dy >= abs(v[found]) * width * dx) == (part % 2 == 0):
                 found += 1
     return found, x0, width, y0, height
@@ -62,7 +63,7 @@ def trusted(
 
 @jit
 def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> float:
-    """Area (cells) within an outline that crosses rows and columns, arguments as in `trusted`; 0 if they do not tell.
+    """Area (cells) within an outline that crosses rows and columns, arguments as in `trusted`; 0 if there are too few.
 
     In coordinates scaled by the outline's half widths it is nearly a circle, and half the mean of r^2 over the angle is
     its area but for little.
@@ -80,18 +81,19 @@ def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> 
 
 @jit
 def sector(u0: float, v0: float, u1: float, v1: float) -> float:
-    """Area swept out, seen from the origin, on the way from (u0, v0) to (u1, v1), on which r^2 goes by the angle."""
+    """Area swept by the radius from the origin on the way from (u0, v0) to (u1, v1), r^2 being linear in the angle."""
     angle = math.atan2(u0 * v1 - v0 * u1, u0 * u1 + v0 * v1)
     return 0.25 * angle * (u0 * u0 + v0 * v0 + u1 * u1 + v1 * v1)
 
 
 @jit
 def summit(p: np.ndarray, along: float, across: float) -> tuple[float, float, float]:
-    """Largest pressure of p [nx, ny] (MPa), and where it is along x and y: the vertex of parabolas through p^2.
+    """Largest pressure (MPa) of p [nx, ny] (MPa), and its position along x and y: the vertex of parabolas through p^2.
 
-    Less so much, `along` and `across`, of 2 p - p_before - p_after along x and y, by which the largest one of the cells
-    comes out too large. Nothing is taken where all that is over half the pressure, as it is beside the edge of the
-    contact: of a ridge, such as a stiff skin makes at the rim, no parabola tells what cells do to it.
+    The pressure of the cell with the largest one is too large by `along` and `across` times 2 p - p_before - p_after
+    along x and y, which is subtracted. Nothing is subtracted where the sum of these two differences exceeds half the
+    pressure, as it does beside the edge of the contact: the error in a ridge, as at the rim under a stiff skin, does
+    not follow from parabolas.
     """
     nx, ny = p.shape
     i = j = 0

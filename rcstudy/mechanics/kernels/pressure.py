@@ -19,11 +19,11 @@ def normal_residual(
     r_old: np.ndarray,
     out: np.ndarray,
 ) -> tuple[float, int]:
-    """Active cells, approach, and residual r = approach - g on them, projected to zero mean.
+    """Set the active cells, approach, and residual r = approach - g on them, which has zero mean.
 
     A cell is active if p > 0 or if, at p = 0, the surfaces overlap there (g < approach). p, g, mask, r, r_old [nx, ny];
-    out: padded copy of r. Returns the new approach (mean of g over the active cells) and the number of cells that
-    became active.
+    r_old: filled with the last r; out: padded copy of r. Returns the new approach (mean of g over the active cells) and
+    the number of cells that became active.
     """
     nx, ny = p.shape
     total = 0.0
@@ -33,7 +33,7 @@ def normal_residual(
         for j in range(ny):
             active = p[i, j] > 0.0 or g[i, j] < approach
             if active:
-                # what is common to all would leave its rounding in each residual, where no direction is against it
+                # without the common part: its rounding error would be in all residuals, where no direction removes it
                 total += g[i, j] - approach
                 count += 1
                 if p[i, j] <= 0.0:
@@ -59,7 +59,7 @@ def normal_direction(
     d: np.ndarray,
     zr_old: float,
 ) -> tuple[float, float]:
-    """New search direction d = z + beta d (Polak-Ribiere, not negative), z made zero-mean on the active cells.
+    """New search direction d = z + beta d (Polak-Ribiere, beta >= 0), z made zero-mean on the active cells.
 
     z: preconditioned residual in the corner of a padded array, which becomes the padded copy of d. `zr_old` <= 0
     restarts. Returns z.r and the norm of z.
@@ -97,10 +97,10 @@ def normal_direction(
 def normal_step(
     p: np.ndarray, g: np.ndarray, d: np.ndarray, ad: np.ndarray, r: np.ndarray, total: float
 ) -> tuple[int, float]:
-    """Step along d, negative pressures cut to zero, pressures scaled to the sum `total`; g follows by linearity if
-    none is cut.
+    """Step along d: negative pressures are set to zero, then all are scaled to the sum `total`.
 
-    ad: operator times d in the corner of a padded array. Returns the number of cells cut and the scale applied.
+    g follows by linearity, before the scaling, and holds only if no pressure was cut. ad: operator times d in the
+    corner of a padded array. Returns the number of cells cut and the scale applied.
     """
     nx, ny = p.shape
     rd = dad = 0.0
@@ -157,13 +157,13 @@ def add_displacement(
 
 @jit
 def factorise(matrix: np.ndarray) -> bool:
-    """Cholesky factor U, matrix = U^T U, in place of the upper triangle of matrix [n, n]; whether there is one.
+    """Cholesky factor U, matrix = U^T U, in place of the upper triangle of matrix [n, n]; returns whether there is one.
 
-    As fast as LAPACK's, whose last bits depend on how many threads it takes.
+    As fast as LAPACK's, whose last bits depend on the number of threads.
     """
     for a in range(matrix.shape[0]):
         row = matrix[a, a:]
-        # four rows at a time: what takes the time is to read and write this one
+        # four rows at a time: most of the time is spent on reading and writing this one
         for b in range(0, a - 3, 4):
             r0, r1, r2, r3 = matrix[b, a:], matrix[b + 1, a:], matrix[b + 2, a:], matrix[b + 3, a:]
             f0, f1, f2, f3 = r0[0], r1[0], r2[0], r3[0]

@@ -1,4 +1,4 @@
-"""Cells of rows that begin where the contact begins (`moved_rows.py`): numbers, neighbours, leading ones, sums."""
+"""Cells of rows that begin at the edge of the contact (`moved_rows.py`): numbers, neighbours, leading cells, sums."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from rcstudy.mechanics.jit import jit
 def number_cells(
     leading: np.ndarray, count: np.ndarray, held: np.ndarray, cells: np.ndarray, index: np.ndarray
 ) -> None:
-    """Numbers m of the count[j] cells of each row of constant y that ends, towards +x, with cell leading[j].
+    """Number the count[j] cells of each row of constant y, the leading one of which (towards +x) is cell leading[j].
 
-    Into index [max count, ny], from the leading one on, -1 where there are no more; their i, j into cells [m, 2], rows
-    of constant x first; which these are into held [nx, ny].
+    The numbers m go into index [max count, ny], from the leading cell on, -1 beyond the last one; the indices i, j of
+    cells into cells [m, 2], ordered by i, then by j; held [nx, ny] is set to whether a cell is one of them.
     """
     held[:, :] = False
     index[:, :] = -1
@@ -34,10 +34,10 @@ def number_cells(
 
 @jit
 def row_forces(p: np.ndarray, count: np.ndarray, part: float, out: np.ndarray) -> None:
-    """What rows of constant y carry of p [nx, ny] (MPa), into out [ny], `part` of their differences being evened out.
+    """Sums of p [nx, ny] (MPa) along rows of constant y, into out [ny], with `part` of their differences evened out.
 
-    That is done between rows that both have cells, count[j]; each takes so much of its force from the other that all
-    together carry what they did.
+    That is done between neighbouring rows that both have cells, count [ny]: `part` of the difference passes from the
+    larger sum to the smaller, so that the total is unchanged.
     """
     ny = p.shape[1]
     for j in range(ny):
@@ -51,7 +51,7 @@ def row_forces(p: np.ndarray, count: np.ndarray, part: float, out: np.ndarray) -
 
 @jit
 def row_neighbours(index: np.ndarray, out: np.ndarray) -> None:
-    """Numbers of the cells ahead of and behind each cell, its own where there is none, into out [2, m].
+    """Numbers of the cells ahead of and behind each cell, into out [2, m]; its own number where there is none.
 
     index as in `number_cells`.
     """
@@ -66,10 +66,10 @@ def row_neighbours(index: np.ndarray, out: np.ndarray) -> None:
 
 @jit
 def edge_normals(front: np.ndarray, index: np.ndarray, aspect: float, out: np.ndarray) -> None:
-    """Normal of the contact's leading edge in each row, outwards, into out [2, ny].
+    """Outward normal of the contact's leading edge in each row, into out [2, ny].
 
-    front [ny]: where the edge is, in cells; aspect: dx/dy; index as in `number_cells`. A row alone shows no direction:
-    its normal points along x.
+    front [ny]: position of the edge, in cells; aspect: dx/dy; index as in `number_cells`. In a row without a neighbour
+    the normal points along x.
     """
     ny = front.size
     for j in range(ny):
@@ -86,10 +86,10 @@ def edge_normals(front: np.ndarray, index: np.ndarray, aspect: float, out: np.nd
 def correct_leading_cells(
     normals: np.ndarray, index: np.ndarray, pressure: np.ndarray, part: float, s: np.ndarray
 ) -> None:
-    """Take from slips by pressure s [m, 2] of rows' leading cells what these make too large, in place.
+    """Subtract from slips by pressure s [m, 2] of the rows' leading cells what cells make too large there, in place.
 
-    That is part times the pressure [m] (MPa) along the edge's normals [2, ny], and less by their component along x, as
-    the slip itself is; index as in `number_cells`.
+    That is part (1/MPa) times the pressure [m] (MPa) in the direction of the edge's normal, normals [2, ny], times its
+    component along x, with which that slip itself decreases; index as in `number_cells`.
     """
     for j in range(normals.shape[1]):
         m = index[0, j]
@@ -109,10 +109,11 @@ def tractions_at(field: np.ndarray, places: np.ndarray, out: np.ndarray) -> None
 
 @jit
 def add_cross_slip(q: np.ndarray, part: np.ndarray, places: np.ndarray, field: np.ndarray) -> None:
-    """Make slips along x larger by part [n] q_y, those along y by part q_x, in place; q [2, n]: tractions (MPa).
+    """Add part [n] q_y to the slips along x and part q_x to those along y, in place; q [2, n]: tractions (MPa).
 
-    field [2, size]: displacements, of which a cell's slip is what its own is more than that of the cell ahead; places
-    [n]: of the cells ahead of those that carry q, in which nothing is asked for.
+    field [2, size]: displacements; the slip of a cell is its own displacement less that of the cell ahead, so the
+    latter is reduced. places [n]: of the cells ahead of those that carry q; the slip of these cells themselves is not
+    used.
     """
     for k in range(places.size):
         field[0, places[k]] -= part[k] * q[1, k]
@@ -132,14 +133,17 @@ def resultant(
     edges: np.ndarray,
     dx: float,
 ) -> tuple[float, float, float]:
-    """Sums (MPa, MPa mm) of q_x, q_y and x q_y - y q_x over all cells, tractions of slip cells turning on their way.
+    """Sums (MPa, MPa mm) of q_x, q_y and x q_y - y q_x over all cells, with directions that vary within slip cells.
 
-    That is, q_y = n p with n of the cell's centre in q [m, 2] (MPa) and p the bound: its mean is bound [m] (MPa), its
-    middle at levers [m] (mm), while n changes from centres [m] (mm) on: int n x p = n lever bound
-    + n' int (x - centre) x p + n''/2 int (x - centre)^2 x p over the cell's length. n' and n'' are by differences
-    between slip cells of one row. The spread of p within a cell is dx^2/12, or where a row ends, p being like a root
-    there, 12/175 of the square of the length from where the cell begins to the edge, edges [2, ny] (cells). y [m] (mm):
-    of the cells; index, start [ny]: as in `number_cells` and `rows.row_bounds`.
+    In a slip cell q_y = n p: n at the cell's centre is that of q [m, 2] (MPa); p is the bound, with the mean bound [m]
+    (MPa) and its centroid at levers [m] (mm). n varies with the distance from centres [m] (mm), to second order:
+
+        int n x p = n lever bound + n' int (x - centre) x p + n''/2 int (x - centre)^2 x p over the cell's length.
+
+    n' and n'' are difference quotients between slip cells of one row. The variance of x under p is dx^2/12, or in the
+    first and the last cell of a row, where p goes like a root, 12/175 of the square of the length from the cell's inner
+    side to the edge, edges [2, ny] (cells). y [m] (mm): of the cells; index, start [ny]: as in `number_cells` and
+    `rows.row_bounds`.
     """
     force_x = force_y = moment = 0.0
     for j in range(index.shape[1]):

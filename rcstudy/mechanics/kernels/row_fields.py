@@ -22,7 +22,7 @@ def on_box(
     values: np.ndarray,
     flags: np.ndarray,
 ) -> None:
-    """Tractions q [m, 2] over their bound [m], slips s [m, 2] and slip flags [m] of cells [m, 2], in their places.
+    """Tractions q [m, 2] over their bound [m], slips s [m, 2] and slip flags [m] at the places of the cells [m, 2].
 
     Into values [4, nx, ny] and flags [nx, ny], which are zero elsewhere.
     """
@@ -41,8 +41,8 @@ def to_centres(
     """Values at the centres of cells from those at cells moved by shift [ny] along x, linearly along each row.
 
     shift: half a cell at most; values [k, nx, ny], held [nx, ny]: which of them count; cells [m, 2] -> out [m, k];
-    nearest [m]: the closest one's index i along x. Where only one neighbour counts it is taken as it is; where none
-    does, the closest of the row.
+    nearest [m]: index i of the closest moved cell. If only one of the two around a centre counts, its value is taken;
+    if neither does, that of the closest one of the row.
     """
     kinds, nx, _ = values.shape
     for m in range(cells.shape[0]):
@@ -54,7 +54,7 @@ def to_centres(
         if here and not there:
             other = i  # the neighbour may lie outside the box
         elif not there:
-            # of two as far in number the one on the neighbour's side is closer
+            # of two cells as many indices away, the one on the neighbour's side is closer
             for distance in range(1, nx):
                 nearer, farther = i + side * distance, i - side * distance
                 if 0 <= nearer < nx and held[nearer, j]:
@@ -73,10 +73,11 @@ def to_centres(
 def by_law(
     found: np.ndarray, slip: np.ndarray, bound: np.ndarray, cells: np.ndarray, corner: tuple[int, int], out: np.ndarray
 ) -> None:
-    """Tractions (MPa) and slips of cells [m, 2] that keep Coulomb's law, from what was found [m, 4] between others.
+    """Tractions (MPa) and slips of cells [m, 2] that satisfy Coulomb's law, from interpolated values found [m, 4].
 
-    found: traction over bound, x and y, and slip, x and y; slip [m]; bound mu p [m] (MPa). Into out [4, nx, ny], the
-    cells being counted from corner. In slip cells the traction has the size of the bound and slip points against it.
+    found: traction over bound, x and y, and slip, x and y; slip [m]: flags; bound mu p [m] (MPa). Into out [4, nx, ny],
+    in which the cells' indices begin at corner. In slip cells the traction is as large as the bound and slip points
+    against it; in stick cells slip is zero.
     """
     for m in range(cells.shape[0]):
         i, j = cells[m, 0] + corner[0], cells[m, 1] + corner[1]

@@ -1,6 +1,7 @@
-"""Rows of cells that begin where the contact begins (`moved_rows.py`): edges, profiles and bounds, areas.
+"""Rows of cells that begin at the edge of the contact (`moved_rows.py`): edges, profiles, mean pressures, areas.
 
-Positions along x are in cells: the centre of cell i of the box is at i.
+Positions along x are in cells: the centre of cell i of the box is at i. `line` and `cells` are half-lines, that is (b1,
+b2, total, shift, concentrated) of `half_line.HalfLine`.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def to_root(v0: float, slope: float, bend: float) -> float:
-    """Distance t > 0 at which v0 + slope t + bend t^2 comes to zero; a thousand if it does not."""
+    """Smallest distance t > 0 at which v0 + slope t + bend t^2 is zero; 1000 if there is none."""
     square = slope * slope - 4.0 * bend * v0
     below = -slope + math.sqrt(square) if square >= 0.0 else 0.0
     return 2.0 * v0 / below if below > 0.0 else 1000.0
@@ -22,16 +23,17 @@ def to_root(v0: float, slope: float, bend: float) -> float:
 
 @jit
 def to_edge(v0: float, slope: float, bend: float) -> float:
-    """As `to_root`, at most a cell."""
+    """The distance of `to_root`, limited to one cell."""
     return min(to_root(v0, slope, bend), 1.0)
 
 
 @jit
 def rise_and_bends(three: tuple[float, float, float], line: tuple[float, ...]) -> tuple[float, float, float]:
-    """Of a row's outer three pressures (MPa): rise, gamma, delta; line: the `half_line.HalfLine` of its cells.
+    """Coefficients rise, gamma, delta (MPa) of the equation for a row's edge, from its outer three pressures (MPa).
 
-    delta (1 - z)^-4, the next term, is that of a pressure whose square is a parabola, as Hertz's is; where gamma is not
-    small there is none. With it the equation for e is delta/6 e^3 - gamma/2 e^2 + rise e = p0.
+    The equation is delta/6 e^3 - gamma/2 e^2 + rise e = p0 (`half_line.py`); three: the outermost pressure first; line:
+    the half-line of the row's cells. The term delta (1 - z)^-4, the next one of the series there, is that of a pressure
+    whose square is a parabola, as Hertz's is. It is used only where gamma is small; elsewhere delta is zero.
     """
     (p0, p1, p2), (b1, b2, _, _, _) = three, line
     q1, q2 = p1 + b1 * p0, p2 + b1 * p1 + b2 * p0
@@ -43,9 +45,11 @@ def rise_and_bends(three: tuple[float, float, float], line: tuple[float, ...]) -
 
 @jit
 def beyond_centre(three: tuple[float, float, float], line: tuple[float, ...]) -> float:
-    """How far beyond its outermost cell's centre a row's contact ends, by its outer three pressures (MPa), in cells.
+    """Distance (cells) of a row's edge beyond its outermost cell's centre, from its outer three pressures (MPa).
 
-    An edge farther out than a cell from where it is when the outermost one comes into contact would bring in the next.
+    Arguments as in `rise_and_bends`. The solution e of the equation there is the distance of the edge from where it
+    lies when the outermost cell just comes into contact. Before the term with delta is added it is limited to one cell:
+    beyond that the next cell would be in contact.
     """
     rise, gamma, delta = rise_and_bends(three, line)
     e = to_edge(three[0], -rise, 0.5 * gamma)
@@ -58,10 +62,11 @@ def beyond_centre(three: tuple[float, float, float], line: tuple[float, ...]) ->
 def pressed_second(
     three: tuple[float, float, float], beyond: float, line: tuple[float, ...], cells: tuple[float, ...]
 ) -> float:
-    """Pressure (MPa) at the centre of a row's second cell, which is pressed more than that; arguments as above.
+    """Continuous pressure (MPa) at the centre of a row's second cell, which is less than the pressure of that cell.
 
-    beyond: how far beyond the outermost centre the contact ends; cells: those of a half-space. These are taken off,
-    then what layers make of it is put on again.
+    three, line: as in `rise_and_bends`; beyond: distance of the edge beyond the outermost centre (cells); cells: the
+    half-line of a half-space. The half-space's part of the filter B+ enters by its sum, `total`; the layers' part by
+    its first coefficient, the difference of the two b1.
     """
     rise, gamma, delta = rise_and_bends(three, line)
     e = beyond - line[3]
@@ -77,12 +82,13 @@ def pressed_second(
 
 @jit
 def row_edges(p: np.ndarray, line: tuple[float, ...], low: np.ndarray, high: np.ndarray, edges: np.ndarray) -> None:
-    """Where each row's contact begins and ends: p [nx, ny] (MPa) -> first and last cell low, high [ny], edges [2, ny].
+    """First and last cell and edges of the contact in each row: p [nx, ny] (MPa) -> low, high [ny], edges [2, ny].
 
-    By the outer three cells, see `beyond_centre`. A row of fewer cells takes the curvature of a parabola through p^2
-    from its neighbour on the side of the longest row (of the one pressed most in the middle, if there are several);
-    that row itself, if it is one, from a semicircle (of p) over its cells. An even number of cells has two middle ones,
-    and edges of what is mirrored are mirrored. Rows without contact: high < low.
+    Edges (trailing, leading) follow from the outer three cells, see `beyond_centre`. A row of fewer cells takes the
+    curvature of the parabola through p^2 from its neighbour on the side of the longest row (if there are several, of
+    the one with the largest pressure in the middle). If that row itself has fewer than three cells, the curvature is
+    that of a semicircle (of p) over its cells. Of an even number of cells the middle two are averaged, so that mirrored
+    pressures have mirrored edges. Rows without contact: high < low.
     """
     nx, ny = p.shape
     longest, top = 0, 0.0
@@ -125,7 +131,7 @@ def row_edges(p: np.ndarray, line: tuple[float, ...], low: np.ndarray, high: np.
 
 @jit
 def piece(v0: float, v1: float, length: float) -> float:
-    """Integral of sqrt(v) over a length on which v goes linearly from v0 to v1."""
+    """Integral of sqrt(v) over a length on which v varies linearly from v0 to v1."""
     a, b = math.sqrt(v0), math.sqrt(v1)
     return 2.0 / 3.0 * length * (a * a + a * b + b * b) / (a + b) if a + b > 0.0 else 0.0
 
@@ -140,13 +146,14 @@ def row_profile(
     knots: np.ndarray,
     squares: np.ndarray,
 ) -> int:
-    """Where p^2 is taken as a straight line in between: knots and squares [>= 2 nx + 3] of a row p [nx] (MPa).
+    """Number of knots of the piecewise linear p^2 along a row p [nx] (MPa); fills knots and squares [>= 2 nx + 3].
 
-    ends [2]: first and last cell in contact, edges [2]: where the contact ends. Returns the number of knots: edges,
-    centres, and halfway between these what lets two lines enclose as much as a parabola does. Of the two outermost
-    cells p^2 at the second one's centre is as `pressed_second` has it, for the `line` by which the edges are found,
-    and at the first one's on the parabola through the edge and the next two, if it rises from the edge. Of less than
-    six cells p^2 goes straight.
+    ends [2]: first and last cell in contact; edges [2]: where the contact ends; line: the half-line by which the edges
+    were found; cells: that of a half-space. Knots are the edges, the centres, and the points halfway between these, at
+    which p^2 is such that two straight lines enclose the same area as a parabola. p^2 of the outermost two cells is
+    replaced: at the second centre it follows from `pressed_second`, at the outermost one from the parabola through the
+    edge and the next two centres. Both stay where this parabola does not rise from the edge. In rows of fewer than six
+    cells p^2 is linear between edges and centres.
     """
     low, high = ends[0], ends[1]
     enough = high - low >= 5
@@ -158,7 +165,7 @@ def row_profile(
         for side in range(2):
             inward = 1 if side == 0 else -1
             outer = 0 if side == 0 else v.size - 1
-            t = (ends[side] - edges[side]) * inward  # how far the outermost centre is inside the edge
+            t = (ends[side] - edges[side]) * inward  # distance of the outermost centre inside the edge
             three = p[ends[side]], p[ends[side] + inward], p[ends[side] + 2 * inward]
             second = pressed_second(three, t, line, cells) ** 2
             near, far = second / (t + 1.0), v[outer + 2 * inward] / (t + 2.0)
@@ -175,13 +182,13 @@ def row_profile(
         last = k == v.size
         x, value = (edges[1], 0.0) if last else (float(low + k), v[k])
         if x <= knots[n - 1] or (not last and x >= edges[1]):
-            continue  # an outermost centre beyond its edge
+            continue  # an outermost centre outside its edge
         if enough:
             bend = 0.5 * (bends[min(k, v.size - 1)] + bends[max(k - 1, 0)])
             length = x - knots[n - 1]
             knots[n] = 0.5 * (knots[n - 1] + x)
             straight = 0.5 * (squares[n - 1] + value)
-            # no less than a quarter, as a guard: where p^2 bends up much more than it rises it would turn negative
+            # at least a quarter, as a guard: where p^2 curves upwards much more than it rises it would be negative
             squares[n] = max(straight - bend * length * length / 6.0, 0.25 * straight)
             n += 1
         knots[n], squares[n] = x, value
@@ -201,9 +208,9 @@ def row_profiles(
     squares: np.ndarray,
     known: np.ndarray,
 ) -> None:
-    """`row_profile` of each row of p [nx, ny] (MPa): knots and squares [ny, >= 2 nx + 3], and how many, known [ny].
+    """`row_profile` of each row of p [nx, ny] (MPa): knots, squares [ny, >= 2 nx + 3] and their number known [ny].
 
-    low, high [ny], edges [2, ny] as in `row_edges`; none of a row without contact.
+    low, high [ny], edges [2, ny] as in `row_edges`; no knots in rows without contact.
     """
     for j in range(p.shape[1]):
         known[j] = 0
@@ -214,7 +221,7 @@ def row_profiles(
 
 @jit
 def piece_moment(v0: float, v1: float, length: float) -> float:
-    """Integral of t sqrt(v), t from where v is v0: see `piece`."""
+    """Integral of t sqrt(v), t being the distance from where v is v0; arguments as in `piece`."""
     a, b = math.sqrt(v0), math.sqrt(v1)
     if a + b == 0.0:
         return 0.0
@@ -233,11 +240,12 @@ def row_bounds(
     out: np.ndarray,
     middle: np.ndarray,
 ) -> None:
-    """Mean pressure of cells with centres start[j] - k, k < count[j], into out [m] (MPa).
+    """Mean pressure of the cells with centres at start[j] - k, k < count[j], into out [m] (MPa).
 
-    And the middle of its force, a position along x, into middle [m]. index: as in `row_cells.number_cells`. From
-    `row_profiles` (all_knots, all_squares, known), scaled so that a row's cells together carry its force [ny] (MPa).
-    The first and last one take what lies beyond them; cells ahead or behind where the contact ends carry nothing.
+    The place along x where the force of each acts goes into middle [m]. index: as in `row_cells.number_cells`.
+    Pressures follow from `row_profiles` (all_knots, all_squares, known), scaled so that the cells of a row together
+    carry its force [ny] (MPa). The first and the last cell also carry what lies beyond them; cells outside the edges
+    carry nothing.
     """
     most = all_knots.shape[1]
     mass, moment = np.zeros(most), np.zeros(most)
@@ -256,7 +264,7 @@ def row_bounds(
         for k in range(count[j]):
             x = start[j] - k - 0.5
             here = moment_here = 0.0
-            if k < count[j] - 1 and x >= knots[n - 1]:  # a cell of rows kept where they were (`aligned_coupled.py`)
+            if k < count[j] - 1 and x >= knots[n - 1]:  # beyond the edge of rows kept in place (`aligned_coupled.py`)
                 here, moment_here = mass[n - 1], moment[n - 1]
             elif k < count[j] - 1 and x > knots[0]:
                 while knots[m] > x:
@@ -284,11 +292,12 @@ def carry_on(
     index_before: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Mean pressure of cells with centres start[j] - k in rows j of `taken`, into out [m] (MPa), from what it was.
+    """Mean pressure of cells with centres start[j] - k in rows j of `taken`, into out [m] (MPa), by its change.
 
-    As much as the pressure of the mesh's own cells changed from p_before to p [nx, ny], shared out among the two
-    closest cells of the row, comes to what it was in each, bounds_before [m'] (index_before [>= max count, ny]: their
-    numbers). None is less than nothing, and the cells of a row carry its force [ny] (MPa) together.
+    The change of the pressures of the mesh's own cells, from p_before to p [nx, ny], is shared between the closest two
+    cells of the row and added to their earlier pressures, bounds_before [m'] (index_before [>= max count, ny]: their
+    numbers). Negative pressures are set to zero, and the cells of a row are scaled to carry its force [ny] (MPa)
+    together.
     """
     for j in taken:
         last = count[j] - 1
@@ -315,7 +324,7 @@ def carry_on(
 
 @jit
 def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray, borders: np.ndarray) -> np.ndarray:
-    """p^2 [n] (MPa^2) at borders [n, 2], positions x and rows j, by `row_profiles` (knots, squares, known)."""
+    """p^2 [n] (MPa^2) at borders [n, 2] (x and row j), interpolated between the knots of `row_profiles`."""
     out = np.zeros(borders.shape[0])
     for k in range(out.size):
         j = int(borders[k, 1])
@@ -325,10 +334,11 @@ def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray
 
 @jit
 def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
-    """Largest pressure (MPa) at borders [n, 2], positions x and rows j, from p^2 there, squares [n]; between rows, too.
+    """Largest pressure (MPa), also between rows, along borders [n, 2] (x and row j) with p^2 = squares [n].
 
-    By the parabola that fits best over the row of the largest one and up to three on either side: the largest of values
-    that each are a little off would be too large. From row to row the border goes on at the nearest one.
+    It is the top of a parabola fitted to the row with the largest value and up to three rows on either side: the
+    largest of several values that each have an error would be too large. From row to row the border continues at the
+    nearest x.
     """
     n, most = squares.size, 7
     top = int(np.argmax(squares))
@@ -355,9 +365,9 @@ def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
 
 @jit
 def top_of_parabola(y: np.ndarray, value: np.ndarray) -> float:
-    """Largest value of the parabola that fits value [n] at y [n] best. y [n] is symmetric about 0, its first element.
+    """Largest value of the parabola that best fits value [n] at y [n], which is symmetric about its first element, 0.
 
-    Where the parabola opens upwards, or has its top beyond the outermost y, the value at 0.
+    It is the value at 0 where the parabola opens upwards or has its top beyond the outermost y.
     """
     n = y.size
     if n < 3:
@@ -372,17 +382,21 @@ def top_of_parabola(y: np.ndarray, value: np.ndarray) -> float:
 
 @jit
 def bulging(v0: float, v1: float, length: float, bend: float) -> float:
-    """As `piece`, v having the second derivative `bend`: by two straight lines that enclose what the parabola does."""
+    """Integral as in `piece` of a v with the second derivative `bend`.
+
+    The parabola is replaced by two straight lines that enclose the same area.
+    """
     middle = max(0.5 * (v0 + v1) - bend * length * length / 6.0, 0.0)
     return piece(v0, middle, 0.5 * length) + piece(middle, v1, 0.5 * length)
 
 
 @jit
 def between_tips(length: np.ndarray, tips: np.ndarray) -> None:
-    """The outermost chords of a contact with chords length [ny], made to fit where it ends across: rows tips [2].
+    """Correct the outermost chords of a contact, length [ny], in place, by the rows tips [2] where it ends.
 
-    Cells of the outermost row are pressed even where the contact does not reach the row's centre. The square of its
-    chord goes by a parabola through those of the two rows beside it, as they were, and nothing at the tip.
+    Cells of the outermost row may be in contact although the contact does not reach the centre of that row. The square
+    of its chord is taken from the parabola that is zero at the tip and goes through the next two rows' uncorrected
+    squares.
     """
     before = length.copy()
     for side in range(2):
@@ -392,7 +406,7 @@ def between_tips(length: np.ndarray, tips: np.ndarray) -> None:
             j += inward
         if not 0 <= j + 2 * inward < length.size or before[j + 2 * inward] == 0.0:
             continue
-        t = (j - tips[side]) * inward  # how far the row is inside the tip
+        t = (j - tips[side]) * inward  # distance of the row inside the tip
         v1, v2 = before[j + inward] ** 2, before[j + 2 * inward] ** 2
         # divided differences about the tip
         slope = v1 / (t + 1.0)
@@ -402,13 +416,14 @@ def between_tips(length: np.ndarray, tips: np.ndarray) -> None:
 
 @jit
 def area_under(length: np.ndarray, tips: np.ndarray) -> float:
-    """Area of a zone with chords length [ny], a cell apart, in cells: their squares are taken as parabolas in between.
+    """Area (cells) of a zone with chords length [ny] one cell apart, whose squares are parabolas in between.
 
-    Between two chords the parabola bends like those through three chords around them. At its sides the zone goes on to
-    the rows tips [2]; where these are not known (nan), by as much as three chords tell, at most a cell.
+    Between two chords the parabola has the curvature of those through three chords around them. At its sides the zone
+    ends at the rows tips [2]; where these are not known (nan), it ends where the parabola through the outer three is
+    zero, at most one cell beyond the outermost.
     """
     ny = length.size
-    square = np.zeros(ny + 4)  # two rows more on each side
+    square = np.zeros(ny + 4)  # two empty rows on each side
     square[2:-2] = length * length
     total = 0.0
     for j in range(2, ny + 2):
@@ -427,7 +442,7 @@ def area_under(length: np.ndarray, tips: np.ndarray) -> float:
             if square[j + outward] > 0.0:
                 continue
             v1, v2 = square[j - outward], square[j - 2 * outward]
-            reach, bend = 0.5, 0.0  # of a zone of one row
+            reach, bend = 0.5, 0.0  # for a zone of one row
             if v1 > 0.0:
                 bend = v2 - 2.0 * v1 + here if v2 > 0.0 else 0.0
                 reach = to_edge(here, here - v1 + 0.5 * bend, 0.5 * bend)

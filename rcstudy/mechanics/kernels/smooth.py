@@ -1,7 +1,7 @@
-"""Smooth lines through what single rows and columns of cells tell with noise: the contact's outline, the slip's width.
+"""Smooth lines through values of single rows and columns that scatter: the contact's outline, the slip zone's width.
 
 Edges scatter by some 0.03 of a cell, borders of the stick zone by 0.02, and by ten times as much in its outermost rows,
-while the outline and the width of the slip zone hardly bend from row to row. Positions are in cells.
+while the outline and the width of the slip zone have little curvature from row to row. Positions are in cells.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from rcstudy.mechanics.jit import jit
 
 @jit
 def waves(angle: float, out: np.ndarray) -> None:
-    """1, cos(angle), sin(angle), cos(2 angle), ... into out [n], n being odd."""
+    """Fill out [n], n being odd, with 1, cos(angle), sin(angle), cos(2 angle), and so on."""
     c, s = math.cos(angle), math.sin(angle)
     out[0] = 1.0
     a, b = 1.0, 0.0
@@ -26,7 +26,7 @@ def waves(angle: float, out: np.ndarray) -> None:
 
 @jit
 def normal_equations(u: np.ndarray, v: np.ndarray, matrix: np.ndarray, right: np.ndarray) -> None:
-    """Least squares for r^2 of points u, v [n] about the origin by `waves` of their angle: matrix [k, k], right [k]."""
+    """Normal equations, matrix [k, k] and right [k], of a fit to r^2 of points u, v [n] by `waves` of their angle."""
     wave = np.zeros(right.size)
     matrix[:, :] = 0.0
     right[:] = 0.0
@@ -41,7 +41,7 @@ def normal_equations(u: np.ndarray, v: np.ndarray, matrix: np.ndarray, right: np
 
 @jit
 def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
-    """By how much r of points u, v [n] is off an outline, root of mean square: r^2 is `waves` times terms."""
+    """Root mean square radial distance of points u, v [n] from an outline, of which r^2 is `waves` times terms."""
     wave = np.zeros(terms.size)
     off = 0.0
     for k in range(u.size):
@@ -53,7 +53,7 @@ def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
 
 @jit
 def tip(terms: np.ndarray, side: float) -> float:
-    """How far an outline, see `off_outline`, reaches along v, towards side (1 or -1)."""
+    """Coordinate v of the tip of an outline, see `off_outline`, on the side (1 or -1) along v."""
     wave = np.zeros(terms.size)
     at, height = 0.5 * math.pi * side, np.zeros(3)
     for step in (0.1, 0.01):
@@ -70,10 +70,10 @@ def tip(terms: np.ndarray, side: float) -> float:
 
 @jit
 def across(terms: np.ndarray, v: float, side: float) -> float:
-    """Where an outline, see `off_outline`, crosses the line of this v, on the side (1 or -1) along u."""
+    """Coordinate u where an outline, see `off_outline`, crosses the line of this v, on the side (1 or -1) along u."""
     wave = np.zeros(terms.size)
     u = side * math.sqrt(max(terms[0] - v * v, 0.0))
-    for _ in range(6):  # r^2 hardly depends on the angle
+    for _ in range(6):  # converges fast, as r^2 hardly depends on the angle
         waves(math.atan2(v, u), wave)
         u = side * math.sqrt(max(np.sum(terms * wave) - v * v, 0.0))
     return u
@@ -81,9 +81,9 @@ def across(terms: np.ndarray, v: float, side: float) -> float:
 
 @jit
 def smooth_line(value: np.ndarray, weight: np.ndarray, bend: float, change: float, out: np.ndarray) -> None:
-    """The smooth line out [n] close to value [n], each of which counts with weight [n], 0 if it is not known.
+    """Smooth line out [n] through value [n] with weight [n], which is 0 where a value is not known.
 
-    It makes the sum of weight (out - value)^2, of (second differences/bend)^2 and of (third ones/change)^2 least.
+    It minimises the sum of weight (out - value)^2, (second differences/bend)^2 and (third differences/change)^2.
     """
     n = value.size
     band = np.zeros((n, 4))  # of the symmetric matrix: diagonal and the three below it
@@ -117,10 +117,11 @@ def smooth_line(value: np.ndarray, weight: np.ndarray, bend: float, change: floa
 def smooth_ends(
     terms: np.ndarray, x0: float, width: float, y0: float, height: float, ends: np.ndarray, slopes: np.ndarray
 ) -> tuple[float, float]:
-    """Where a smooth outline crosses rows, ends [2, ny], the smaller first, and how steep the first is, slopes [ny].
+    """Lowest and highest row position of a smooth outline; fills ends [2, ny], where it crosses rows, and slopes [ny].
 
-    terms: its, see `off_outline`, about x0, y0 and in units of width and height; nan in rows that it does not reach.
-    Returns between which rows it lies. Slopes, in cells per row, are those of an ellipse so wide and high.
+    terms: of the outline, see `off_outline`, about x0, y0 and in units of width and height. ends: the smaller x first;
+    slopes: of the first end, in cells per row, as of an ellipse of these half axes. Both are nan in rows it does not
+    reach.
     """
     low, high = y0 + height * tip(terms, -1.0), y0 + height * tip(terms, 1.0)
     for j in range(slopes.size):
@@ -129,18 +130,19 @@ def smooth_ends(
             v = (j - y0) / height
             back = across(terms, v, -1.0)
             ends[0, j], ends[1, j] = x0 + width * back, x0 + width * across(terms, v, 1.0)
-            # a quarter of a cell at least, as a guard: near a tip the end may lie at the middle or beyond it, and the
-            # slope be infinite
+            # at least a quarter of a cell from the middle, as a guard: near a tip the end may lie at the middle or
+            # beyond it, where the slope would be infinite
             slopes[j] = width / height * v / max(-back, 0.25 / width)
     return low, high
 
 
 @jit
 def too_far_back(slope: float, length: float, width: float, aspect: float) -> float:
-    """By how much a border behind stick cells is found too far back that runs obliquely to the rows.
+    """Distance (cells) by which the border behind stick cells is found too far back if it runs obliquely to the rows.
 
-    slope: in cells per row; length: of the row's stick cells, width: of the slip behind them; aspect: dx/dy. From the
-    paper's contacts, against 1024 x 1024 cells; a border that runs along the rows tells less than that.
+    slope: of the border, in cells per row; length: of the row's stick cells, width: of the slip behind them; aspect:
+    dx/dy. Fitted to the paper's contacts, against 1024 x 1024 cells. The error grows like the square of the slope; that
+    of a border running nearly along the rows is smaller than this and limited.
     """
     square = aspect * slope * slope * (0.15 / (length + 4.0) + 0.03 / (max(width, 0.0) + 1.26))
     return min(square, 0.075 * abs(slope), length)
@@ -148,7 +150,10 @@ def too_far_back(slope: float, length: float, width: float, aspect: float) -> fl
 
 @jit
 def noise(length: float, inside: int) -> float:
-    """By how much borders scatter in rows of so many stick cells, `inside` rows inside the outermost of them."""
+    """Scatter (cells) of the border behind the stick cells of a row.
+
+    length: of the stick zone in this row (cells); inside: how many rows it is away from the zone's outermost row.
+    """
     if inside == 0:
         return 0.04 + 0.16 * math.exp(-0.5 * length)
     return 0.035 if inside == 1 else (0.028 if inside == 2 else 0.023)
@@ -156,12 +161,13 @@ def noise(length: float, inside: int) -> float:
 
 @jit
 def stick_range(length: np.ndarray, ends: np.ndarray, slip: np.ndarray, leading: np.ndarray) -> tuple[int, int]:
-    """First and last row of a stick zone that tells how wide the slip zone behind it is, or 0 and -1.
+    """First and last row of a stick zone that determines the width of the slip zone behind it, or 0 and -1.
 
-    It must be in one piece, go on to the contact's leading edge, and have some rows and cells. length [ny]: of its
-    rows; ends [2, ny]: smooth ones, of the contact; slip [m]: flags of cells, leading [ny]: number of a row's foremost.
+    It must be in one piece, extend to the contact's leading edge, and have enough rows and cells. length [ny]: of its
+    rows; ends [2, ny]: smooth ones, of the contact; slip [m]: flags of cells, leading [ny]: number of a row's leading
+    cell.
     """
-    least_chord, rows, cells = 3.0, 5, 2.0  # shorter rows, and fewer, tell next to nothing
+    least_chord, rows, cells = 3.0, 5, 2.0  # shorter or fewer rows are not accurate enough
     first, last, longest = 0, -1, 0.0
     for j in range(length.size):
         if length[j] > 0.0 and ends[1, j] - ends[0, j] > least_chord:
@@ -187,15 +193,16 @@ def slip_widths(
     bow: float,
     widths: np.ndarray,
 ) -> bool:
-    """How much of each row slips behind the stick zone, widths [ny]: a smooth line where single rows tell badly.
+    """Whether the slip zone's width behind the stick zone can be found in each row; if so it is in widths [ny].
 
-    borders [n, 2], last [ny], length [ny]: as `stick.stick_rows` leaves them; ends, slopes: as `smooth_ends` does;
-    slip, leading: as in `stick_range`; aspect: see `too_far_back`; bow: by how much borders along y are found too far
-    back. Returns whether there are such widths; else they mean nothing.
+    borders [n, 2], last [ny], length [ny]: as from `stick.stick_rows`; ends, slopes: as from `smooth_ends`; slip,
+    leading: as in `stick_range`; aspect: see `too_far_back`; bow: distance by which borders that run along y are found
+    too far back.
 
-    The outermost row, and those beyond it, take the width from the smoothest line that the others' noise allows: one
-    whose third differences are as small as may be (discrepancy principle, Morozov 1966), while the second ones stay of
-    the order of one over the contact's half chord. Rows without stick cells slip all along.
+    Inner rows keep their own width. The outermost row with stick cells, and those beyond it, take the width from the
+    smoothest line that the others' noise allows: the one with the smallest third differences (discrepancy principle,
+    Morozov 1966), its second differences being of the order of one over the contact's half chord. Rows without stick
+    cells slip over their whole chord.
     """
     first, end = stick_range(length, ends, slip, leading)
     if end < first:
@@ -209,7 +216,7 @@ def slip_widths(
     for j in range(first, end + 1):
         found[j] = borders[last[j], 0] - ends[0, j] if last[j] >= 0 else 0.0
     for j in range(first, end + 1):
-        # the outermost rows' own widths tell their slope badly
+        # the outermost rows' own widths are too inaccurate for a slope
         low, high = max(j - 1, first), min(j + 1, end)
         if j in (first, end):
             low, high = (first + 1, first + 2) if j == first else (end - 2, end - 1)

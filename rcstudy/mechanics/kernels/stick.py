@@ -1,4 +1,7 @@
-"""Stick zone of cells that begin where the contact begins (`slip_zone.py`): its borders between cells, row by row."""
+"""Stick zone of cells in rows that begin at the edge of the contact (`slip_zone.py`): its borders between cells.
+
+Room: mu p - |q|, how far the traction of a stick cell stays below its bound.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,8 @@ from rcstudy.mechanics.jit import jit
 def border_ahead(near: float, next_one: float) -> float:
     """Distance, at most a cell, from the first stick cell of a row to the border of the stick zone ahead of it.
 
-    From the room mu p - |q| there and in the next stick cell: it falls like the root of the distance. Where there is no
-    next one (0) or its room is not larger, the border is half a cell away.
+    near, next_one: rooms of that and of the next stick cell; the room falls like the root of the distance to the
+    border. Without a next stick cell (0), or if its room is not larger, the border is half a cell away.
     """
     return min(near * near / (next_one * next_one - near * near), 1.0) if next_one > near else 0.5
 
@@ -23,16 +26,16 @@ def border_ahead(near: float, next_one: float) -> float:
 def border_by_rooms(ratio: float, cells: int) -> float:
     """Distance from the last of two or more stick cells back to the border behind it, between -1/4 and 1 cell.
 
-    From the ratio of the room there to that in the next cell ahead: see `border_behind`.
+    ratio: of its room to that of the next cell ahead; cells: number of stick cells. See `border_behind`.
     """
-    part = min(0.5 * ratio * math.sqrt((cells - 1.0) / (cells - 0.5)), 5.0 / 13.0)  # its value at d = 1
+    part = min(0.5 * ratio * math.sqrt((cells - 1.0) / (cells - 0.5)), 5.0 / 13.0)  # at most as at d = 1
     return (2.25 * part - 0.25) / (1.0 - part)
 
 
 @jit
 def border_by_slips(ratio: float, cells: int) -> float:
-    """The same between -1/4 and 3/4 of a cell, from the ratio of the first two slips behind the stick cells."""
-    part = min(0.5 * max(ratio, 0.0) * math.sqrt((cells + 1.0) / (cells + 0.5)), 1.0 / 3.0)  # its value at d = -1/4
+    """The same distance, -1/4 to 3/4 cell, from the ratio of the first two slips behind the stick cells."""
+    part = min(0.5 * max(ratio, 0.0) * math.sqrt((cells + 1.0) / (cells + 0.5)), 1.0 / 3.0)  # at most as at d = -1/4
     return (0.75 - 2.75 * part) / (1.0 - part)
 
 
@@ -40,21 +43,24 @@ def border_by_slips(ratio: float, cells: int) -> float:
 def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells: int) -> float:
     """Distance from the last stick cell of a row back to the border behind it, between -1/4 and 1 cell.
 
-    rooms: mu p - |q| there and in the next stick cell; slips: against the traction, half a cell ahead of the first slip
-    cell's centre and the next one's. The next ones are 0 where there is none. cells: how many stick.
+    rooms: of the last stick cell and the next one ahead; slips: against the traction, half a cell ahead of the centres
+    of the first and the second slip cell behind. The second of a pair is 0 if there is none. cells: number k of stick
+    cells.
 
-    In a strip the k stick cells at x_j, counted back from the edge, are point sources r_j, their rooms, and slip
-    vanishes halfway ahead of each, at x_j - 1/2. Without them it would be straight there, as under Hertz's pressure,
-    and zero in the middle of the zone, which is L long and begins 3/4 ahead of the first cell. So at z it is
-    z - L/2 - sum r_j/(z - x_j), which has these zeros and poles:
+    In a strip the k stick cells at x_j, counted back from the edge, act as point sources of strength r_j, their rooms,
+    and slip vanishes halfway ahead of each, at x_j - 1/2. Without them slip would be linear there under Hertz's
+    pressure, and zero in the middle of the zone, which is L long and begins 3/4 ahead of the first cell. So slip at z
+    is proportional to z - L/2 - sum r_j/(z - x_j), which has these zeros and poles:
 
         (z - (L + k)/2) prod (z - x_j + 1/2)/(z - x_j).
 
-    With d from the last stick cell to the border its residues, the rooms, are as (2 k - 1)/(k - 1) (d + 1/4)/(d + 9/4),
-    the slips behind as (2 k + 1)/(k + 1) (3/4 - d)/(11/4 - d); both with 2 in front in a zone without end. In contacts
-    the zone's end did half as much (the root of it), of 1 to 25 cells. Of the two each tells more where it goes to
-    zero, and counts three quarters there, the other a quarter. A few cells' rooms tell less than their slips; a single
-    one's nothing.
+    With d the distance from the last stick cell to the border, its residues, the rooms, have the ratio
+    (2 k - 1)/(k - 1) (d + 1/4)/(d + 9/4), the slips behind have (2 k + 1)/(k + 1) (3/4 - d)/(11/4 - d). In a zone of
+    infinite length both factors in front are 2. In contacts, with 1 to 25 stick cells, the finite length had half of
+    that effect, so each factor is replaced by its geometric mean with 2. Each of the two ratios is the more accurate
+    one where it approaches zero; there its result has the weight 3/4, the other 1/4. Rooms of fewer than four cells are
+    less accurate than slips and only used without these; a single one gives no ratio. Without either ratio the distance
+    is 1/4.
     """
     if slips[1] > 0.0 and (rooms[1] <= 0.0 or cells < 4):
         return border_by_slips(slips[0] / slips[1], cells)
@@ -78,7 +84,7 @@ def rooms_and_speeds(
     room: np.ndarray,
     speed: np.ndarray,
 ) -> tuple[float, float]:
-    """Room [m] that tractions q [m, 2] (MPa) leave up to friction times pressure [m], and speed [m] of slips s [m, 2].
+    """Room [m] (MPa) of tractions q [m, 2] (MPa) below friction times pressure [m], and speed [m] of slips s [m, 2].
 
     The latter is against the traction, 0 without one. Returns the largest traction, and of the slip cells' tractions
     what part points backwards (the sum of -q_x over that of |q|) and what part of their squares is across (q_y^2); 0 if
@@ -114,13 +120,14 @@ def stick_rows(
     last: np.ndarray,
     borders: np.ndarray,
 ) -> int:
-    """Length of the stick zone in each row, length [ny], in cells, and the borders between stick and slip.
+    """Number of borders between stick and slip; fills borders, and length [ny] (cells) of each row's stick zone.
 
-    room [m]: mu p - |q| (MPa), speed [m]: slip against the traction, half a cell ahead, slip [m]: state of the cells;
-    index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], edges [2, ny] as in
-    `row_bounds`; widths [ny]: of slip zones that no cell shows, which are taken if less than narrow, nan in rows
-    without; b1, shift: of the border's half-line (`half_line.py`). borders [>= 2 m, 2]: x and j of each; last [ny]:
-    number of the one at the row's trailing end, -1 if it has none. Returns their number.
+    room [m] (MPa): of the cells; speed [m]: slip against the traction, half a cell ahead of them; slip [m]: flags of
+    slip cells; index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], edges
+    [2, ny]: as in `rows.row_bounds` and `rows.row_edges`; widths [ny]: of slip zones behind the row's last cell that
+    are hidden within a cell (`trailing.py`), used where less than narrow, nan in rows without; b1, shift: of the
+    half-line of tractions (`half_line.py`). borders [>= 2 m, 2]: x and j of each; last [ny]: number of the border
+    behind the row's last stick cells, -1 if there is none.
     """
     found = 0
     for j in range(count.size):
@@ -144,18 +151,18 @@ def stick_rows(
                 found += 1
             if not behind:
                 back = edges[0, j]
-                # a slip zone narrower than a cell shows in the room alone, if at all
+                # behind a last cell that sticks a narrow slip zone shows in the rooms only, if at all
                 if k + 1 == count[j] and widths[j] < narrow:
                     back = min(back + widths[j], front)
                     borders[found, 0], borders[found, 1] = back, j
                     last[j] = found
                     found += 1
                 elif k + 1 < count[j] or ahead:
-                    # rooms and slips are freed of what layers make of them, slips by the inverse filter
+                    # the effect of layers is removed: from rooms by the filter B+, from slips by its inverse
                     rooms, slips = (room[m], 0.0), (0.0, 0.0)
                     if ahead:
                         rooms = room[m], max(room[index[k - 1, j]] + b1 * room[m], 0.0)
-                    # the last cell's slip is that of the contact's edge
+                    # slip in the row's last cell depends on the edge of the contact and is not used
                     if k + 3 < count[j] and slip[index[k + 2, j]]:
                         first = speed[index[k + 1, j]]
                         slips = first, max(speed[index[k + 2, j]] - b1 * first, 0.0)
@@ -171,7 +178,7 @@ def stick_rows(
 
 @jit
 def outermost(chords: np.ndarray) -> tuple[int, int]:
-    """First and last row of a contact with chords [ny]."""
+    """First and last row of a contact with chords [ny], zero in rows that it does not reach."""
     low, high = 0, chords.size - 1
     while low < high and chords[low] == 0.0:
         low += 1
@@ -182,13 +189,13 @@ def outermost(chords: np.ndarray) -> tuple[int, int]:
 
 @jit
 def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray) -> float:
-    """Area (cells) of a slip zone behind a stick zone that goes on to the contact's leading edge.
+    """Area (cells) of the slip zone behind a stick zone that extends to the contact's leading edge.
 
-    chords [ny]: those of the contact, which lies between the rows tips [2]; widths [ny]: how much of each row slips.
-    That goes straight from row to row, and on beyond the outermost ones to the tips, as it hardly changes (in strips:
-    not at all, Haines and Ollerton, 1963); the squares of chords go by parabolas. No more slips than there is.
+    chords [ny]: of the contact, which lies between the rows tips [2]; widths [ny]: of the slip zone in each row. The
+    width is linear from row to row and beyond the outermost rows to the tips, as it hardly changes (in strips not at
+    all, Haines and Ollerton 1963); the squares of chords are parabolas. The width is limited to the chord.
     """
-    parts = 32  # of the way from row to row
+    parts = 32  # points of the midpoint rule from row to row
     first, end = outermost(chords)
     n = end - first + 1
     at, square = np.zeros(n + 2), np.zeros(n + 2)
@@ -218,7 +225,7 @@ def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray) -> fl
 
 @jit
 def shorten_tips(length: np.ndarray, chords: np.ndarray) -> None:
-    """Chords length [ny] of the stick zone in the contact's outermost rows, whose cells do not tell them, in place.
+    """Correct the chords length [ny] of the stick zone, in place, in outermost rows, whose cells are too inaccurate.
 
     chords [ny]: those of the contact. As much of an outermost row slips as of the one beside it.
     """

@@ -1,8 +1,9 @@
 """Newton steps for the tractions (`rolling.py`).
 
-Vectors of unknowns hold two numbers a contact cell, [2 m] and [2 m + 1]: (qx, qy) in a stick cell, (a/unit, tau) in a
-slip cell, a being the component along the direction (nx, ny) of the bound, tau the one across it. The row of a/unit is
-the identity. cells [m, 2]: i, j in the box; places [m]: where these are in arrays whose rows lie one after the other.
+Vectors of unknowns hold two numbers for each contact cell m, at 2 m and 2 m + 1: (qx, qy) in a stick cell, (a/unit,
+tau) in a slip cell, a being the component along the direction n = (nx, ny) of the bound, tau that across it, along
+(-ny, nx), which formulas call m. The equation of a/unit is the identity. cells [m, 2]: i, j in the box; places [m]:
+indices of the cells in flattened arrays.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from rcstudy.mechanics.jit import jit
 def rigid_slip(
     x: np.ndarray, y: np.ndarray, longitudinal: float, lateral: float, spin: float, ahead: float, out: np.ndarray
 ) -> None:
-    """Slip of rigid bodies at x, y [m], its spin part taken ahead of x, into out [m, 2]."""
+    """Rigid slip at x, y [m] (mm), its spin part taken `ahead` (mm) of x, into out [m, 2]."""
     for m in range(x.size):
         out[m, 0] = longitudinal - spin * y[m]
         out[m, 1] = lateral + spin * (x[m] + ahead)
@@ -28,7 +29,7 @@ def rigid_slip(
 def scatter_traction(
     v: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, unit: float, out: np.ndarray
 ) -> None:
-    """Tractions of a vector of unknowns into two padded arrays out [2, n], zeros elsewhere.
+    """Tractions of a vector of unknowns v [2 m] into two padded arrays out [2, n], zeros elsewhere.
 
     slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
     """
@@ -46,7 +47,7 @@ def scatter_traction(
 
 @jit
 def slip_row(x: float, y: float, nx: float, ny: float, c: float, b: float, tau: float) -> float:
-    """Row of a slip cell, c m.s + (1 - c) b tau, from slips x, y and the direction nx, ny of its bound."""
+    """Row c m.s + (1 - c) b tau of a slip cell, from its slip s = (x, y) and the direction nx, ny of its bound."""
     return c * (nx * y - ny * x) + (1.0 - c) * b * tau
 
 
@@ -63,11 +64,11 @@ def gather_slip(
     s: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Rows of the Newton system, s in stick cells, c m.s + (1 - c) b tau in slip cells, from displacements.
+    """Rows out [2 m] of the Newton system, s in stick cells, c m.s + (1 - c) b tau in slip cells, from displacements.
 
-    field [2, n]: these, in cells, in two padded arrays; a cell's slip is how much larger its own is than that of the
-    cell ahead, so many places on. v: the vector they belong to; share [m]: c, and diagonal: b, see `rolling.py`;
-    s [2 m]: the slips, for use later on.
+    field [2, n]: these, in cells, in two padded arrays; the slip of a cell is its own displacement less that of the
+    cell ahead, whose place is larger by `ahead`. v [2 m]: the unknowns that cause them; share [m]: c, and diagonal: b,
+    see `rolling.py`; s [2 m]: filled with the slips, for later use.
     """
     for m in range(places.size):
         k = places[m]
@@ -101,14 +102,14 @@ def classify(
     normal: np.ndarray,
     share: np.ndarray,
 ) -> tuple[int, float, float]:
-    """Stick or slip by t = q - rho s against the bound, and the coefficients of the Newton step.
+    """Classify cells as stick or slip by t = q - rho s against the bound, and set the coefficients of the Newton step.
 
     q, s [m, 2] (MPa, -), bound mu p [m] (MPa), rho (MPa). A cell slips if |t| > bound; then normal = t/|t| and
-    share = bound/|t|. Where t has turned against q, slip has gone through zero: such a cell is taken to stick. Returns
-    the number of cells that slip and the squared norms of q - Proj(t) and of q.
+    share = bound/|t|. Where t is opposite to q, the slip has passed through zero, and the cell is taken to stick.
+    Returns the number of slip cells and the squared norms of q - Proj(t) and of q.
     """
-    # a share of the bound. Without the rule cells ten times longer than wide and stiff films took thousands of
-    # products, some had no end; 0 to 0.5 do as well
+    # least component of q along t in slip, over the bound. Without this rule cells ten times longer than wide and
+    # stiff films took thousands of products, and some did not converge; 0 to 0.5 work as well
     turned = -0.1
     slipping = 0
     residual = square = 0.0
@@ -134,12 +135,16 @@ def classify(
 
 @jit
 def centre(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.ndarray, out: np.ndarray) -> None:
-    """Slip [m, 2] with that of slip cells interpolated to their centres from the points half a cell ahead, into out.
+    """Slips out [m, 2], those of slip cells interpolated to their centres from the points half a cell ahead.
 
-    weight [3, m]: with what weights. Centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s)
-    + weight[2] (s_second - s): the parabola through the three points, at a row's trailing end through the second one
-    ahead, a straight line where one is missing or a cell ahead sticks, and no more than leaves half of s along itself.
-    neighbours [2, m]: numbers of the cells ahead and behind, a cell's own where there is none.
+    Fills weight [3, m]:
+
+        centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s) + weight[2] (s_second - s).
+
+    These are a parabola through the three points; at a row's trailing end one through the cell's own point and the next
+    two ahead (s_second: of the second cell ahead); a straight line where a point is missing or the cell ahead sticks.
+    The correction is reduced so that at least half of s remains along s. neighbours [2, m]: numbers of the cells ahead
+    and behind, a cell's own where there is none.
     """
     for m in range(s.shape[0]):
         x, y = s[m, 0], s[m, 1]
@@ -178,9 +183,9 @@ def gather_centred_slip(
     s: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """As `gather_slip`, with slips at the centres of slip cells in their rows, by the weights [3, m] of `centre`.
+    """As `gather_slip`, but rows of slip cells take the slip at their centres, by the weights [3, m] of `centre`.
 
-    s [2 m]: slips as they are.
+    s [2 m]: filled with the slips half a cell ahead.
     """
     for m in range(places.size):
         k = places[m]
@@ -188,7 +193,7 @@ def gather_centred_slip(
         s[2 * m] = x
         s[2 * m + 1] = y
         if slip[m]:
-            # beside a neighbour that is not there stands a weight of nothing
+            # the weight of a neighbour that does not exist is zero
             if weight[0, m] != 0.0:
                 n = k + ahead
                 x += weight[0, m] * (field[0, n] - field[0, n + ahead] - s[2 * m])
@@ -218,9 +223,9 @@ def update_directions(
     normal: np.ndarray,
     share: np.ndarray,
 ) -> float:
-    """Directions and shares of slip cells as `classify` sets them, from another slip s [m, 2], states as they are.
+    """Directions and shares of slip cells as `classify` sets them, from another slip s [m, 2]; states are unchanged.
 
-    Returns the squared norm of q - Proj(q - rho s), in slip cells with Proj onto the circle.
+    Returns the squared norm of q - Proj(q - rho s), Proj being onto the circle, not the disc, in slip cells.
     """
     residual = 0.0
     for m in range(q.shape[0]):
@@ -240,9 +245,10 @@ def update_directions(
 
 @jit
 def slip_damping(share: np.ndarray, slip: np.ndarray, coupling: float, damping: np.ndarray, root: np.ndarray) -> float:
-    """How much of a displacement passes a slip cell, from its share c [m], and the root of c; returns the largest c.
+    """Factor damping [m] by which displacements pass slip cells, and root [m] of their share c; returns the largest c.
 
-    coupling: b dx over the cell's own coefficient, as in u = A tau. Where c is small, a cell passes nothing on.
+    share [m]: c; coupling: b dx over the cell's own coefficient in u = A tau. Where c is less than 1/3 the factor is
+    set to zero.
     """
     largest = 0.0
     for m in range(share.size):
@@ -250,7 +256,7 @@ def slip_damping(share: np.ndarray, slip: np.ndarray, coupling: float, damping: 
             c = share[m]
             largest = max(largest, c)
             root[m] = math.sqrt(c)
-            # to leave out so little hardly changes products (160 random contacts: 5166 in all, with it 5164)
+            # neglecting so little hardly changes the number of products (160 random contacts: 5166, with it 5164)
             damping[m] = 0.0 if 3.0 * c < 1.0 else 1.0 / (1.0 + coupling * (1.0 / c - 1.0))
     return largest
 
@@ -271,7 +277,7 @@ def newton_residual(
 
     -s in stick cells; in slip cells (bound - n.q)/unit and, with c = share and b = diagonal, -(c m.s + (1 - c) b m.q).
     s, q, normal [m, 2]: slips, tractions (MPa), directions n; slip, share, bound [m]: flags, c, mu p (MPa); diagonal
-    (1/MPa), unit (MPa): of the operator, and of tractions as unknowns.
+    (1/MPa): of the operator; unit (MPa): of the unknown a/unit.
     """
     for m in range(q.shape[0]):
         if slip[m]:
@@ -301,9 +307,9 @@ def add_step(
 
 @jit
 def put_on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.ndarray, out: np.ndarray) -> None:
-    """Tractions q [m, 2] (MPa) scaled back to the bound [m]; slip cells' that fall short of it taken along the normal.
+    """Tractions q [m, 2] (MPa) scaled back to the bound [m] (MPa), those of slip cells that fall short of it put on it.
 
-    slip [m]: flags; normal [m, 2]: unit vectors; into out [m, 2].
+    The latter point along normal [m, 2], unit vectors; slip [m]: flags. Result in out [m, 2].
     """
     for m in range(q.shape[0]):
         x, y = q[m, 0], q[m, 1]
@@ -340,11 +346,11 @@ def integrate_rows(
     edge: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Displacements that undo the upwind difference in stick cells: sums of dx v from each row's leading edge.
+    """Displacements that invert the upwind difference in stick cells: sums of dx v from each row's leading edge.
 
-    v: residuals as rows of the Newton system; cells ordered by i, so that walking them backwards goes from the
-    leading edge to the trailing one. Through slip cells the displacement dies out: only its part across the bound
-    goes on, by the factor damping [m]. out [px py, 2], zero elsewhere; edge [py, 2]: work array.
+    v [2 m]: residuals as rows of the Newton system; cells are ordered by i, so that going backwards leads from the
+    leading edge to the trailing one. At a slip cell only the component of the displacement across the bound is carried
+    on, times damping [m]. Result in out [px py, 2], zero elsewhere; edge [py, 2]: work array.
     """
     out[:, :] = 0.0
     edge[:, :] = 0.0
@@ -373,10 +379,10 @@ def keep_known(
     out: np.ndarray,
     known: np.ndarray,
 ) -> None:
-    """Stick cells' tractions from field [px py, 2] into the unknowns out [2 m]; slip cells' along the bound's
-    direction are the residual v.
+    """Unknowns out [2 m] known before the slip cells' tau: of stick cells from field [px py, 2], a/unit from v.
 
-    The cells of known [px py, 2] take these, as vectors: components across are yet to come.
+    The equation of a/unit is the identity, so it equals its residual; tau is set to zero. The same tractions, as
+    vectors, go into known [px py, 2] at the cells' places.
     """
     for m in range(places.size):
         k = places[m]
@@ -403,9 +409,10 @@ def slip_residual(
     root: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Slip cells' residuals v less what slips in field [px py, 2] make of them, across the bound, as vectors.
+    """Residuals v of slip cells across the bound, less what slips in field [px py, 2] contribute to them, as vectors.
 
-    Into the cells of out [px py, 2], zero in stick cells; over root [m], that of the cells' shares.
+    They are divided by root [m], the root of the cell's share, and go into the cells of out [px py, 2], zero in stick
+    cells.
     """
     for m in range(places.size):
         k = places[m]
@@ -421,7 +428,7 @@ def slip_residual(
 
 @jit
 def of_line_ahead(weight: np.ndarray, m: int) -> float:
-    """Weight of the cell ahead by the weights [3, m] of `centre`, if the second one's slip is in line with its own."""
+    """Weight of the cell ahead from weight [3, m] of `centre`, the second one's slip being extrapolated linearly."""
     return weight[0, m] + 2.0 * weight[2, m]
 
 
@@ -438,13 +445,13 @@ def centred_slip_residual(
     work: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """As `slip_residual`, of rows with slips at the cells' centres, and freed of what centring does to them.
+    """As `slip_residual` for rows with slips at the cells' centres, with the effect of the centring removed.
 
-    Rows of slip cells are c m.C s + (1 - c) b tau, C being the centring, s = B q. What is left of the residuals is
-    divided by 1 + c (C - 1), tridiagonal along each row of cells: with B near b on the spot that makes of them rows
-    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours, weight [3, m]: as in `centre`, where the
-    slip of the second cell ahead is taken to be in line with that ahead; the cells are ordered from the trailing ends
-    of rows to the leading ones; work [2, m]: rest and pivots, of slip cells.
+    Rows of slip cells are c m.C s + (1 - c) b tau, C being the centring, s = B q. The residuals that remain are divided
+    by 1 + c (C - 1), tridiagonal along each row of cells: as B is locally close to b, rows become
+    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours, weight [3, m]: as in `centre`, the slip
+    of the second cell ahead being extrapolated linearly; the cells are ordered from the trailing ends of rows to the
+    leading ones; work [2, m]: remaining residuals and pivots of slip cells.
     """
     rest, pivot = work[0], work[1]
     for m in range(places.size):
@@ -482,7 +489,7 @@ def centred_slip_residual(
 def gather_slip_traction(
     field: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, root: np.ndarray, out: np.ndarray
 ) -> None:
-    """Slip cells' unknowns from field [px py, 2], times root [m]."""
+    """Unknowns tau of slip cells into out [2 m]: component across the bound of field [px py, 2], times root [m]."""
     for m in range(places.size):
         if slip[m]:
             k = places[m]

@@ -1,4 +1,4 @@
-"""Rows that stick up to their trailing end (`trailing.py`)."""
+"""Rows that stick up to their trailing end: hidden slip zones there, and forces that cells miss (`trailing.py`)."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ def hidden_widths(
     friction: float,
     out: np.ndarray,
 ) -> None:
-    """How much of such rows slips behind cells that stick, out [ny] (cells), see `trailing.py`; nan in other rows.
+    """Width out [ny] (cells) of the slip zone hidden behind the last cell, if it sticks, of each row; else nan.
 
-    index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them; ends [2, ny]:
-    between which x its contact lies (cells); pressure, slip [m] and q [m, 2]: of the cells.
+    See `trailing.py`. index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them;
+    ends [2, ny]: trailing and leading edge of each row (cells); pressure [m] (MPa), slip [m] (flags), q [m, 2] (MPa):
+    of the cells.
     """
     for j in range(count.size):
         length = ends[1, j] - ends[0, j]
@@ -51,10 +52,10 @@ def ending_rows(
     theta: float,
     out: np.ndarray,
 ) -> None:
-    """Sums of force_x, force_y (MPa) and moment (MPa mm) that such rows carry less than contacts do, into out [3].
+    """Sums of force_x, force_y (MPa) and moment (MPa mm) by which such rows carry too little, added to out [3].
 
-    See `trailing.py`. index, count, ends, q as in `hidden_widths`, which leaves widths [ny]; x, y [m]: of the cells,
-    dx: their length (mm); theta: from the leading cell's centre to the edge (cells).
+    See `trailing.py`. index, count, ends, q as in `hidden_widths`, which gives widths [ny]; x, y [m] (mm): of the
+    cells; dx: their length (mm); theta: distance from the leading cell's centre to the edge (cells).
     """
     for j in range(count.size):
         if math.isnan(widths[j]):
