@@ -106,7 +106,7 @@ def run(
     over to one worker per processor if what is left is worth starting them; with `scheduler` the workers of a Dask
     cluster solve all cases instead. `processes`: a pool whose workers may have been started already. `progress` is told
     of each case, `tell` is called with messages for the user; `solve` takes the place of
-    :func:`rcstudy.solve.solve_group`. A case that fails gets its status and reason, and the batch goes on.
+    :func:`rcstudy.batch.solve_batch`. A case that fails gets its status and reason, and the batch goes on.
 
     Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
     interrupted. A cube that was there before then stays as it was, and the results so far are kept beside it.

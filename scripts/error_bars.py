@@ -327,7 +327,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
 
 
 def main() -> None:
-    """Solve each contact on its own mesh and on one four times finer, and compare."""
+    """Solve each contact on its own mesh and on one four (`few`: eight) times finer, and compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=64)
     parser.add_argument("--seed", type=int, default=1)

@@ -278,7 +278,7 @@ def test_estimate_of_power_beyond_what_creepages_ask_for() -> None:
 
 
 def test_estimate_of_slip_where_cells_show_none() -> None:
-    """A zone of 0.3 of a cell has the power of its part of the radius, to 3/2; aligned cells know how wide it is."""
+    """A zone of 0.3/N of the area has that part to the power 3/2 of the power; `aligned` finds how wide it is."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-7, 1e-7))
     forces = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
     unlike = replace(scene, discretisation="aligned", counterbody=None)

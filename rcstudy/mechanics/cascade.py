@@ -28,7 +28,7 @@ def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
     """`scene` with cells of twice the size and looser tolerances; None if the contact has too few cells.
 
     `level`: how many times the mesh has been coarsened already. An odd number of cells is rounded up: the window grows
-    by half a coarse cell on each side.
+    by half a fine cell on each side.
     """
     dx, dy = scene.mesh.spacing
     ax, ay = estimated_contact(scene)

@@ -25,8 +25,7 @@ Here A is periodic, so that the sum of 1/k^2 over all n takes the place of 1/k^2
     xi = shift + e,   gamma/2 e^2 - rise e + q0 = 0   (`kernels/rows.py`).
 
 Nothing is fitted. In a strip the error of the edge, averaged over its positions between cells, is 1e-4 of a cell.
-Layers thinner than a cell are covered as well, since their effect is contained in g: a layer of thickness H and modulus
-E1 on E moves the edge by about H/pi log(E/E1). For 260 contacts with films of 0.1 to 100 GPa, 0.006 to 0.3 mm thick,
+Layers thinner than a cell are covered as well, since their effect is contained in g. For 260 contacts with films of 0.1 to 100 GPa, 0.006 to 0.3 mm thick,
 with or without stiff skins, on 16 to 40 cells against six times as many, the error of the area is 0.5 % (root mean
 square) and 0.25 % (median); with rules fitted to such contacts instead it is 2.7 and 0.7 %.
 

@@ -20,7 +20,7 @@ over k, the modes (U, W, X, Z) at their own origin are
 
 and moving the origin by the thickness h turns B0 into B0 + kh A0 and B1 (growing, upwards) into B1 - kh A1, times
 e^(-kh). At the bottom of a layer (Eq. 17) the compliance of everything below, u = Y/k t, fixes the growing modes by the
-decaying ones, g = R d with a 2x2 matrix R that does not depend on k; at its top R appears as
+decaying ones, g = R d with a 2x2 matrix R that depends on k only through Y; at its top R appears as
 e^(-2kh) [1, -kh; 0, 1] R [1, kh; 0, 1]. So only decaying exponentials occur, nothing is divided by 1 - 2nu, and the
 *difference* between the layered and the homogeneous response is obtained without cancellation.
 """

@@ -56,8 +56,8 @@ def _estimate(
 
     A half-space has a(alpha) = 2/(E* alpha). For a layered body this defines an E* at alpha = 2/size, size being the
     geometric mean of the semi-axes, which is found by iteration from that on the bare substrate. FloatingPointError if
-    rounding leaves no positive compliance. Exact without layers; under most within a tenth, under layers that keep
-    their volume within a quarter, under stiff plates less than half of it: a first guess only.
+    rounding leaves no positive compliance. Exact without layers; the error is below a tenth with most layers, below
+    a quarter with incompressible ones, and below a half with stiff plates: a first guess only.
     """
     extra = half_space_response(counterbody)[0] if counterbody is not None else 0.0
     semi_axes = hertz_contact(radius, load, contact_modulus(substrate, counterbody)).a

@@ -65,8 +65,8 @@ def trusted(
 def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> float:
     """Area (cells) within an outline that crosses rows and columns, arguments as in `trusted`; 0 if there are too few.
 
-    In coordinates scaled by the outline's half widths it is nearly a circle, and half the mean of r^2 over the angle is
-    its area but for little.
+    In coordinates scaled by the outline's half widths it is nearly a circle. Its area there is half the integral of r^2
+    over the angle, r^2 being linear between crossings.
     """
     u, v = np.zeros((2, 2 * (rows.shape[1] + columns.shape[1])))
     n, _, width, _, height = trusted(rows, columns, dx, dy, u, v)

@@ -86,9 +86,8 @@ def rooms_and_speeds(
 ) -> tuple[float, float]:
     """Room [m] (MPa) of tractions q [m, 2] (MPa) below friction times pressure [m], and speed [m] of slips s [m, 2].
 
-    The latter is against the traction, 0 without one. Returns the largest traction, and of the slip cells' tractions
-    what part points backwards (the sum of -q_x over that of |q|) and what part of their squares is across (q_y^2); 0 if
-    none slip.
+    The speed is the slip against the traction, 0 without one. Returns the largest traction (MPa) and the part of the
+    slip cells' tractions that points backwards, the sum of -q_x over that of |q|; 0 if no cell slips.
     """
     largest = 0.0
     backwards = sizes = 0.0
@@ -227,7 +226,7 @@ def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray) -> fl
 def shorten_tips(length: np.ndarray, chords: np.ndarray) -> None:
     """Correct the chords length [ny] of the stick zone, in place, in outermost rows, whose cells are too inaccurate.
 
-    chords [ny]: those of the contact. As much of an outermost row slips as of the one beside it.
+    chords [ny]: those of the contact. At least as much of an outermost row slips as of the one beside it.
     """
     low, high = outermost(chords)
     if high - low < 2:
