@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD
+from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED
 from rcstudy.streams import prepare_streams
 from rcstudy.threads import limit_threads
 
@@ -70,7 +70,7 @@ def _flushed(code: int) -> int:
             if stream is not None:  # None: closed by the parent process
                 stream.flush()
         except BrokenPipeError:
-            code = EXIT_UNHEARD
+            code = EXIT_BROKEN_PIPE
         except OSError as error:
             code = _lost(error)
     return code
@@ -126,7 +126,7 @@ def _run(processes: Pool | None) -> str | int | None:
             cause = cause.__cause__ or cause.__context__
         if isinstance(cause, KeyboardInterrupt):
             print("interrupted", file=sys.stderr)
-        return EXIT_UNHEARD if isinstance(cause, BrokenPipeError) else leaving.code
+        return EXIT_BROKEN_PIPE if isinstance(cause, BrokenPipeError) else leaving.code
     except OSError as error:  # while typer prints help or the version; commands handle their own
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # else flushing the rest would fail once more
         return _lost(error)

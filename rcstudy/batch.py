@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rcstudy.study import Study
 
 _BATCHES_PER_WORKER = 4  # so that workers end at about the same time
-SMALLEST_SPLIT, LARGEST_BATCH = 8, 64  # cases; each part of a split batch solves for its pressure again
+SMALLEST_BATCH, LARGEST_BATCH = 8, 64  # cases; each part of a split batch solves for its pressure again
 
 
 def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
@@ -28,7 +28,7 @@ def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
         limit = len(cases)
     else:
         share = -(-len(cases) // (_BATCHES_PER_WORKER * workers))
-        limit = min(max(share, SMALLEST_SPLIT), LARGEST_BATCH)
+        limit = min(max(share, SMALLEST_BATCH), LARGEST_BATCH)
     batches: list[list[Case]] = []
     last = None
     for case in cases:

@@ -19,10 +19,10 @@ import typer
 
 from rcstudy.errors import (
     EXIT_BAD_INPUT,
+    EXIT_BROKEN_PIPE,
     EXIT_DIFFERENT,
     EXIT_FAILED_CASES,
     EXIT_INTERRUPTED,
-    EXIT_UNHEARD,
     UserError,
 )
 
@@ -77,7 +77,7 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
             code = EXIT_BAD_INPUT
         except BrokenPipeError:  # the reader of the output has closed the pipe
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            code = EXIT_UNHEARD
+            code = EXIT_BROKEN_PIPE
         except OSError as error:
             print(f"{error.filename or 'output'}: {error.strerror or error}", file=sys.stderr)
             code = EXIT_BAD_INPUT
@@ -339,10 +339,10 @@ def failures(
 def plan(spec: SpecPath) -> None:
     """Print what a sweep would do: grids, number of cases, estimated memory, file size and time."""
     from rcstudy.plan import plan_report
-    from rcstudy.progress import told_late
+    from rcstudy.progress import announced_if_slow
     from rcstudy.study import load_study
 
-    with told_late(_say, f"{spec}: making its cases, to count them"):
+    with announced_if_slow(_say, f"{spec}: making its cases, to count them"):
         report = plan_report(load_study(spec))
     print(report)
 
@@ -357,13 +357,13 @@ def show(
 ) -> None:
     """Print a summary of a cube. Its numbers are checked; fields, which may be large, only with --check."""
     from rcstudy.cube import illegible
-    from rcstudy.progress import told_late
+    from rcstudy.progress import announced_if_slow
     from rcstudy.show import summary
 
     with _opened(cube) as (tree,):
         text = summary(tree, checked=check)
     if check:
-        with told_late(_say, f"reading all of {cube}"):
+        with announced_if_slow(_say, f"reading all of {cube}"):
             faults = list(illegible(cube))
         if faults:
             listed = [f"  {fault}" for fault in faults[:_SHOWN_FAULTS]]

@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rcstudy.batch import LARGEST_BATCH, SMALLEST_SPLIT
+from rcstudy.batch import LARGEST_BATCH, SMALLEST_BATCH
 from rcstudy.errors import UserError
 from rcstudy.pool import ATTEMPTS
 from rcstudy.remote import differences, examine, notes_on, solve_parcel
@@ -101,7 +101,7 @@ def solve_on_cluster(
     code than this process.
     """
     with _connected(scheduler) as client:
-        yield from _Deal(client, solve, batches, tell).run()
+        yield from _Distribution(client, solve, batches, tell).run()
 
 
 @contextlib.contextmanager
@@ -164,7 +164,7 @@ class _Parcel:
 
 
 @dataclass
-class _Deal:
+class _Distribution:
     """State of the distribution: what waits and what each worker holds. `given`: results of cases that are given up."""
 
     client: Any
@@ -192,27 +192,27 @@ class _Deal:
             return
         self._examine_scheduler()
         while self.waiting or self.suspects or self.flying:
-            self._look_round()
+            self._update_workers()
             self._hand_out()
-            for parcel in self._landed():
+            for parcel in self._ended():
                 yield from self._opened(parcel)
             yield from self.given
             self.given.clear()
 
     # workers
 
-    def _look_round(self) -> None:
+    def _update_workers(self) -> None:
         """Update the workers: take back the work of lost ones, examine new ones."""
         # always done before a suspect is sent, which else could be blamed for an earlier death of its worker
         if time.monotonic() < self.next_look and not self.suspects:
             return
         present = self._ask(self.client.nthreads)
         for address in self.workers.keys() - present.keys():
-            self._bury(address)
+            self._take_back(address)
         self.refused &= present.keys()
         new = present.keys() - self.workers.keys() - self.refused
         if new:
-            self._welcome({address: present[address] for address in new})
+            self._examine_workers({address: present[address] for address in new})
         if not self.workers:
             self._tell_once(
                 "waiting for workers" if not self.had_workers else "all workers are gone: waiting for new ones"
@@ -242,7 +242,7 @@ class _Deal:
     def _address(self) -> str:
         return str(getattr(self.client.scheduler, "address", "Dask cluster"))
 
-    def _welcome(self, threads: dict[str, int]) -> None:
+    def _examine_workers(self, threads: dict[str, int]) -> None:
         """Examine new workers: one with other code ends the sweep if no worker was accepted yet, else is left out."""
         answers = self._ask(self.client.run, examine, workers=sorted(threads), on_error="return")
         for address, answer in sorted(answers.items()):
@@ -265,7 +265,7 @@ class _Deal:
             self.told.add(key or text)
             self.tell(text)
 
-    def _bury(self, address: str) -> None:
+    def _take_back(self, address: str) -> None:
         """Take back the parcels of a lost worker; the death counts only for the one that was being solved."""
         held = self.workers.pop(address)
         at_work = True
@@ -309,7 +309,7 @@ class _Deal:
         cells = max(1, _PARCEL_CELLS // _cells(self.waiting[0][0]))
         room = max(1, min(LARGEST_BATCH, cells, self.left // (_SHARES * len(self.workers))))
         first = self.waiting.popleft()
-        split = min(max(room, SMALLEST_SPLIT), cells)
+        split = min(max(room, SMALLEST_BATCH), cells)
         if len(first) > split:
             self.waiting.appendleft(first[split:])
             first = first[:split]
@@ -345,7 +345,7 @@ class _Deal:
         self.waiting.extendleft(reversed(parcel.batches))
         self.left += len(parcel.cases)
 
-    def _landed(self) -> list[_Parcel]:
+    def _ended(self) -> list[_Parcel]:
         """Parcels that have ended; waits for the first one, _LOOK_SECONDS at most."""
         keys = []
         with contextlib.suppress(queue.Empty):

@@ -227,7 +227,7 @@ class _Grid:
             grid = name if grids_of is None else str(grids_of[index])
             self.rules[index] = tolerances.of_case(grid, str(self.labels[index]))
         self.natural = _natural_scales(theirs, dims)
-        self.together = _scales_of_a_kind(theirs, dims, self.natural)
+        self.together = _shared_scales(theirs, dims, self.natural)
 
     def _case(self, index: tuple[int, ...]) -> str:
         label = str(self.labels[index])
@@ -418,7 +418,7 @@ def _natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.nda
     }
 
 
-def _scales_of_a_kind(grid: xr.Dataset, dims: tuple[str, ...], natural: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _shared_scales(grid: xr.Dataset, dims: tuple[str, ...], natural: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Scales shared by related quantities, any of which may vanish; shaped as `_natural_scales`, 0 for all others.
 
     Forces and moment: the largest of |Fx|, |Fy| and |Mz|/a; slip area: the contact area; friction power: that force

@@ -14,7 +14,7 @@ EXIT_FAILED_CASES = 3
 EXIT_INTERRUPTED = 130
 """Exit code of a command that Ctrl-C ended."""
 
-EXIT_UNHEARD = 141
+EXIT_BROKEN_PIPE = 141
 """Exit code of a command whose output pipe was closed by its reader, like that of a program ended by SIGPIPE."""
 
 

@@ -37,26 +37,26 @@ class Hidden(NamedTuple):
 
     `unsettled`: deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`); `by_layers`: area
     that layers too thin for the cells add to the contact (negative: take from it), over the contact's
-    (`AlignedContact.beyond_edges`); `slip`: effect of slip zones too narrow for the cells (`mechanics/unseen.py`);
-    `lift`: lift of the surface by tractions over the approach (full coupling); `raised`: difference of the largest
-    pressure corrected for layers from that corrected as on half-spaces, over that pressure (`raised_by_layers`);
+    (`AlignedContact.area_by_layers`); `slip`: effect of slip zones too narrow for the cells (`mechanics/unseen.py`);
+    `lift`: lift of the surface by tractions over the approach (full coupling); `peak_by_layers`: difference of the
+    largest pressure corrected for layers from that corrected as on half-spaces, over that pressure;
     `cusp_of_pressure`, `cusp_of_tractions`: jump of the slope at the border of the stick zone, over p0/a, where the
     quantity is largest there (full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is
     not known; `at_rim`: fraction by which the largest pressure may be too small under stiff skins
-    (`mechanics/plates.py`); `shown`: whether any cell slips; `on_cells`: largest traction (MPa) of a cell.
+    (`mechanics/plates.py`); slip_shown: whether any cell slips; `largest_of_cells`: largest traction (MPa) of a cell.
     """
 
     unsettled: float = 0.0
     by_layers: float = 0.0
     slip: Unseen = Unseen()
     lift: float = 0.0
-    raised: float = 0.0
+    peak_by_layers: float = 0.0
     cusp_of_pressure: float = 0.0
     cusp_of_tractions: float = 0.0
     least_slip: float = 1.0
     at_rim: float = 0.0
-    shown: bool = True
-    on_cells: float = math.inf
+    slip_shown: bool = True
+    largest_of_cells: float = math.inf
 
 
 def least_over_largest(slip: np.ndarray) -> float:
@@ -69,7 +69,7 @@ def least_over_largest(slip: np.ndarray) -> float:
 # factors (set on 500 contacts).
 _FEW = 6.0
 _ON_FEW = {"kalker": 1.15, "aligned": 1.4}
-_NARROW = 3  # cells across the narrower side, up to which long contacts count as too narrow
+_FEW_ACROSS = 3  # cells across the narrower side, up to which long contacts count as too narrow
 _FEWEST = 5  # number of cells below which a contact may be of any size below that of its cells
 
 # Relative errors per unit of `by_layers`. Areas are corrected for layers too thin for the cells, by the shift of the
@@ -86,7 +86,7 @@ _BY_LAYERS = {
     "friction_power": 0.26,
 }
 _BY_SKINS = 1.8  # factor on that for layers stiffer than what is below, whose `by_layers` is negative
-_RAISED, _SUNK = 0.5, 0.9  # relative errors of the largest pressure and of the approach, over `raised`
+_PEAK, _APPROACH = 0.5, 0.9  # relative errors of the largest pressure and of the approach, over `peak_by_layers`
 # Relative errors of the largest pressure and traction, times N, per unit of the cusps that cells round off.
 _CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.72, 0.4)}
 _STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative errors times N, where no cell slips
@@ -94,9 +94,9 @@ _STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative erro
 # (`trailing.py`).
 _NARROW_ZONE, _AT_BORDER = 0.25, 0.12
 # Square of the largest traction over the product of that of a cell and the bound one cell from the edge (1 to 1.2).
-_LEADING = 1.2
+_AT_MEETING = 1.2
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # relative error of tractions, and so of their lift, times N
-_UNDER = 0.9  # error of the corrections for slip zones at the leading edge, over these corrections
+_OF_CORRECTION = 0.9  # error of the corrections for slip zones at the leading edge, over these corrections
 _TRACTIONS = 2.0  # limit of the friction force as scale of errors, over largest traction times contact area
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
@@ -118,7 +118,7 @@ def error_estimates(
     cells: int,
     levels: Sequence[dict[str, float]],
     hidden: Hidden | None = None,
-    across: int = _NARROW + 1,
+    across: int = _FEW_ACROSS + 1,
 ) -> dict[str, float]:
     """Error bars `<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
 
@@ -129,7 +129,7 @@ def error_estimates(
     dx, dy = scene.mesh.spacing
     # of oblong cells the longer side counts
     per_radius = math.sqrt(cells * min(dx / dy, dy / dx) / math.pi)
-    long = across <= _NARROW and cells > _NARROW * across
+    long = across <= _FEW_ACROSS and cells > _FEW_ACROSS * across
     if long:
         per_radius = min(per_radius, 0.5 * across)
     case = _Case(scene, levels[0], hidden or Hidden(), per_radius)
@@ -162,7 +162,7 @@ class _Case:
         self.aligned = scene.discretisation == "aligned"
         force = scene.friction * scene.load
         if "traction_max" in finest:  # tractions far below the bound limit forces more than mu P does
-            largest = min(finest["traction_max"], hidden.on_cells)
+            largest = min(finest["traction_max"], hidden.largest_of_cells)
             force = min(force, _TRACTIONS * largest * finest["contact_area"])
         self.creepage = scene.creepage or Creepage()
         self.fastest = self.creepage.fastest(finest["contact_radius"])  # largest rigid slip, about
@@ -228,14 +228,14 @@ class _Case:
         return max(tolerance.normal, tolerance.tangential) * abs(self.scales[name])
 
     def parts_hidden(self) -> dict[str, float]:
-        """Relative errors of scalars from layers (`raised`, `at_rim`), cusps and the lift by tractions."""
+        """Relative errors of scalars from layers (`peak_by_layers`, `at_rim`), cusps and the lift by tractions."""
         hidden, discretisation = self.hidden, self.scene.discretisation
         of_pressure, of_tractions = (part / self.per_radius for part in _CUSPS[discretisation])
         lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
         return {
-            "pressure_max": of_pressure * hidden.cusp_of_pressure + _RAISED * hidden.raised + hidden.at_rim,
+            "pressure_max": of_pressure * hidden.cusp_of_pressure + _PEAK * hidden.peak_by_layers + hidden.at_rim,
             "traction_max": of_tractions * hidden.cusp_of_tractions,
-            "approach": lift + _SUNK * hidden.raised,
+            "approach": lift + _APPROACH * hidden.peak_by_layers,
         }
 
     def add_what_slips(self, bars: dict[str, float], meshes: int) -> None:
@@ -251,7 +251,7 @@ class _Case:
                 self.add_strip_that_sticks(bars)
         elif finest["traction_max"] == 0.0:
             bars["slip_area"] = self.left_by_solver("slip_area")
-        elif not self.hidden.shown:
+        elif not self.hidden.slip_shown:
             if self.aligned:
                 bars["slip_area"] += _NARROW_ZONE * slip
             else:
@@ -289,7 +289,7 @@ class _Case:
         lost = abs(finest["friction_power"] + creepage.power(finest["force_x"], finest["force_y"], finest["moment_z"]))
         sizes = Creepage(abs(creepage.longitudinal), abs(creepage.lateral), abs(creepage.spin))
         doubt = sizes.power(bars["force_x"], bars["force_y"], bars["moment_z"])
-        if self.aligned and not self.hidden.shown:
+        if self.aligned and not self.hidden.slip_shown:
             bars["friction_power"] = min(bars["friction_power"], doubt)
         elif not self.aligned:
             bars["friction_power"] = max(bars["friction_power"], lost + doubt)
@@ -304,7 +304,7 @@ class _Case:
         elif hardly:
             # tractions in stick grow like K/sqrt(r) towards the edge until they meet the bound, mu p0 sqrt(2 r/a)
             found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
-            bars["traction_max"] = max(bars["traction_max"], math.sqrt(_LEADING * found * bound) - found)
+            bars["traction_max"] = max(bars["traction_max"], math.sqrt(_AT_MEETING * found * bound) - found)
         if self.at_peak:
             bars["traction_max"] = friction * bars["pressure_max"]
         elif slip and self.hidden.at_rim > 0.0:  # cells that slip at the rim carry mu times the pressure there
@@ -314,11 +314,11 @@ class _Case:
     def add_unseen_slip(self, bars: dict[str, float]) -> None:
         """Add the errors due to slip zones narrower than a cell at the leading edge."""
         slip = self.hidden.slip
-        if slip.force <= 0.0:
+        if slip.doubtful_force <= 0.0:
             return
-        bars["force_x"] += _UNDER * abs(slip.force_x)
-        bars["force_y"] += _UNDER * abs(slip.force_y)
-        bars["moment_z"] += _UNDER * abs(slip.moment_z)
-        bars["friction_power"] += _UNDER * (slip.force * self.fastest + slip.power)
-        bars["traction_max"] += 0.5 * slip.force / self.finest["contact_area"]
-        bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.area
+        bars["force_x"] += _OF_CORRECTION * abs(slip.force_x)
+        bars["force_y"] += _OF_CORRECTION * abs(slip.force_y)
+        bars["moment_z"] += _OF_CORRECTION * abs(slip.moment_z)
+        bars["friction_power"] += _OF_CORRECTION * (slip.doubtful_force * self.fastest + slip.doubtful_power)
+        bars["traction_max"] += 0.5 * slip.doubtful_force / self.finest["contact_area"]
+        bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.doubtful_area

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy.earlier import EarlierCube
-from rcstudy.record import DamagedRecord, Form, Keep, Record, glance, parse
+from rcstudy.record import DamagedRecord, Form, Keep, Record, parse, read_head
 from rcstudy.result import Status
 from rcstudy.units import BadUnit, Unit
 
@@ -121,7 +121,7 @@ class Index:
             scene = self._scenes.get(key)
             body = data[offset : offset + length]
             try:
-                status, cells, keep = glance(body, unit.form)
+                status, cells, keep = read_head(body, unit.form)
                 if scene is None:
                     foreign += 1
                     if status == Status.SOLVED:

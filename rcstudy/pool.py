@@ -148,7 +148,7 @@ class Pool:
                     message = worker.connection.recv()
                 except (EOFError, OSError):
                     had = len(worker.batches)
-                    yield from self._bury(worker)
+                    yield from self._handle_death(worker)
                     if tell is not None and had:
                         how = _how_it_died(worker.process.exitcode)
                         tell(f"a worker process died ({how}); its cases go to other workers")
@@ -205,7 +205,7 @@ class Pool:
         with contextlib.suppress(OSError):
             worker.connection.send_bytes(message)
 
-    def _bury(self, worker: _Worker) -> Iterator[tuple[Case, Result]]:
+    def _handle_death(self, worker: _Worker) -> Iterator[tuple[Case, Result]]:
         """Deal with a dead worker: its case is tried again or given up, its other cases go to other workers."""
         from rcstudy.result import Result, Status
 

@@ -51,7 +51,7 @@ class Silent:
 
 
 @contextlib.contextmanager
-def told_late(tell: Callable[[str], None], text: str) -> Iterator[None]:
+def announced_if_slow(tell: Callable[[str], None], text: str) -> Iterator[None]:
     """Have `tell` say `text`, from a thread of its own, if the block takes longer than LATE_SECONDS."""
     timer = threading.Timer(LATE_SECONDS, tell, [text])
     timer.daemon = True

@@ -157,7 +157,7 @@ class Words:
 
 
 @dataclass(frozen=True)
-class Such:
+class Passing:
     """Any value that passes `test`, unchanged."""
 
     allowed: str

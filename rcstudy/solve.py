@@ -180,8 +180,8 @@ def _result(
 def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, unseen: Unseen) -> Hidden:
     """The errors that differences between meshes do not show, for the error bars."""
     hidden = Hidden(
-        by_layers=contact.beyond_edges / contact.area,
-        raised=contact.raised_by_layers / contact.pressure_max,
+        by_layers=contact.area_by_layers / contact.area,
+        peak_by_layers=contact.peak_by_layers / contact.pressure_max,
         at_rim=contact.missing_at_rim,
     )
     if rolling is None:
@@ -190,8 +190,8 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         unsettled=rolling.unsettled,
         slip=unseen,
         least_slip=least_over_largest(rolling.s[contact.carrying]),
-        shown=bool(rolling.slip.any()),
-        on_cells=float(np.hypot(*rolling.q.T).max()),
+        slip_shown=bool(rolling.slip.any()),
+        largest_of_cells=float(np.hypot(*rolling.q.T).max()),
     )
     if not scene.is_coupled:
         return hidden

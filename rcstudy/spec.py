@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, Str
 
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, Scene, Tolerance
-from rcstudy.quantities import Quantity, Relative, Such, Whole, Words, above, between, refusal
+from rcstudy.quantities import Passing, Quantity, Relative, Whole, Words, above, between, refusal
 from rcstudy.result import VARIABLES
 from rcstudy.settings import LENGTH, MODULUS, unit_of
 from rcstudy.yamlfile import parse
@@ -87,9 +87,9 @@ class _WordOr:
         return value
 
 
-def _filled(kind: type, allowed: str) -> Such:
+def _filled(kind: type, allowed: str) -> Passing:
     """A mapping or a list that is not empty; what is in it is validated later, entry by entry."""
-    return Such(allowed, lambda value: isinstance(value, kind) and bool(value))
+    return Passing(allowed, lambda value: isinstance(value, kind) and bool(value))
 
 
 Modulus = Annotated[
@@ -174,7 +174,7 @@ class SceneSpec(Spec):
     layers: Annotated[
         tuple[LayerSpec, ...],
         BeforeValidator(
-            Such(
+            Passing(
                 f"a list of at most {MAX_LAYERS} layers {{E, nu, thickness}}, [] for none",
                 lambda value: isinstance(value, list) and len(value) <= MAX_LAYERS,
             )
@@ -227,7 +227,7 @@ class GridSpec(Spec):
 
     description: Text = ""
     scene: Annotated[
-        dict[str, Any], PlainValidator(Such("a mapping of scene keys", lambda value: isinstance(value, dict)))
+        dict[str, Any], PlainValidator(Passing("a mapping of scene keys", lambda value: isinstance(value, dict)))
     ] = {}
     coating: Annotated[
         dict[str, Any] | None, PlainValidator(_filled(dict, "a mapping of layer_count, thickness, modulus, layer_nu"))

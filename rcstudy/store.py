@@ -124,7 +124,7 @@ class Store:
                     return
                 with interrupts_held():  # else a written unit might not be recorded, and its cases be written again
                     self._write_pending()
-                    self._put_together()
+                    self._merge_small()
             except OSError as error:
                 self._error = error
                 raise UserError(f"{self.folder}: cannot be written: {error.strerror or error}") from error
@@ -196,7 +196,7 @@ class Store:
             self.index.take_written(unit, statuses)
         return unit
 
-    def _put_together(self) -> None:
+    def _merge_small(self) -> None:
         """Merge the last units while they are small and of one level; they are removed once the whole is there."""
         while len(self._small) >= _PUT_TOGETHER:
             parts = self._small[-_PUT_TOGETHER:]

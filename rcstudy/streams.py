@@ -23,11 +23,11 @@ def prepare_streams() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
     encoding = sys.stderr.encoding if sys.stderr is not None else "utf-8"
-    buffered = io.BufferedWriter(_Heedless(2, "w", closefd=False))
+    buffered = io.BufferedWriter(_IgnoringErrors(2, "w", closefd=False))
     sys.stderr = io.TextIOWrapper(buffered, encoding, "backslashreplace", line_buffering=True)
 
 
-class _Heedless(io.FileIO):
+class _IgnoringErrors(io.FileIO):
     """A file that ignores errors of writing: on a full disk, or when nobody reads any more."""
 
     def write(self, data: Any, /) -> int:

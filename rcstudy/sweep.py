@@ -20,7 +20,7 @@ from rcstudy.assemble import Assembly
 from rcstudy.batch import make_batches, solve_batch, solve_series, warm_up_scenes
 from rcstudy.errors import UserError
 from rcstudy.layout import case_label, lay_out
-from rcstudy.progress import Progress, Silent, counted, told_late
+from rcstudy.progress import Progress, Silent, announced_if_slow, counted
 from rcstudy.record import Keep, Packed, Packer, Packing
 from rcstudy.result import Result, Status
 from rcstudy.steady import interrupts_remembered
@@ -122,7 +122,7 @@ def run(
         raise UserError("--fresh cannot be used with --shard: delete the units folder first")
     say = tell or (lambda text: None)
     # slow steps are reported only if progress is
-    patiently = partial(told_late, (lambda text: None) if isinstance(progress, Silent | None) else say)
+    patiently = partial(announced_if_slow, (lambda text: None) if isinstance(progress, Silent | None) else say)
     packing = Packing(solve or (solve_series if series else solve_batch), keep_of(study.outputs))
     with contextlib.ExitStack() as stack:
         if processes is None:

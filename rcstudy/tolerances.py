@@ -21,7 +21,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field, PlainValidator
 
 from rcstudy.errors import UserError
-from rcstudy.quantities import Such, Whole, Words, between
+from rcstudy.quantities import Passing, Whole, Words, between
 from rcstudy.result import VARIABLES
 from rcstudy.spec import Spec, validate
 from rcstudy.yamlfile import parse, read_text
@@ -38,7 +38,7 @@ _Pattern = Annotated[
 _Named = Annotated[
     dict[str, _Rtol],
     BeforeValidator(
-        Such("a mapping of names of variables to numbers from 0 to 1", lambda value: isinstance(value, dict))
+        Passing("a mapping of names of variables to numbers from 0 to 1", lambda value: isinstance(value, dict))
     ),
 ]
 _OWN_WORK = "status", "state", "iterations_", "residual_", "proof_", "products_", "operator_products", "coarse_products"
@@ -70,7 +70,7 @@ class Tolerances(Spec):
     cases: Annotated[
         list[Rule],
         BeforeValidator(
-            Such("a list of mappings with match and any of the other keys", lambda value: isinstance(value, list))
+            Passing("a list of mappings with match and any of the other keys", lambda value: isinstance(value, list))
         ),
     ] = Field(default_factory=list)
 

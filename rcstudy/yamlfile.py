@@ -73,8 +73,8 @@ def parse(text: str, problems: Problems, whole: str = "a study: keys study, scen
         line, column = before.count("\n") + 1, len(before.rsplit("\n", 1)[-1]) + 1
         problems.at(line, column, "not YAML", f"character {error.character!r}", "printable characters")
     except Exception as error:
-        # the parser raises all kinds of errors on hostile text (OverflowError on "\UFFFFFFFF", say); it only ever
-        # reads, so whatever it is, the text is at fault
+        # the parser raises all kinds of errors on hostile text ("\UFFFFFFFF": OverflowError or, from Python 3.13 on,
+        # ValueError); it only ever reads, so whatever it is, the text is at fault
         problems.at(1, 1, "not YAML", "", shorten(f"{type(error).__name__}: {error}", 200))
     if builder.root is None:
         if not problems.found:

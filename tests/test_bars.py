@@ -24,7 +24,7 @@ from rcstudy.study import scene_from_mapping
 CELL = (np.pi / 314) ** 0.5  # over the radius
 HIDDEN = [
     (
-        Hidden(slip=Unseen(force_x=-2.0, force_y=1.0, force=3.0, moment_z=-0.5, area=0.02, power=0.001)),
+        Hidden(slip=Unseen(force_x=-2.0, force_y=1.0, doubtful_force=3.0, moment_z=-0.5, doubtful_area=0.02, doubtful_power=0.001)),
         {
             "force_x": 0.9 * 2.0,
             "force_y": 0.9 * 1.0,
@@ -53,7 +53,7 @@ HIDDEN = [
         {"force_x": 1.0, "force_y": 1.0, "moment_z": 0.8, "friction_power": 0.005 + 0.01 * 0.8},
     ),
     (
-        Hidden(raised=0.02),
+        Hidden(peak_by_layers=0.02),
         {"pressure_max": 0.5 * 0.02 * 100.0, "approach": 0.9 * 0.02 * 0.03},
     ),
     (
@@ -141,7 +141,7 @@ def test_nothing_makes_what_is_none_by_symmetry_uncertain() -> None:
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation="aligned")
     scene = replace(scene, tolerance=Tolerance(1e-6, 1e-6))
     scalars = {"force_x": -40.0, "force_y": 1e-9, "moment_z": -1e-9, "friction_power": 0.1, "approach": 0.03}
-    hidden = Hidden(unsettled=0.01, by_layers=0.01, slip=Unseen(force_y=0.1, moment_z=0.1, force=1.0))
+    hidden = Hidden(unsettled=0.01, by_layers=0.01, slip=Unseen(force_y=0.1, moment_z=0.1, doubtful_force=1.0))
     for cells, meshes in ((314, 3), (3, 1)):
         found = error_estimates(scene, cells, [MIDDLING | scalars] * meshes, hidden)
         assert found["force_y_error"] == pytest.approx(1e-6 * 100.0, rel=1e-9)
@@ -168,7 +168,7 @@ def test_estimate_of_power_of_bodies_alike_on_aligned_cells() -> None:
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(-0.003, 0.004, 0.01), discretisation="aligned")
     scalars = MIDDLING | {"force_x": 40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2}
     levels = [scalars, scalars | {"friction_power": 0.25}]
-    found = error_estimates(scene, 314, levels, Hidden(shown=False))
+    found = error_estimates(scene, 314, levels, Hidden(slip_shown=False))
     assert error_estimates(scene, 314, levels)["friction_power_error"] > found["friction_power_error"]
     forces = (found[f"{name}_error"] for name in ("force_x", "force_y", "moment_z"))
     doubt = sum(size * bar for size, bar in zip((0.003, 0.004, 0.01), forces, strict=True))
@@ -282,10 +282,10 @@ def test_estimate_of_slip_where_cells_show_none() -> None:
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-7, 1e-7))
     forces = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
     unlike = replace(scene, discretisation="aligned", counterbody=None)
-    none = error_estimates(scene, 314, [MIDDLING | forces | {"slip_area": 0.0}] * 2, Hidden(shown=False))
+    none = error_estimates(scene, 314, [MIDDLING | forces | {"slip_area": 0.0}] * 2, Hidden(slip_shown=False))
     assert none["slip_area_error"] >= 0.3 * CELL
     levels = [MIDDLING | forces | {"slip_area": 0.01}] * 2
-    shown, hidden = (error_estimates(unlike, 314, levels, Hidden(shown=shown)) for shown in (True, False))
+    shown, hidden = (error_estimates(unlike, 314, levels, Hidden(slip_shown=shown)) for shown in (True, False))
     alone = np.sqrt(
         shown["slip_area_error"] ** 2 - hidden["contact_area_error"] ** 2
     )  # the contact's own is no part of it
@@ -312,7 +312,7 @@ def test_estimate_of_the_slip_area_where_some_is_hidden() -> None:
         MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
     ] * 2
     plain, hiding, made_up = (
-        error_estimates(scene, 314, levels, Hidden(slip=Unseen(force=force, area=0.02, missing=missing)))
+        error_estimates(scene, 314, levels, Hidden(slip=Unseen(doubtful_force=force, doubtful_area=0.02, missing=missing)))
         for force, missing in ((0.0, 0.0), (1.0, 0.0), (1.0, 0.01))
     )
     assert hiding["slip_area_error"] == plain["slip_area_error"] == plain["contact_area_error"]

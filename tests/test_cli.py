@@ -20,7 +20,7 @@ from workers import gone
 from rcstudy import __main__ as main_module
 from rcstudy import accuracy, cli, plan, progress, sweep, threads
 from rcstudy.cube import case_table, open_cube
-from rcstudy.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_UNHEARD
+from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED
 from rcstudy.report import overview
 from rcstudy.result import Status
 
@@ -72,7 +72,7 @@ def test_help(command: str) -> None:
 
 def test_help_of_sweep_has_its_exit_codes() -> None:
     words = run("sweep", "--help").output
-    for code in (0, EXIT_BAD_INPUT, cli.EXIT_FAILED_CASES, EXIT_INTERRUPTED, EXIT_UNHEARD):
+    for code in (0, EXIT_BAD_INPUT, cli.EXIT_FAILED_CASES, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE):
         assert re.search(rf"\b{code}\b", words.partition("Exit codes")[2].partition("Options")[0]), code
 
 

@@ -339,11 +339,11 @@ def test_a_scheduler_that_cannot_import_rcstudy_is_refused(study: Study, monkeyp
     client = FakeClient({})
     monkeypatch.setattr(client, "run_on_scheduler", fails, raising=False)
     with pytest.raises(UserError, match="the scheduler Dask cluster: it cannot import rcstudy: No module named"):
-        list(cluster._Deal(client, workers.made_up, one_batch(study), print).run())
+        list(cluster._Distribution(client, workers.made_up, one_batch(study), print).run())
 
 
 class FakeClient:
-    """What `_Deal` asks a client for, answered without a cluster."""
+    """What `_Distribution` asks a client for, answered without a cluster."""
 
     status = "running"
     scheduler = None
@@ -370,17 +370,17 @@ def test_workers_with_other_code_are_refused(study: Study, monkeypatch: pytest.M
     ):
         client = FakeClient({"tcp://a:1": ours, "tcp://b:1": answer})
         with pytest.raises(UserError, match="worker tcp://b:1: ") as error:
-            cluster._Deal(client, workers.made_up, one_batch(study), print)._look_round()
+            cluster._Distribution(client, workers.made_up, one_batch(study), print)._update_workers()
         assert said in str(error.value)
         # one that joins later is left out, and told of once
         client = FakeClient({"tcp://a:1": ours})
         told: list[str] = []
-        deal = cluster._Deal(client, workers.made_up, one_batch(study), told.append)
-        deal._look_round()
+        deal = cluster._Distribution(client, workers.made_up, one_batch(study), told.append)
+        deal._update_workers()
         client.answers["tcp://b:1"] = answer
         for _ in range(2):
             deal.next_look = 0.0
-            deal._look_round()
+            deal._update_workers()
         assert list(deal.workers) == ["tcp://a:1"]
         assert len(told) == 1
         assert said in told[0]
@@ -391,9 +391,9 @@ def test_workers_that_are_not_quite_right_are_told_of_once(study: Study) -> None
     theirs = {**ours, "numpy": "1.0", "mechanics": "0", "OMP_NUM_THREADS": "not set"}
     client = FakeClient({"tcp://a:1": theirs, "tcp://b:1": theirs}, threads=4)
     told: list[str] = []
-    deal = cluster._Deal(client, workers.made_up, one_batch(study), told.append)
+    deal = cluster._Distribution(client, workers.made_up, one_batch(study), told.append)
     deal.ours = ours
-    deal._look_round()
+    deal._update_workers()
     assert len(deal.workers) == 2
     assert told == [
         "note on worker tcp://a:1: the files of its rcstudy/mechanics are others than here, of the same version:"
@@ -408,7 +408,7 @@ def test_workers_that_are_not_quite_right_are_told_of_once(study: Study) -> None
 def test_parcels_get_smaller_and_lose_nothing(study: Study) -> None:
     cases = expand(study).cases
     for count, batches in ((2, sweep.make_batches(cases, 1)), (3, [list(cases)]), (1, [[case] for case in cases])):
-        deal = cluster._Deal(None, workers.made_up, batches, print)
+        deal = cluster._Distribution(None, workers.made_up, batches, print)
         deal.workers = {str(k): [] for k in range(count)}
         parcels = []
         while (parcel := deal._next_parcel()) is not None:
@@ -421,7 +421,7 @@ def test_parcels_get_smaller_and_lose_nothing(study: Study) -> None:
     # a mesh of 1024 x 1024 cells goes case by case
     mesh = dataclasses.replace(cases[0].scene.mesh, cells=(1024, 1024))
     large = [dataclasses.replace(case, scene=dataclasses.replace(case.scene, mesh=mesh)) for case in cases]
-    deal = cluster._Deal(None, workers.made_up, [large], print)
+    deal = cluster._Distribution(None, workers.made_up, [large], print)
     deal.workers = {"a": []}
     parcel = deal._next_parcel()
     assert parcel is not None
@@ -441,7 +441,7 @@ def test_results_of_a_dead_worker_that_had_finished_are_fetched_again_from_anoth
             pass
 
     batches = sweep.make_batches(expand(study).cases, 1)
-    deal = cluster._Deal(FakeClient({}), workers.made_up, batches, print)
+    deal = cluster._Distribution(FakeClient({}), workers.made_up, batches, print)
     deal.workers = {"tcp://a:1": []}
     for status in ("finished", "pending", "pending"):
         parcel = deal._next_parcel()
@@ -450,7 +450,7 @@ def test_results_of_a_dead_worker_that_had_finished_are_fetched_again_from_anoth
         deal.workers["tcp://a:1"].append(parcel)
     one, two, three = deal.workers["tcp://a:1"]
     left = deal.left
-    deal._bury("tcp://a:1")
+    deal._take_back("tcp://a:1")
     assert deal.left == left + len(one.cases) + len(three.cases)
     assert [parcel.cases for parcel in deal.suspects] == [[case] for case in two.cases]
     assert {parcel.deaths for parcel in deal.suspects} == {1}

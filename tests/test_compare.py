@@ -15,7 +15,7 @@ import xarray as xr
 
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Case
-from rcstudy.compare import TABLE, Comparison, Difference, _natural_scales, _scales_of_a_kind, compare
+from rcstudy.compare import TABLE, Comparison, Difference, _natural_scales, _shared_scales, compare
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.layout import MISSING
@@ -616,7 +616,7 @@ def test_scales_of_numbers_that_may_vanish_beside_others() -> None:
     numbers |= {"longitudinal": 0.003, "lateral": -0.004, "contact_area": 7.0}
     numbers |= {"force_x": -3.0, "force_y": 2.0, "moment_z": -20.0}
     grid = xr.Dataset({name: ("case", [value]) for name, value in numbers.items()})
-    scales = _scales_of_a_kind(grid, ("case",), _natural_scales(grid, ("case",)))
+    scales = _shared_scales(grid, ("case",), _natural_scales(grid, ("case",)))
     found = {name: float(values[0]) for name, values in scales.items() if values[0]}
     expected = {"force_x": 5.0, "force_y": 5.0, "moment_z": 20.0, "slip_area": 7.0, "friction_power": 5.0 * 0.005}
     assert found == pytest.approx(expected, rel=1e-12)

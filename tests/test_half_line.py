@@ -87,7 +87,7 @@ def test_a_half_space_has_the_numbers_of_point_sources() -> None:
     np.testing.assert_allclose(for_tractions(lambda k: 3.0 / k, 0.2)[:4], [0.0, 0.0, 1.0, 0.0], atol=1e-12)
     assert OF_NO_LAYERS[:4] == (0.0, 0.0, 1.0, 0.0)
     assert for_pressure(lambda k: 3.0 / k, 0.2) == pytest.approx(HALF_SPACE, abs=1e-12)
-    assert HALF_SPACE.concentrated == pytest.approx(1.0 / 48.0, rel=0.1)
+    assert HALF_SPACE.excess == pytest.approx(1.0 / 48.0, rel=0.1)
 
 
 @pytest.mark.parametrize("ratio", [0.25, 4.0])
@@ -147,7 +147,7 @@ def test_edges_and_pressures_of_a_cylinder(half: float) -> None:
         x, p = strip(lambda k: 1.0 / k, half, offset)
         off.append(edge_of(x, p, HALF_SPACE) - half)
         outer = np.flatnonzero(p > 0.0)[[-1, -2, -3]]
-        found = rows.pressed_second(tuple(p[outer]), half - x[outer[0]], HALF_SPACE, HALF_SPACE)
+        found = rows.pressure_at_second_centre(tuple(p[outer]), half - x[outer[0]], HALF_SPACE, HALF_SPACE)
         second.append(found / math.sqrt(half**2 - x[outer[1]] ** 2) - 1.0)
     assert abs(np.mean(off)) < 5e-4
     assert np.abs(off).max() < 0.02 / half
@@ -194,9 +194,9 @@ def test_areas_of_contacts_with_skins(modulus: float, thickness: float) -> None:
     scene = replace(scene, discretisation="aligned")
     fine = AlignedContact(solve_normal(replace(scene, mesh=Mesh((0.68, 0.68), (416, 416))))).area
     contact = AlignedContact(solve_normal(scene))
-    from_afar = abs(contact.area - contact.beyond_edges - fine) / fine
-    assert 0.004 < from_afar < 0.04
-    assert abs(contact.area - fine) / fine < 0.3 * from_afar
+    far_field = abs(contact.area - contact.area_by_layers - fine) / fine
+    assert 0.004 < far_field < 0.04
+    assert abs(contact.area - fine) / fine < 0.3 * far_field
     result = solve_scene(scene)
     assert abs(result.scalars["contact_area"] - fine) <= result.scalars["contact_area_error"]
 

@@ -39,7 +39,7 @@ def test_processes_that_start_together_compile_each_kernel_once(tmp_path):
 
 
 def hold(folder, pipe):
-    assert jit._Turn(folder).take()
+    assert jit._CompileLock(folder).take()
     pipe.send("taken")
     pipe.recv()
 
@@ -58,7 +58,7 @@ def holder(tmp_path):
 
 
 def test_a_process_that_is_killed_loses_its_turn(tmp_path, holder):
-    turn = jit._Turn(str(tmp_path))
+    turn = jit._CompileLock(str(tmp_path))
     assert not turn.take()
     holder.kill()
     holder.join()
@@ -78,7 +78,7 @@ def test_a_kernel_that_another_process_takes_too_long_for_is_compiled(tmp_path, 
 
 
 def test_a_turn_is_held_until_it_has_been_given_back_as_often_as_taken(tmp_path):
-    outer, other = jit._Turn(str(tmp_path)), jit._Turn(str(tmp_path))
+    outer, other = jit._CompileLock(str(tmp_path)), jit._CompileLock(str(tmp_path))
     assert outer.take()
     assert outer.take()
     outer.give_back()
@@ -107,8 +107,8 @@ class Interrupt(event.Listener):
 
 with event.install_listener("numba:compile", Interrupt()), pytest.raises(KeyboardInterrupt):
     norm2(np.ones((2, 2)))
-[turn] = jit._turns.values()
-other = jit._Turn(turn._path.parent)
+[turn] = jit._locks.values()
+other = jit._CompileLock(turn._path.parent)
 assert other.take()
 other.give_back()
 check, caching.CompileResultCacheImpl.check_cachable = caching.CompileResultCacheImpl.check_cachable, lambda *_: False
@@ -129,5 +129,5 @@ def test_a_process_that_fails_to_compile_or_save_a_kernel_gives_its_turn_back(tm
 
 def test_everyone_has_a_turn_where_nothing_can_be_written(tmp_path):
     (tmp_path / "cache").write_text("a file")
-    assert jit._Turn(str(tmp_path / "cache")).take()
-    assert jit._Turn(str(tmp_path / "cache")).take()
+    assert jit._CompileLock(str(tmp_path / "cache")).take()
+    assert jit._CompileLock(str(tmp_path / "cache")).take()

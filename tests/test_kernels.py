@@ -762,7 +762,7 @@ def test_keep_known(shape: tuple[int, int]) -> None:
     c = Torus(shape)
     along = np.stack([c.v[0::2], np.zeros(c.m)], axis=1)
     out, known = np.full(2 * c.m, np.nan), c.empty()
-    tractions.keep_known(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, c.unit, out, c.flat(known))
+    tractions.store_known(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, c.unit, out, c.flat(known))
     np.testing.assert_array_equal(out.reshape(-1, 2), np.where(c.slip[:, None], along, c.at(c.pairs)))
     np.testing.assert_allclose(c.at(known), c.vectors(out), rtol=1e-14)
     assert (c.elsewhere(known) == 7.0).all()

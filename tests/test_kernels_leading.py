@@ -43,7 +43,7 @@ def sums_over_rows(
     along_over_across: float,
     dx: float,
 ) -> np.ndarray:
-    """As `leading_slip.unseen_rows`, row by row with vectors."""
+    """As `leading_slip.hidden_leading_slip`, row by row with vectors."""
     total = np.zeros(7)
     for column, (back, front), normal in zip(index.T, ends.T, normals.T, strict=True):
         cells = column[column >= 0]
@@ -92,7 +92,7 @@ def test_sums_over_rows(seed: int) -> None:
     of_cells = x, y, q, slip, pressure, rng.normal(size=(cells, 2)), friction, k
     arguments = ends, normals, *of_cells, rng.uniform(0.5, 1.0), 0.1
     found = np.zeros(7)
-    leading_slip.unseen_rows(index, counts, *arguments, THETA, found)
+    leading_slip.hidden_leading_slip(index, counts, *arguments, THETA, found)
     np.testing.assert_allclose(found, sums_over_rows(index, *arguments), rtol=1e-9, atol=1e-12)
 
 

@@ -94,7 +94,7 @@ def test_trusted_points_are_on_the_outline_and_go_round():
     """Those of rows face x, those of columns y; scaled by half widths they are on a circle, one after the other."""
     rows, columns = both(lambda x, y: ((x - 9.3) / 7.4) ** 2 + ((y - 8.1) / 5.2) ** 2 <= 1.0, 18, 15)
     u, v = np.full((2, 2 * (18 + 15)), np.nan)
-    n, x0, width, y0, height = outline.trusted(rows, columns, 0.2, 0.1, u, v)
+    n, x0, width, y0, height = outline.accurate_crossings(rows, columns, 0.2, 0.1, u, v)
     assert (x0, width, y0, height) == pytest.approx((9.3, 7.4, 8.1, 5.2), abs=0.1)
     x, y = x0 + width * u[:n], y0 + height * v[:n]
     np.testing.assert_allclose(((x - 9.3) / 7.4) ** 2 + ((y - 8.1) / 5.2) ** 2, 1.0, atol=1e-9)

@@ -78,7 +78,7 @@ def test_rows_of_pressures_that_half_lines_have(line: HalfLine, seed: int) -> No
     p = np.array([[0.0], [p0], [p1], [p2], [p2], [0.0]])
     _, _, edges = found_edges(p, line)
     assert edges[0, 0] == pytest.approx(1.0 - line.shift - e, abs=1e-12)
-    found = rows.pressed_second((p0, p1, p2), line.shift + e, line, HALF_SPACE)
+    found = rows.pressure_at_second_centre((p0, p1, p2), line.shift + e, line, HALF_SPACE)
     at = [
         (root * math.sqrt(x) / math.gamma(1.5) + bend * x**1.5 / math.gamma(2.5)) / HALF_SPACE.total if x > 0.0 else 0.0
         for x in (line.shift + e, line.shift + e + 1.0)
@@ -93,12 +93,12 @@ def test_rise_and_bends_and_what_follows(seed: int) -> None:
     three = np.sqrt(np.arange(3.0) + rng.uniform(0.05, 1.0)) * rng.uniform(0.9, 1.1, size=3)
     if seed % 2:
         three = rng.uniform(0.1, 2.0, size=3)
-    found = rows.rise_and_bends(tuple(three), LINE)
+    found = rows.edge_coefficients(tuple(three), LINE)
     np.testing.assert_allclose(found, naive_rows.of_three(three, LINE), atol=1e-12)
     expected = naive_rows.outwards(three**2, 0.0, LINE)
     assert rows.beyond_centre(tuple(three), LINE) == pytest.approx(expected, abs=1e-9)
     second = naive_rows.second_pressure(three, 0.4, LINE, HALF_SPACE)
-    assert rows.pressed_second(tuple(three), 0.4, LINE, HALF_SPACE) == pytest.approx(second, rel=1e-10)
+    assert rows.pressure_at_second_centre(tuple(three), 0.4, LINE, HALF_SPACE) == pytest.approx(second, rel=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -391,7 +391,7 @@ def found_bounds(
     index = np.full(taken.shape, -1)
     index.T[taken.T] = numbers[::-1]
     found = np.full((2, numbers.size), np.nan)
-    rows.row_bounds(p.sum(axis=0), *found_profiles(p, low, high, edges, lines), start, count, index, *found)
+    rows.row_pressures(p.sum(axis=0), *found_profiles(p, low, high, edges, lines), start, count, index, *found)
     assert not np.isnan(found).any()
     out, middle = np.full((2, *taken.shape), np.nan)
     out[taken], middle[taken] = found[:, index[taken]]
@@ -451,7 +451,7 @@ def test_row_bounds_of_rows_that_stay(ahead: float) -> None:
     inside = np.flatnonzero(p[:, 0])
     found, index = np.full((2, 14), np.nan), np.arange(14)[:, None]
     profiles = found_profiles(p, inside[:1], inside[-1:], edges)
-    rows.row_bounds(p.sum(axis=0), *profiles, start, count, index, *found)
+    rows.row_pressures(p.sum(axis=0), *profiles, start, count, index, *found)
     assert np.isfinite(found).all()
     pressure, middle = found
     assert pressure.sum() == pytest.approx(p.sum(), rel=1e-14)
@@ -479,7 +479,7 @@ def test_carry_on() -> None:
     bounds[index_before[5, 3]] = -0.6  # and what it changes by leaves it below nothing
     out = np.full(count.sum(), np.nan)
     force = p.sum(axis=0) * rng.uniform(0.9, 1.1, size=5)
-    rows.carry_on(p, before, force, start, count, index, taken, bounds, index_before, out)
+    rows.update_row_pressures(p, before, force, start, count, index, taken, bounds, index_before, out)
     assert np.isnan(out[index[: count[1], 1]]).all()
     for j in taken:
         n = count[j]
@@ -653,7 +653,7 @@ def test_area_under_parabolas() -> None:
     length = np.sqrt(np.array([0.0, 0.0, 0.3, 1.3, 2.3, 3.3, 2.3, 1.3, 0.3, 0.0]))
     assert rows.area_under(length, NOT_KNOWN) == pytest.approx(2.0 * 2.0 / 3.0 * 3.3**1.5, rel=0.015)
     length = np.sqrt(np.array([0.3, 1.3, 2.3, 3.3, 4.3]))  # straight, and as far again as it takes at its ends
-    expected = 2.0 / 3.0 * 4.3**1.5 + rows.bulging(4.3, 0.0, 1.0, 0.0)
+    expected = 2.0 / 3.0 * 4.3**1.5 + rows.piece_of_parabola(4.3, 0.0, 1.0, 0.0)
     assert rows.area_under(length, NOT_KNOWN) == pytest.approx(expected, rel=1e-14)
     assert rows.area_under(length, np.array([-0.3, 4.0])) == pytest.approx(2.0 / 3.0 * 4.3**1.5, rel=1e-14)
 

@@ -83,14 +83,14 @@ def test_where_an_outline_crosses_a_line(seed: int) -> None:
 
     top = minimize_scalar(lambda t: -height(t), bounds=(1.0, 2.2), method="bounded", options={"xatol": 1e-9})
     bottom = minimize_scalar(height, bounds=(-2.2, -1.0), method="bounded", options={"xatol": 1e-9})
-    assert smooth.tip(terms, 1.0) == pytest.approx(-top.fun, abs=1e-6)
-    assert smooth.tip(terms, -1.0) == pytest.approx(bottom.fun, abs=1e-6)
+    assert smooth.tip_position(terms, 1.0) == pytest.approx(-top.fun, abs=1e-6)
+    assert smooth.tip_position(terms, -1.0) == pytest.approx(bottom.fun, abs=1e-6)
     for v in (0.9 * bottom.fun, -0.3, 0.0, 0.5, -0.9 * top.fun):
         front = brentq(lambda t, v=v: height(t) - v, bottom.x, top.x, xtol=1e-14)
         back = brentq(lambda t, v=v: height(t) - v, top.x, bottom.x + 2.0 * math.pi, xtol=1e-14)
         for angle, side in ((front, 1.0), (back, -1.0)):
             expected = float(naive_rows.radius(terms, angle) * math.cos(angle))
-            assert smooth.across(terms, v, side) == pytest.approx(expected, abs=2e-4)
+            assert smooth.crossing(terms, v, side) == pytest.approx(expected, abs=2e-4)
 
 
 @pytest.mark.parametrize("height", [5.5, 5.3005])

@@ -123,7 +123,7 @@ def test_rows_that_stay():
     assert not held.carrying.all()  # the tilt has left cells of rows that stay
     assert (np.diff(rows) == 1).all()
     force = tilted.p[:, held.box.j0 + rows].sum(axis=0)
-    evened = force + np.diff([0.0, *np.diff(force), 0.0]) * HALF_SPACE.concentrated  # nothing goes beyond the outermost
+    evened = force + np.diff([0.0, *np.diff(force), 0.0]) * HALF_SPACE.excess  # nothing goes beyond the outermost
     for made in (held, free):
         carried = [made.pressure[made.carrying & (made.cells[:, 1] == row)].sum() for row in rows]
         np.testing.assert_allclose(carried, evened, rtol=1e-12)

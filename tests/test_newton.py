@@ -72,7 +72,7 @@ def test_steps_are_shortened_once_patience_is_at_its_end() -> None:
 def test_patience_ends_after_steps_that_get_nowhere(steps: int, part: float, expected: list[int]) -> None:
     """A residual that is not a number is no gain, either."""
     patience = Patience(steps, part)
-    found = [patience.ends(residual) for residual in (9.0, 8.0, 7.0, 0.8, 0.8, 0.9, math.nan, 0.7999)]
+    found = [patience.exhausted(residual) for residual in (9.0, 8.0, 7.0, 0.8, 0.8, 0.9, math.nan, 0.7999)]
     assert found == [bool(end) for end in expected]
 
 
@@ -85,16 +85,16 @@ def test_slip_is_looked_at_again_while_that_halves_what_is_unsettled(
 ) -> None:
     """Down to a ten-thousandth of the bounds; Newton's steps after each look count."""
     looked = []
-    system = SimpleNamespace(kept=0.0, unsettled=lambda q, s: unsettled[len(looked)])
+    system = SimpleNamespace(frozen_correction=0.0, unsettled=lambda q, s: unsettled[len(looked)])
     state: Any = SimpleNamespace(system=system, solved=True, q=None, s=None, look_again=lambda: looked.append(1))
     monkeypatch.setattr(newton, "solve", lambda *_: 4)
     assert rolling._look_again(state) == (4 * looks, left)
 
 
 def test_nothing_is_unsettled_once_the_slip_itself_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    system = SimpleNamespace(kept=0.0, unsettled=lambda q, s: 0.01)
+    system = SimpleNamespace(frozen_correction=0.0, unsettled=lambda q, s: 0.01)
     state: Any = SimpleNamespace(system=system, solved=True, q=None, s=None)
-    state.look_again = lambda: setattr(system, "kept", None)
+    state.look_again = lambda: setattr(system, "frozen_correction", None)
     monkeypatch.setattr(newton, "solve", lambda *_: 3)
     assert rolling._look_again(state) == (3, 0.0)
 

@@ -104,7 +104,7 @@ def test_further_than_rounding_allows_is_not_converged(monkeypatch: pytest.Monke
     gap, influence = initial_gap(scene), influence_of(scene)
     refused = solve_pressure(scene, influence, gap)
     assert not refused.converged and refused.iterations == 0
-    monkeypatch.setattr(normal, "HOPELESS", 0.0)
+    monkeypatch.setattr(normal, "LEAST_TOLERANCE", 0.0)
     found = solve_pressure(scene, influence, gap)
     assert found.residual < 10.0 * found.attainable < 1e-10
     assert found.converged == (found.residual <= 1e-30)

@@ -101,6 +101,6 @@ def test_bars_are_told_what_meshes_hide(solution: tuple[AlignedContact, RollingS
     unseen = contact.unseen_slip(rolling, SCENE.friction)
     hidden = solve._hidden(contact, SCENE, replace(rolling, unsettled=0.003), unseen)
     assert (hidden.unsettled, hidden.slip) == (0.003, unseen)
-    assert hidden.by_layers == contact.outline.beyond_edges / contact.area != 0.0
-    assert hidden.raised == contact.raised_by_layers / contact.pressure_max > 0.0
+    assert hidden.by_layers == contact.outline.area_by_layers / contact.area != 0.0
+    assert hidden.peak_by_layers == contact.peak_by_layers / contact.pressure_max > 0.0
     assert hidden.least_slip == least_over_largest(rolling.s) < 1.0

@@ -44,21 +44,21 @@ print(pyfftw.interfaces is before, rcstudy.mechanics.fftw.pyfftw is pyfftw)
 def test_what_is_put_off_is_loaded_when_it_is_used():
     code = """
 import sys
-from rcstudy.mechanics.later import put_off
-with put_off("wave"):
+from rcstudy.mechanics.later import deferred_import
+with deferred_import("wave"):
     import wave
     print("wave" in sys.modules, hasattr(wave, "__file__"))
 print("wave" in sys.modules)
-with put_off("chunk_of_nothing"):
+with deferred_import("chunk_of_nothing"):
     import chunk_of_nothing
 try:
     chunk_of_nothing.anything
 except ModuleNotFoundError as error:
     print(error.name)
-with put_off("wave"):
+with deferred_import("wave"):
     import wave
     print(wave.open is sys.modules["wave"].open, sys.modules["wave"].__file__ is not None)
-with put_off("wave"):
+with deferred_import("wave"):
     import wave
     print(wave is sys.modules["wave"])
 """

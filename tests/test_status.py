@@ -127,9 +127,9 @@ def test_pressure_short_of_its_tolerance_is_not_converged(monkeypatch: pytest.Mo
 def test_tolerance_of_the_pressure_below_rounding_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a step; where a tolerance might be met by luck, once the residual has stopped falling."""
     # on few cells the gaps end equal to the last bit, and the residual 0
-    for tolerance, hopeless in ((1e-30, normal.HOPELESS), (-1e-30, -1.0)):
+    for tolerance, hopeless in ((1e-30, normal.LEAST_TOLERANCE), (-1e-30, -1.0)):
         scene = replace(SCENE, tolerance=Tolerance(tolerance, 1e-7))
-        monkeypatch.setattr(normal, "HOPELESS", hopeless)
+        monkeypatch.setattr(normal, "LEAST_TOLERANCE", hopeless)
         for result in solve_group([scene, replace(scene, creepage=None)]):
             assert result.status == Status.REFUSED
             assert f"{tolerance:g} is below what rounding allows" in result.reason

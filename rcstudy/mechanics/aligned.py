@@ -250,7 +250,7 @@ class AlignedContact(NormalContact):
         rows, (dx, dy) = self.rows, self.scene.mesh.spacing
         centres, y = self.centres
         of_cells = rolling.q, rolling.slip, friction * rows.pressure, centres, self.levers[0], y
-        of_rows = rows.index, rows.start, self.outline.ends_from_afar
+        of_rows = rows.index, rows.start, self.outline.far_field_ends
         force_x, force_y, moment = row_cells.resultant(*of_cells, *of_rows, dx)
         return force_x * dx * dy, force_y * dx * dy, moment * dx * dy
 
@@ -282,9 +282,9 @@ class AlignedContact(NormalContact):
         return self.outline.area
 
     @property
-    def beyond_edges(self) -> float:
+    def area_by_layers(self) -> float:
         """Area (mm^2) between the far-field edge and the actual one, which thin layers move (`edges.py`)."""
-        return self.outline.beyond_edges
+        return self.outline.area_by_layers
 
     @property
     def pressure_max(self) -> float:
@@ -295,13 +295,13 @@ class AlignedContact(NormalContact):
         """Effects of slip zones at the leading edge that are narrower than a cell (`unseen.py`)."""
         if not self.scene.moves_by_pressure:
             return Unseen()
-        of_rows = self.rows.index, self.rows.count, self.outline.ends_from_afar, self.rows.normals
+        of_rows = self.rows.index, self.rows.count, self.outline.far_field_ends, self.rows.normals
         of_cells = rolling.q, rolling.slip, self.pressure, self._slip_by_pressure_at_centres
         return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, self.influence)
 
     def ending(self, rolling: RollingSolution, friction: float) -> Ending:
         """Forces and moment that are missing in rows which stick up to their trailing end (`trailing.py`)."""
-        of_cells, ends = (self.centres, rolling.q, rolling.slip), self.outline.ends_from_afar
+        of_cells, ends = (self.centres, rolling.q, rolling.slip), self.outline.far_field_ends
         return ending_of_rows(self.rows, ends, *of_cells, friction, self.scene.mesh.spacing, EDGE)
 
     def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:

@@ -9,12 +9,12 @@ within 0.005 % of the fixed point and largest tractions within 0.02 %. After a s
 fine meshes more than the discretisation error. As only the last turn has to be accurate, turns start from the solution
 on the coarser mesh: it is as good a start as that on the mesh's own cells and costs much less.
 
-At high friction turns gain less, and `KEPT` suffices. There plain substitution may converge slowly or oscillate, so
-each turn starts from a combination of the last ones (`mixing.py`). It may also alternate for ever between two sets of
-cells in contact, as the rows move with them. The positions of the rows are therefore frozen after `_MOVING` turns. The
-pressure on the frozen rows then depends linearly on that of the mesh's own cells. If turns do not settle from the
-coarser mesh's solution, they start again from that on the mesh's own cells. If they do not settle then, the proof
-reports it.
+At high friction turns gain less, and `LARGEST_ERROR` suffices. There plain substitution may converge slowly or
+oscillate, so each turn starts from a combination of the last ones (`mixing.py`). It may also alternate for ever between
+two sets of cells in contact, as the rows move with them. The positions of the rows are therefore frozen after `_MOVING`
+turns. The pressure on the frozen rows then depends linearly on that of the mesh's own cells. If turns do not settle
+from the coarser mesh's solution, they start again from that on the mesh's own cells. If they do not settle then, the
+proof reports it.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ _MAX_TURNS = 50  # most turns from the solution on the mesh's own cells
 _TRIED = 12  # most turns from the coarser mesh's solution
 _MOVING = 5  # turns after which the positions of the rows are frozen
 _ENOUGH = 2e-5  # error at which turns end
-_GAIN = 0.4  # usual ratio of successive errors, used to predict the last turn; where it is larger, `KEPT` suffices
+_GAIN = 0.4  # usual ratio of successive errors, which predicts the last turn; if larger, `LARGEST_ERROR` suffices
 _TURN = 1e-2  # tolerance of the tractions in all turns but the last, over the error
-KEPT = 5e-4  # largest error that a solution may keep
+LARGEST_ERROR = 5e-4  # largest error that a solution may keep
 _ROOM = 8  # the lift is computed on the contact's box and 1/8 of it more on each side, as the contact may grow
 
 
@@ -136,7 +136,7 @@ def _turns(
         change[box.slices] += contact.lift(rolling.q, box)
         touched = contact.solution.p > 0.0
         before, error = error, float(np.ptp(change[touched])) / max(abs(contact.solution.approach), 1e-300)
-        settled = turn > 0 and error <= (_ENOUGH if error < _GAIN * before else KEPT)
+        settled = turn > 0 and error <= (_ENOUGH if error < _GAIN * before else LARGEST_ERROR)
         if settled:
             break
         # earlier changes mislead: the first one is from no lift to the whole, and rows were frozen in the last turn

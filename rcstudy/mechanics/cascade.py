@@ -18,9 +18,9 @@ from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
 # Least number of cells across the contact for which a mesh has a coarser one. The first coarser mesh is the most
-# important for the error bars and the second one adds a little; further ones only provide a first guess (`_WORTH`).
+# important for the error bars and the second one adds a little; further ones only provide a first guess (`_FURTHER`).
 _COARSEST = 6.0, 12.0
-_WORTH = 24.0
+_FURTHER = 24.0
 _TOLERANCE = Tolerance(3e-3, 2e-3)  # on coarser meshes (residuals of 1e-3): well below their discretisation error
 
 
@@ -32,7 +32,7 @@ def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
     """
     dx, dy = scene.mesh.spacing
     ax, ay = estimated_contact(scene)
-    if 2.0 * min(ax / dx, ay / dy) < (_COARSEST[level] if level < len(_COARSEST) else _WORTH):
+    if 2.0 * min(ax / dx, ay / dy) < (_COARSEST[level] if level < len(_COARSEST) else _FURTHER):
         return None
     nx, ny = ((n + 1) // 2 for n in scene.mesh.cells)
     mesh = Mesh((2.0 * dx * nx, 2.0 * dy * ny), (nx, ny))

@@ -28,41 +28,41 @@ class Centring:
     """The correction that moves the slip of slip cells to their centres, updated from the slip or frozen.
 
     `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `weight` [3, m]:
-    interpolation weights of the cells ahead, behind and second ahead, from the last update; `kept` [m, 2]: the frozen
+    interpolation weights of the cells ahead, behind and second ahead, from the last update; `frozen` [m, 2]: the frozen
     correction, None as long as it is updated.
     """
 
     def __init__(self, neighbours: np.ndarray) -> None:
         self.weight = np.zeros((3, neighbours.shape[1]))
         self.neighbours = neighbours
-        self.begin()
+        self.restart()
 
-    def begin(self) -> None:
+    def restart(self) -> None:
         """Start, or resume, updating the correction from the slip."""
-        self.kept: np.ndarray | None = None
+        self.frozen: np.ndarray | None = None
         self._patience = Patience(_PATIENCE, 0.5)
 
-    def look(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
+    def update(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
         """Slips [m, 2], those of `slip` cells at their centres, from `s` [m, 2]; sets `weight`."""
         centred = np.empty(s.shape)
         tractions.centre(s, slip, self.neighbours, self.weight, centred)
         return centred
 
-    def judge(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
+    def freeze_if_stalled(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
         """Freeze the correction `centred` - `s` if `residual` and those before it show that updates do not help."""
-        if self._patience.ends(residual):
-            self.kept = centred - s
+        if self._patience.exhausted(residual):
+            self.frozen = centred - s
 
 
 def slip_at_centres(
-    s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, kept: np.ndarray | None = None
+    s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, frozen: np.ndarray | None = None
 ) -> np.ndarray:
     """Slip [m, 2], that of `slip` cells at their centres, from `s` [m, 2] at the points half a cell ahead.
 
-    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `kept` [m, 2]: the
+    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `frozen` [m, 2]: the
     frozen correction of the solution, if it has one.
     """
-    if kept is not None:
-        result: np.ndarray = s + kept
+    if frozen is not None:
+        result: np.ndarray = s + frozen
         return result
-    return Centring(neighbours).look(s, slip)
+    return Centring(neighbours).update(s, slip)

@@ -234,22 +234,22 @@ class NormalContact:
         return len(self.cells) * dx * dy
 
     @property
-    def beyond_edges(self) -> float:
+    def area_by_layers(self) -> float:
         """Area (mm^2) that thin layers add at the contact's edge: 0, known on aligned cells only."""
         return 0.0
 
     @cached_property
-    def raised_by_layers(self) -> float:
+    def peak_by_layers(self) -> float:
         """Change (MPa) of the largest pressure's discretisation correction by the layers, for the error bars.
 
         This is the difference between the corrections for the layered bodies and for half-spaces
-        (`HalfLine.concentrated`), in absolute value; 0 without layers.
+        (`HalfLine.excess`), in absolute value; 0 without layers.
         """
         if not self.influence.layered:
             return 0.0
         p = np.ascontiguousarray(self.solution.p[self.touched.slices])
-        along, across = (self.influence.half_line(side).concentrated for side in self.scene.mesh.spacing)
-        part = HALF_SPACE.concentrated
+        along, across = (self.influence.half_line(side).excess for side in self.scene.mesh.spacing)
+        part = HALF_SPACE.excess
         return float(abs(outline.summit(p, along, across)[0] - outline.summit(p, part, part)[0]))
 
     @cached_property

@@ -49,7 +49,7 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, coupled, tractions
 from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.mixing import Mixing
-from rcstudy.mechanics.normal import HOPELESS, at_edge, clear_of_sides, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import LEAST_TOLERANCE, at_edge, clear_of_sides, initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
@@ -254,7 +254,7 @@ class CoupledSystem:
         self.products += 1
         self.look(stress)
         self.attainable = self.operator.torus.attainable(self.rigid[2], self.response[2], self.stress[2])
-        hopeless = self.scene.tolerance.normal < HOPELESS * self.attainable
+        hopeless = self.scene.tolerance.normal < LEAST_TOLERANCE * self.attainable
         return 0 if hopeless or self.residual_normal > farthest else newton.solve(self, _MAX_NEWTON, _PATIENCE)
 
 

@@ -47,7 +47,7 @@ class Outline:
 
     Rows are along x. `low`, `high` [ny]: first and last cell in contact of each row (`high` < `low` if there is none);
     `ends` [2, ny]: positions of its trailing and leading edge, in cells from the centre of cell 0 of `p`.
-    `ends_from_afar` [2, ny]: the same for the far-field edge, i.e. the edge of a contact of half-spaces with the same
+    `far_field_ends` [2, ny]: the same for the far-field edge, i.e. the edge of a contact of half-spaces with the same
     pressure away from the edge; the displacement of the edge by layers thinner than a cell is not included in it.
     Aligned cells are placed by the far-field edge, as such layers affect tractions in the same way. `influence`:
     coefficients of the bodies; `by_x`, `by_y`: their half-lines for rows and for columns.
@@ -56,19 +56,19 @@ class Outline:
     def __init__(self, p: np.ndarray, spacing: tuple[float, float], influence: Influence) -> None:
         self.p, self.spacing, self.influence = p, spacing, influence
         self.by_x, self.by_y = (influence.half_line(side) for side in spacing)
-        self.low, self.high, self.ends_from_afar, self.ends = self._ends(p, self.by_x)
+        self.low, self.high, self.far_field_ends, self.ends = self._ends(p, self.by_x)
         # a contact at the window's edge is refused later; until then its cells must stay within the array
-        for ends in (self.ends_from_afar, self.ends):
+        for ends in (self.far_field_ends, self.ends):
             np.clip(ends, -0.49, p.shape[0] - 0.51, out=ends)
 
     def _ends(self, p: np.ndarray, line: HalfLine) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """`low`, `high`, `ends_from_afar` and `ends` of the rows of pressures `p`; `line`: half-line of their cells."""
-        ny, seen = p.shape[1], line.from_afar
-        low, high, from_afar = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
-        rows.row_edges(p, seen, low, high, from_afar)
+        """`low`, `high`, `far_field_ends` and `ends` of the rows of pressures `p`; `line`: half-line of their cells."""
+        ny, seen = p.shape[1], line.far_field
+        low, high, far_field = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
+        rows.row_edges(p, seen, low, high, far_field)
         farther = line.shift - seen.shift + _AT_AN_ANGLE * min(self.spacing) / max(self.spacing)
         # fewer than three cells do not determine the edge well enough for this
-        return low, high, from_afar, from_afar + farther * _OUTWARDS * (high - low >= 2)
+        return low, high, far_field, far_field + farther * _OUTWARDS * (high - low >= 2)
 
     @cached_property
     def area(self) -> float:
@@ -87,12 +87,12 @@ class Outline:
         return self._area_within(*self._crossings)
 
     @cached_property
-    def beyond_edges(self) -> float:
+    def area_by_layers(self) -> float:
         """Area (mm^2) within the edges less that within the far-field edges; 0 without layers."""
         if not self.influence.layered:
             return 0.0
-        (dx, dy), (low, high, from_afar, _) = self.spacing, self._columns
-        seen = np.where(self.high >= self.low, self.ends_from_afar, np.nan), np.where(high >= low, from_afar, np.nan)
+        (dx, dy), (low, high, far_field, _) = self.spacing, self._columns
+        seen = np.where(self.high >= self.low, self.far_field_ends, np.nan), np.where(high >= low, far_field, np.nan)
         return self.within - self._area_within(*seen) * dx * dy
 
     def _area_within(self, along: np.ndarray, across: np.ndarray) -> float:
@@ -122,7 +122,7 @@ class Outline:
 
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """`low`, `high`, `ends_from_afar` and `ends` of the contact's columns."""
+        """`low`, `high`, `far_field_ends` and `ends` of the contact's columns."""
         return self._ends(np.ascontiguousarray(self.p.T), self.by_y)
 
     @cached_property
@@ -130,7 +130,7 @@ class Outline:
         """Chords [ny] of the contact's rows between the far-field edges, and its extent along y [2], in cells."""
         _, sides = self._crossings
         tips = np.array([np.nanmin(sides[0]), np.nanmax(sides[1])])
-        chords = self.ends_from_afar[1] - self.ends_from_afar[0]
+        chords = self.far_field_ends[1] - self.far_field_ends[0]
         rows.between_tips(chords, tips)
         return chords, tips
 
@@ -139,7 +139,7 @@ class Outline:
         """Smooth outline fitted to the edges, with the same area within; None if the edges are not close to one."""
         dx, dy = self.spacing
         u, v = np.zeros((2, 2 * sum(self.p.shape)))
-        n, x0, width, y0, height = kernel.trusted(*self._crossings, dx, dy, u, v)
+        n, x0, width, y0, height = kernel.accurate_crossings(*self._crossings, dx, dy, u, v)
         terms = fit_outline(u[:n], v[:n])
         if terms is None or smooth.off_outline(terms, u[:n], v[:n]) * math.sqrt(width * height) > _ROUGH:
             return None
@@ -156,7 +156,7 @@ class Outline:
     @cached_property
     def summit(self) -> tuple[float, float, float]:
         """Largest pressure (MPa), corrected for the discretisation error, and its position along x and y in cells."""
-        summit: tuple[float, float, float] = kernel.summit(self.p, self.by_x.concentrated, self.by_y.concentrated)
+        summit: tuple[float, float, float] = kernel.summit(self.p, self.by_x.excess, self.by_y.excess)
         return summit
 
 

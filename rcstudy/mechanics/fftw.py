@@ -5,9 +5,9 @@ Importing these loads scipy, dask, xarray and pandas where installed, which adds
 
 from __future__ import annotations
 
-from rcstudy.mechanics.later import put_off
+from rcstudy.mechanics.later import deferred_import
 
-with put_off("pyfftw.interfaces"):
+with deferred_import("pyfftw.interfaces"):
     import pyfftw
 
 __all__ = ["pyfftw"]

@@ -25,14 +25,15 @@ Here A is periodic, so that the sum of 1/k^2 over all n takes the place of 1/k^2
     xi = shift + e,   gamma/2 e^2 - rise e + q0 = 0   (`kernels/rows.py`).
 
 Nothing is fitted. In a strip the error of the edge, averaged over its positions between cells, is 1e-4 of a cell.
-Layers thinner than a cell are covered as well, since their effect is contained in g. For 260 contacts with films of 0.1 to 100 GPa, 0.006 to 0.3 mm thick,
-with or without stiff skins, on 16 to 40 cells against six times as many, the error of the area is 0.5 % (root mean
-square) and 0.25 % (median); with rules fitted to such contacts instead it is 2.7 and 0.7 %.
+Layers thinner than a cell are covered as well, since their effect is contained in g. For 260 contacts with films of
+0.1 to 100 GPa, 0.006 to 0.3 mm thick, with or without stiff skins, on 16 to 40 cells against six times as many, the
+error of the area is 0.5 % (root mean square) and 0.25 % (median); with rules fitted to such contacts instead it is 2.7
+and 0.7 %.
 
 Inside the contact the discrete pressure of a wave is too large by the factor C/A. For long waves this is 1 + t^2/24 on
 a half-space, and down to 1 - 1.4 t^2 on incompressible films thinner than a cell. As the load is given, half of this
 error remains (second moments and largest pressures of Hertz contacts: 0.018 to 0.021 of second differences). It is
-`concentrated`, evaluated at a wave number that represents contacts some ten cells wide.
+`excess`, evaluated at a wave number that represents contacts some ten cells wide.
 
 The border of a stick zone is such an edge, too: there the room, i.e. mu p - |q|, by which tractions in stick stay below
 the bound, and the slip behind the border vary like the root of the distance. The cells of `aligned.py` are point
@@ -58,7 +59,7 @@ class HalfLine(NamedTuple):
 
     b1, b2, total: coefficients of z and z^2, and sum of all coefficients, of the filter B+ = 1 + b1 z + ..., by which
     pressures in cells become those of point sources on a half-space. shift: distance, in cells, by which the edge lies
-    farther out than such sources indicate. concentrated: excess of the pressures in cells, as a fraction of their
+    farther out than such sources indicate. excess: excess of the pressures in cells, as a fraction of their
     second differences. See the module's description.
     """
 
@@ -66,10 +67,10 @@ class HalfLine(NamedTuple):
     b2: float
     total: float
     shift: float
-    concentrated: float
+    excess: float
 
     @property
-    def from_afar(self) -> HalfLine:
+    def far_field(self) -> HalfLine:
         """The same with the shift of a half-space, for the far-field edge (`edges.Outline`)."""
         return self._replace(shift=HALF_SPACE.shift)
 
@@ -127,8 +128,8 @@ def _half_line(
     below = float(_WEIGHTS @ (log_b / _SIN**2 - np.log(own) / _T**2))
     beyond = float(_FAR_WEIGHTS @ (np.log(far) / _FAR**2)) + math.log(g[-1]) / (math.pi * 2.0 ** (_FARTHEST - 1))
     at = _OF_CONTACTS
-    concentrated = -0.5 * math.log(seen[at] * _T[at] / own[at]) / float(_T[at]) ** 2
-    return HalfLine(c1, c2 + 0.5 * c1 * c1, math.exp(-0.5 * c0), shift - (below - beyond) / math.pi, concentrated)
+    excess = -0.5 * math.log(seen[at] * _T[at] / own[at]) / float(_T[at]) ** 2
+    return HalfLine(c1, c2 + 0.5 * c1 * c1, math.exp(-0.5 * c0), shift - (below - beyond) / math.pi, excess)
 
 
 HALF_SPACE = for_pressure(lambda k: 1.0 / k, 1.0)

@@ -25,10 +25,10 @@ from numba.core.runtime import rtsys
 F = TypeVar("F", bound=Callable[..., Any])
 _DIGEST = hashlib.sha256().digest_size
 _PATIENCE = 60.0  # seconds to wait for another process to compile a kernel, before compiling it here as well
-_LOOK = 0.1  # seconds between two attempts to load it meanwhile
+_POLL_SECONDS = 0.1  # seconds between two attempts to load it meanwhile
 
 
-class _Turn:
+class _CompileLock:
     """A lock on the compilation of kernels cached in `folder`: one process at a time holds it.
 
     Compiling a kernel includes compiling the kernels that it calls, so the lock is re-entrant: a process may take it
@@ -69,7 +69,7 @@ class _Turn:
         self._file = -1
 
 
-_turns: dict[str, _Turn] = {}
+_locks: dict[str, _CompileLock] = {}
 
 
 class _CheckedFiles(IndexDataCacheFile):
@@ -88,7 +88,7 @@ class _CheckedFiles(IndexDataCacheFile):
             return found
         turn, until = self._turn(), time.monotonic() + _PATIENCE
         while not (taken := turn.take()) and time.monotonic() < until:
-            time.sleep(_LOOK)
+            time.sleep(_POLL_SECONDS)
             found = self._loaded(key)
             if found is not None:
                 return found
@@ -106,8 +106,8 @@ class _CheckedFiles(IndexDataCacheFile):
             self._taken -= 1
             self._turn().give_back()
 
-    def _turn(self) -> _Turn:
-        return _turns.setdefault(self._cache_path, _Turn(self._cache_path))
+    def _turn(self) -> _CompileLock:
+        return _locks.setdefault(self._cache_path, _CompileLock(self._cache_path))
 
     def _loaded(self, key: Any) -> Any:
         try:

@@ -12,11 +12,11 @@ from rcstudy.mechanics.kernels import gmres as kernel
 
 Product = Callable[[np.ndarray, np.ndarray], None]
 
-_ROOM = 16  # steps allocated at first: most systems take fewer, and allocating 100 costs more than a step
-_ROOM_BYTES = 64 * 2**20  # of all work arrays kept: enough for one solve on 512 x 512 cells, many on smaller meshes
+_FIRST_STEPS = 16  # steps allocated at first: most systems take fewer, and allocating 100 costs more than a step
+_WORKSPACE_BYTES = 64 * 2**20  # of all kept: enough for one solve on 512 x 512 cells, many on smaller meshes
 
 
-class Room:
+class Workspace:
     """The work arrays of GMRES for systems of one size.
 
     Basis v [steps + 1, n], preconditioned basis z [steps, n], products w [steps, n + extra], triangular matrix h
@@ -26,7 +26,7 @@ class Room:
 
     def __init__(self, size: int, extra: int) -> None:
         self._size, self._width = size, size + extra
-        self.arrays = self._make(_ROOM)
+        self.arrays = self._make(_FIRST_STEPS)
 
     @property
     def nbytes(self) -> int:
@@ -51,10 +51,10 @@ class Room:
         )
 
 
-@keep_within(_ROOM_BYTES)
-def room_for(size: int, extra: int) -> Room:
+@keep_within(_WORKSPACE_BYTES)
+def workspace(size: int, extra: int) -> Workspace:
     """Work arrays for systems of `size` unknowns, kept: fresh memory would cost up to an eighth of the products."""
-    return Room(size, extra)
+    return Workspace(size, extra)
 
 
 def gmres(
@@ -74,15 +74,15 @@ def gmres(
     beta = arrays.norm2(b[None])
     if beta == 0.0:
         return np.zeros(b.size), np.zeros(extra)
-    room = room_for(b.size, extra)
-    v, z, w, h, rotation, g = room.arrays
+    work = workspace(b.size, extra)
+    v, z, w, h, rotation, g = work.arrays
     g[0] = beta
     np.divide(b, beta, out=v[0])
     k = 0
     while k < max_steps:
         if k == len(z):
-            room.double()
-            v, z, w, h, rotation, g = room.arrays
+            work.double()
+            v, z, w, h, rotation, g = work.arrays
         precondition(v[k], z[k])
         apply(z[k], w[k])
         residual = kernel.arnoldi_step(v, k, w[k], h, rotation, g)

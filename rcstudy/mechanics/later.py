@@ -11,7 +11,7 @@ from typing import Any
 
 
 @contextlib.contextmanager
-def put_off(name: str) -> Iterator[None]:
+def deferred_import(name: str) -> Iterator[None]:
     """Context in which `import name` loads nothing: the module is loaded when one of its attributes is first used.
 
     A module that is loaded already is left alone. After the block, `import name` imports the real module again.

@@ -12,11 +12,11 @@ error of first order in dx, and scatters from row to row with the position of th
 
 Each row of cells is therefore moved along x by up to half a cell, so that its leading cell's centre lies theta dx
 behind the far-field edge of the contact in that row: the edge without the local shift by layers thinner than a cell
-(`Outline.ends_from_afar`). A cell's pressure is the mean, over the cell, of a profile along the row in which p^2 is
+(`Outline.far_field_ends`). A cell's pressure is the mean, over the cell, of a profile along the row in which p^2 is
 piecewise linear (`rows.row_profile`).
 
 A row carries the same force as on the mesh's own cells, except that neighbouring rows exchange the fraction
-`HalfLine.concentrated` of the difference of their forces, as pressures constant in cells come out too concentrated.
+`HalfLine.excess` of the difference of their forces, as pressures constant in cells come out too concentrated.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from rcstudy.mechanics.kernels import row_cells, row_fields, rows
 EDGE = 0.7480
 """theta: distance, in cells, from the leading cell's centre to the edge at which the contact begins for the cells."""
 
-HALFWAY = 1e-3
+TIE = 1e-3
 """In cells: a position this close to the middle between two cells counts as a tie.
 
 A tie is always decided the same way, or both cells are taken, so that the result does not depend on rounding.
@@ -58,13 +58,13 @@ class MovedRows:
 
     def __init__(self, window: np.ndarray, box: Box, outline: Outline, like: MovedRows | None = None) -> None:
         self._window, self._box, self._outline = window, box, outline
-        p, (back, front) = outline.p, outline.ends_from_afar
+        p, (back, front) = outline.p, outline.far_field_ends
         touched = outline.high >= outline.low
         # a row shorter than twice theta cells has one cell, in its middle
         self.start = np.where(touched, np.maximum(front - EDGE, 0.5 * (back + front)), 0.0)
         self.count = np.where(touched, np.maximum(1, np.ceil(self.start - back)), 0).astype(np.int64)
-        taken = self._take(like) if like is not None else None
-        leading = np.rint(self.start - HALFWAY).astype(np.int64)
+        taken = self._keep_positions(like) if like is not None else None
+        leading = np.rint(self.start - TIE).astype(np.int64)
         self.shift = self.start - leading
         number = int(self.count.sum())
         self.cells, self.held = np.zeros((number, 2), dtype=np.int64), np.zeros(p.shape, dtype=np.bool_)
@@ -72,27 +72,27 @@ class MovedRows:
         row_cells.number_cells(leading, self.count, self.held, self.cells, self.index)
         self.pressure, self.middle = np.zeros(number), np.zeros(number)
         self._force = np.zeros(self.count.size)
-        row_cells.row_forces(p, self.count, HALF_SPACE.concentrated, self._force)
-        rows.row_bounds(self._force, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
+        row_cells.row_forces(p, self.count, HALF_SPACE.excess, self._force)
+        rows.row_pressures(self._force, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
         if like is not None and taken is not None:
-            self._carry_on(like, taken)
+            self._update_pressures(like, taken)
         # a plate may lift off within a row: its cells carry no load there, but their traction bound must not be zero
         least = _LEAST * self.pressure.max(initial=0.0)
         self.carrying = self.pressure > least
         np.maximum(self.pressure, least, out=self.pressure)
 
-    def _take(self, other: MovedRows) -> np.ndarray:
+    def _keep_positions(self, other: MovedRows) -> np.ndarray:
         """Use the rows of `other` where both have cells and these fit into the box; returns the rows' indices."""
         ahead, aside = other._box.i0 - self._box.i0, other._box.j0 - self._box.j0
         j = np.arange(max(aside, 0), min(aside + other.count.size, self.count.size))
         start, count = other.start[j - aside] + ahead, other.count[j - aside]
-        leading = np.rint(start - HALFWAY)
+        leading = np.rint(start - TIE)
         room = (leading < self._box.shape[0]) & (leading - count >= -1)
         j, start, count = (values[room & (count > 0) & (self.count[j] > 0)] for values in (j, start, count))
         self.start[j], self.count[j] = start, count
         return j
 
-    def _carry_on(self, other: MovedRows, taken: np.ndarray) -> None:
+    def _update_pressures(self, other: MovedRows, taken: np.ndarray) -> None:
         """Set the pressures of rows `taken` from `other`: those there plus the change on the mesh's own cells.
 
         They are not found from the edges, which jump when a cell comes into contact or leaves it.
@@ -102,7 +102,7 @@ class MovedRows:
         index[:, taken] = other.index[:, taken - aside]
         before = np.ascontiguousarray(other._window[self._box.slices])
         of_cells = self.start, self.count, self.index, taken
-        rows.carry_on(self._outline.p, before, self._force, *of_cells, other.pressure, index, self.pressure)
+        rows.update_row_pressures(self._outline.p, before, self._force, *of_cells, other.pressure, index, self.pressure)
 
     @cached_property
     def profiles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -110,8 +110,8 @@ class MovedRows:
         outline, (nx, ny) = self._outline, self._outline.p.shape
         knots, squares = np.zeros((2, ny, 2 * nx + 3))
         known = np.zeros(ny, dtype=np.int64)
-        of_rows = outline.low, outline.high, outline.ends_from_afar
-        rows.row_profiles(outline.p, *of_rows, outline.by_x.from_afar, HALF_SPACE, knots, squares, known)
+        of_rows = outline.low, outline.high, outline.far_field_ends
+        rows.row_profiles(outline.p, *of_rows, outline.by_x.far_field, HALF_SPACE, knots, squares, known)
         return knots, squares, known
 
     @cached_property
@@ -126,7 +126,7 @@ class MovedRows:
         """Normal [2, ny] of the leading edge in each row."""
         dx, dy = self._outline.spacing
         normals = np.zeros((2, self.count.size))
-        row_cells.edge_normals(self._outline.ends_from_afar[1], self.index, dx / dy, normals)
+        row_cells.edge_normals(self._outline.far_field_ends[1], self.index, dx / dy, normals)
         return normals
 
     @property

@@ -47,7 +47,7 @@ def solve(state: State, max_steps: int, patience: int) -> int:
         residual = state.residual
         if np.isnan(residual):
             break
-        nowhere = gains.ends(residual)
+        nowhere = gains.exhausted(residual)
         state.step(forcing_term(residual, previous))
         steps += 1
         previous = residual

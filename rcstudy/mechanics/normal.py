@@ -27,7 +27,7 @@ from rcstudy.mechanics.stopping import pressure_residual
 
 _MAX_ITERATIONS = 400
 _MARGIN = 1.35  # half the sides of the first box, over the estimated semi-axes
-HOPELESS = 0.1  # tolerance over `attainable` below which no step is taken (residuals end at 0.1 to 20 of the latter)
+LEAST_TOLERANCE = 0.1  # over `attainable`: for less no step is taken (residuals end at 0.1 to 20 of it)
 _PLATE = 5.0  # compliance to long waves over that to short ones from which on the rim is eliminated directly
 _PATIENCE = 30  # steps without a smaller residual after which to stop, if rounding may be the cause
 
@@ -134,7 +134,7 @@ def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np
     first: NormalSolution | None = None
     if influence.once(("bends", box.shape), lambda: _bends(influence, box.shape)):
         solver = RimSolver(operator, gap, p, total)
-        if tolerance >= HOPELESS * solver.attainable:
+        if tolerance >= LEAST_TOLERANCE * solver.attainable:
             first = solver.solve(pressure_residual(tolerance, solver.attainable, int(np.count_nonzero(p))))
             if first.converged or tolerance < first.attainable:
                 return first
@@ -176,7 +176,7 @@ def _conjugate_gradients(
     residual, patience = np.inf, Patience(_PATIENCE)
     converged = False
     iteration = 0
-    while iteration < _MAX_ITERATIONS and tolerance >= HOPELESS * attainable:
+    while iteration < _MAX_ITERATIONS and tolerance >= LEAST_TOLERANCE * attainable:
         approach, entered = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
         plan.forward()
         arrays.scale_real(plan.hat[0], operator.inverse)
@@ -189,7 +189,7 @@ def _conjugate_gradients(
         converged = bool(residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any())
         if converged and residual <= stop:
             break
-        if patience.ends(residual) and tolerance < attainable:
+        if patience.exhausted(residual) and tolerance < attainable:
             break
         plan.forward()
         arrays.scale_real(plan.hat[0], operator.real)

@@ -15,7 +15,7 @@ class Patience:
         self._steps, self._part = steps, part
         self._best, self._since_best = math.inf, 0
 
-    def ends(self, residual: float) -> bool:
+    def exhausted(self, residual: float) -> bool:
         """Whether the iteration is to end with a step that leaves `residual`."""
         if residual < self._part * self._best:
             self._best, self._since_best = residual, 0

@@ -19,7 +19,7 @@ import numpy as np
 from rcstudy.mechanics.scene import Layer, Material
 
 _SMOOTH = 0.7
-_SHORT = 1.3  # factor on the force found: even cells no longer than the skin's thickness lose some of it
+_LOSS = 1.3  # factor on the force found: even cells no longer than the skin's thickness lose some of it
 _MOST = 8.0  # largest length of a cell over the skin's thickness that is allowed for
 
 
@@ -40,7 +40,7 @@ def missing_at_rim(p: np.ndarray, layers: Sequence[Layer], substrate: Material, 
     most = float(p.max())
     smooth = _SMOOTH * float(p[second].max())
     beyond = float(p[rim].max()) - smooth
-    spread = _SHORT * min(side / thickness, _MOST)
+    spread = _LOSS * min(side / thickness, _MOST)
     return max((smooth + beyond * spread) / most - 1.0, 0.0)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rcstudy.mechanics.aligned_coupled import KEPT
+from rcstudy.mechanics.aligned_coupled import LARGEST_ERROR
 from rcstudy.mechanics.centring import slip_at_centres
 from rcstudy.mechanics.contact import NormalContact
 from rcstudy.mechanics.convolution import convolve, padded_around, symbols
@@ -19,9 +19,9 @@ from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
 
-# Limits of numbers that depend on a tolerance: _ROOM times that, but at least _FLOOR. Tolerances bound mean errors; the
-# proof takes the worst cell, hence the large factor.
-_ROOM = 100.0
+# Limits of numbers that depend on a tolerance: _FACTOR times that, but at least _FLOOR. Tolerances bound mean errors;
+# the proof takes the worst cell, hence the large factor.
+_FACTOR = 100.0
 _FLOOR = 1e-9
 
 
@@ -71,7 +71,7 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
     return (
         result
         if contact.neighbours is None
-        else slip_at_centres(result, rolling.slip, contact.neighbours, rolling.centring)
+        else slip_at_centres(result, rolling.slip, contact.neighbours, rolling.frozen_correction)
     )
 
 
@@ -101,12 +101,12 @@ def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution
 
 def failures(proof: dict[str, float], scene: Scene) -> list[str]:
     """One sentence for each number of `proof` beyond its limit; empty if the proof holds. NaN never passes."""
-    normal = max(_ROOM * scene.tolerance.normal, _FLOOR)
-    tangential = max(_ROOM * scene.tolerance.tangential, _FLOOR)
+    normal = max(_FACTOR * scene.tolerance.normal, _FLOOR)
+    tangential = max(_FACTOR * scene.tolerance.tangential, _FLOOR)
     if scene.is_coupled:
         normal = max(normal, tangential)
         if scene.discretisation == "aligned":
-            normal = max(normal, 2.0 * KEPT)
+            normal = max(normal, 2.0 * LARGEST_ERROR)
     limits = {
         "proof_tension": 0.0,
         "proof_load": _FLOOR,

@@ -112,7 +112,7 @@ class RimSolver:
             self.residual = float(arrays.norm2(z) / arrays.norm2(self.p))
             if step == 0:
                 first = min(max(self.residual, self.change), 1.0)
-            if self.residual <= tolerance or patience.ends(self.residual):
+            if self.residual <= tolerance or patience.exhausted(self.residual):
                 break
             if self.residual <= _FORCING * first and self._matters(*self._misplaced(inside), tolerance):
                 break

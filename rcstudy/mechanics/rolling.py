@@ -65,10 +65,10 @@ class RollingSolution:
 
     `residual`: see `solve_tractions`; `products`: operator and preconditioner products on the mesh itself;
     `s_ahead` [m, 2]: slips half a cell ahead of the cells' centres, where differences of displacements belong (`s` has
-    those of slip cells at the centres, see `centring.py`; without centring both are the same); `centring` [m, 2]: the
-    correction of slip to the centres if it was frozen, and `unsettled`: the error of the tractions due to that, over
-    the sum of the bounds; `coarser`: the solution with cells of twice the size that this one started from, and
-    `interpolated` [m, 2] (MPa): the tractions interpolated from it.
+    those of slip cells at the centres, see `centring.py`; without centring both are the same); `frozen_correction`
+    [m, 2]: the correction of slip to the centres if it was frozen, and `unsettled`: the error of the tractions due to
+    that, over the sum of the bounds; `coarser`: the solution with cells of twice the size that this one started from,
+    and `interpolated` [m, 2] (MPa): the tractions interpolated from it.
     """
 
     q: np.ndarray
@@ -80,7 +80,7 @@ class RollingSolution:
     converged: bool
     s_ahead: np.ndarray
     coarser: RollingSolution | None = None
-    centring: np.ndarray | None = None
+    frozen_correction: np.ndarray | None = None
     unsettled: float = 0.0
     interpolated: np.ndarray | None = None
 
@@ -144,23 +144,23 @@ class NewtonSystem:
         self.lawful = w
 
     @property
-    def kept(self) -> np.ndarray | None:
+    def frozen_correction(self) -> np.ndarray | None:
         """The frozen correction of slip [m, 2]; None while `centring` finds it from the slip, or without centring."""
-        return None if self.centring is None else self.centring.kept
+        return None if self.centring is None else self.centring.frozen
 
     @property
-    def _looking(self) -> Centring | None:
+    def _active_centring(self) -> Centring | None:
         """The `centring` while it finds its correction from the slip; None once that is frozen, or without centring."""
-        return self.centring if self.kept is None else None
+        return self.centring if self.frozen_correction is None else None
 
     def classify(self, q: np.ndarray, s: np.ndarray) -> float:
         """Relative residual (`solve_tractions`) of tractions and slips [m, 2]; sets stick and slip from q - rho s."""
-        looking = self._looking
-        self.lawful = s if self.kept is None else s + self.kept
+        centring = self._active_centring
+        self.lawful = s if self.frozen_correction is None else s + self.frozen_correction
         of_law = self.bound, self.rho, self.slip, self.normal, self.share
         self._slipping, miss, square = tractions.classify(q, self.lawful, *of_law)
-        if looking is not None:
-            self.lawful = looking.look(s, self.slip)
+        if centring is not None:
+            self.lawful = centring.update(s, self.slip)
             miss = tractions.update_directions(q, self.lawful, *of_law)
         operator = self.operator
         coupling = operator.diagonal * operator.spacing[0] / operator.own_displacement
@@ -168,15 +168,15 @@ class NewtonSystem:
         over = (1.0 / largest - 1.0) / SHIFT if largest > 0.0 else 1.0
         self._power = round(math.log(min(max(over, 1.0), _LARGEST), 4.0))
         residual = _relative(math.sqrt(miss), min(math.sqrt(square), self._scale))
-        if looking is not None:
-            looking.judge(s, self.lawful, residual)
+        if centring is not None:
+            centring.freeze_if_stalled(s, self.lawful, residual)
         return residual
 
     def unsettled(self, q: np.ndarray, s: np.ndarray) -> float:
         """Error of tractions `q` by Coulomb's law with the centring computed from slips `s`, over the sum of bounds."""
         if self.centring is None:
             return 0.0
-        rest = q - self.rho * self.centring.look(s, self.slip)
+        rest = q - self.rho * self.centring.update(s, self.slip)
         direction = rest / np.maximum(np.hypot(*rest.T), 1e-300)[:, None]
         lawful = on_bound(rest, self.slip, direction, self.bound)
         return float(np.hypot(*(q - lawful).T).sum() / self.bound.sum())
@@ -193,12 +193,12 @@ class NewtonSystem:
         """Product of the system's matrix with a vector of unknowns `v` [2 m], then slips by `v`, into `out` [4 m]."""
         rows, slips = out[: v.size], out[v.size :]
         self._multiply(v, self.slip)
-        looking = self._looking
+        centring = self._active_centring
         of_rows = self.operator.plan.flat, v, self.places, self.operator.ahead, *self.rows
-        if looking is None:
+        if centring is None:
             tractions.gather_slip(*of_rows, slips, rows)
         else:
-            tractions.gather_centred_slip(*of_rows, looking.weight, slips, rows)
+            tractions.gather_centred_slip(*of_rows, centring.weight, slips, rows)
 
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
         """Displacements by unknowns `v` [2 m], those of slip cells being flagged in `slip` [m], into `plan.real`."""
@@ -226,14 +226,14 @@ class NewtonSystem:
             self._on_torus(inverse)
         else:
             plan.field[:] = 0.0
-        tractions.keep_known(plan.result, v, places, slip, normal, self.unit, out, plan.field)
+        tractions.store_known(plan.result, v, places, slip, normal, self.unit, out, plan.field)
         if self._slipping > 0:
             self._on_torus(operator.torus_symbol)
-            looking, of_rows = self._looking, (plan.result, v, places, slip, normal, self._root)
-            if looking is None:
+            centring, of_rows = self._active_centring, (plan.result, v, places, slip, normal, self._root)
+            if centring is None:
                 tractions.slip_residual(*of_rows, plan.field)
             else:
-                tractions.centred_slip_residual(*of_rows, looking.neighbours, looking.weight, self._work, plan.field)
+                tractions.centred_slip_residual(*of_rows, centring.neighbours, centring.weight, self._work, plan.field)
             self._on_torus(operator.torus_shifted(power))
             tractions.gather_slip_traction(plan.result, places, slip, normal, self._root, out)
 
@@ -306,7 +306,7 @@ def solve_tractions(
         products=system.products,
         converged=residual <= tolerance,
         s_ahead=state.s,
-        centring=system.kept,
+        frozen_correction=system.frozen_correction,
         unsettled=unsettled,
     )
 
@@ -318,7 +318,7 @@ def _look_again(state: _Tractions) -> tuple[int, float]:
     correction; 0 if that is not frozen any more or there is no solution.
     """
     steps, before = 0, np.inf
-    while state.system.kept is not None and state.solved:
+    while state.system.frozen_correction is not None and state.solved:
         unsettled = state.system.unsettled(state.q, state.s)
         if not _SETTLED < unsettled < 0.5 * before:
             return steps, unsettled
@@ -346,7 +346,7 @@ class _Tractions:
     def look_again(self) -> None:
         """Classify the cells again at the present tractions, with the centring computed from the slip, not frozen."""
         if self.system.centring is not None:
-            self.system.centring.begin()
+            self.system.centring.restart()
         self._take(self.q, self.s)
 
     def step(self, forcing: float) -> None:

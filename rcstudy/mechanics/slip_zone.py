@@ -15,7 +15,7 @@ import numpy as np
 from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import rows, smooth, stick
-from rcstudy.mechanics.moved_rows import HALFWAY, MovedRows
+from rcstudy.mechanics.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.trailing import NARROW, hidden_widths
 
@@ -41,7 +41,7 @@ class SlipZones:
         room, speed = np.zeros((2, slip.size))
         of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
         largest, backwards = stick.rooms_and_speeds(*of_cells, room, speed)
-        ends = outline.ends_from_afar
+        ends = outline.far_field_ends
         widths = hidden_widths(cells, ends, rolling.q, slip, friction)
         ny = cells.count.size
         length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
@@ -67,7 +67,7 @@ class SlipZones:
     def _top(self) -> np.ndarray:
         """Numbers of the cells closest to the largest pressure: two if it lies halfway between two rows."""
         cells, (_, x, y) = self._cells, self._outline.summit
-        nearest = sorted({round(y - HALFWAY), round(y + HALFWAY)})
+        nearest = sorted({round(y - TIE), round(y + TIE)})
         j = np.array([row for row in nearest if cells.count[row] > 0], dtype=np.int64)
         k = np.clip(np.rint(cells.start[j] - x).astype(np.int64), 0, cells.count[j] - 1)
         numbers: np.ndarray = cells.index[k, j]

@@ -63,9 +63,9 @@ class Unseen(NamedTuple):
 
     Corrections: force_x, force_y (N), moment_z (N mm): excess of the sums of tractions, with signs; work (N): of the
     excess tractions against the slip by pressure; missing (mm^2): by how much the slip area is too small. Uncertain
-    amounts, still to be multiplied by constants of `estimate.py`: force (N): excess tractions of all rows, by
-    magnitude; area (mm^2): that slips unseen or is wrongly counted as slipping; power (N): of `force` on the slip by
-    pressure.
+    amounts, still to be multiplied by constants of `estimate.py`: doubtful_force (N): excess tractions of all rows, by
+    magnitude; doubtful_area (mm^2): that slips unseen or is wrongly counted as slipping; doubtful_power (N): of
+    doubtful_force on the slip by pressure.
     """
 
     force_x: float = 0.0
@@ -73,9 +73,9 @@ class Unseen(NamedTuple):
     moment_z: float = 0.0
     work: float = 0.0
     missing: float = 0.0
-    force: float = 0.0
-    area: float = 0.0
-    power: float = 0.0
+    doubtful_force: float = 0.0
+    doubtful_area: float = 0.0
+    doubtful_power: float = 0.0
 
 
 def unseen_slip(
@@ -102,7 +102,9 @@ def unseen_slip(
         return Unseen()
     sums = np.zeros(7)
     ratio = influence.along_over_across
-    leading_slip.unseen_rows(*rows, *centres, q, slip, pressure, by_pressure, friction, k, ratio, dx, theta, sums)
+    leading_slip.hidden_leading_slip(
+        *rows, *centres, q, slip, pressure, by_pressure, friction, k, ratio, dx, theta, sums
+    )
     force_x, force_y, moment, work, force, area, missing = (float(value) * dx * dy for value in sums)
     if abs(missing) < _NOTHING * dx * dy:
         missing = 0.0

@@ -35,7 +35,7 @@ def _differs_along(grid: GridView, text: Callable[[CaseView], str]) -> list[str]
     return [axis for axis in grid.axes if len({text(case) for case in grid.along(axis)}) > 1]
 
 
-def _told(grid: GridView, text: Callable[[CaseView], str]) -> str:
+def _shared_text(grid: GridView, text: Callable[[CaseView], str]) -> str:
     """The `text` that all cases share, or, if it depends on one axis of labels, that of each label; else empty."""
     axes = _differs_along(grid, text)
     if not axes:
@@ -51,7 +51,7 @@ def _told(grid: GridView, text: Callable[[CaseView], str]) -> str:
 def _creepages(grid: GridView) -> str:
     if "longitudinal" not in grid:
         return ""
-    text = _told(grid, lambda case: creepage_text(case, math=True, units=True))
+    text = _shared_text(grid, lambda case: creepage_text(case, math=True, units=True))
     if not text:  # the components that all cases share
         shared = [
             np.nan if _differs_along(grid, lambda case, k=k: str(case.creepage[k])) else grid.first.creepage[k]  # type: ignore[misc]
@@ -69,7 +69,7 @@ def _layers(grid: GridView) -> str:
             text = words(case, math=True)
             return _with_thickness(case, text) if thick else text
 
-        if text := _told(grid, layers):
+        if text := _shared_text(grid, layers):
             return text if text == "no layer" else f"layers: {text}"
     texts = []
     if not _differs_along(grid, _count):
@@ -90,7 +90,7 @@ def _numbers(grid: GridView) -> list[str]:
         def text(case: CaseView, name: str = name, unit: str = unit) -> str:
             return number_text(case.stored(name)) + unit
 
-        if name in grid and _differs_along(grid, text) and (words := _told(grid, text)):
+        if name in grid and _differs_along(grid, text) and (words := _shared_text(grid, text)):
             told.append(f"{symbol} of {words}")
     return told
 

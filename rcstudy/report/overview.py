@@ -62,7 +62,7 @@ def overview_figure(grid: GridView) -> Figure:
     of labels (or of several numbers) is drawn evenly spaced with its labels. Cases that were not solved leave gaps,
     which the caption counts; where none of those shown is solved, panels say so and have no scales.
     """
-    names = [name for name in QUANTITIES if name in grid and not _nil(grid, name)]
+    names = [name for name in QUANTITIES if name in grid and not _vanishes(grid, name)]
     columns = 2 if len(names) == 4 else min(3, len(names))
     rows = -(-len(names) // columns)
     figure, axes = panels(rows, columns, 2.2 * rows + 0.3)
@@ -107,7 +107,7 @@ def _values(cases: Sequence[CaseView], name: str) -> tuple[np.ndarray, np.ndarra
     return values, np.clip([np.fmin(errors, values), np.fmin(errors, 1.0 - values)], 0.0, None)
 
 
-def _nil(grid: GridView, name: str) -> bool:
+def _vanishes(grid: GridView, name: str) -> bool:
     """Whether a force or moment vanishes in every case, up to rounding, as it does by symmetry."""
     if name not in ("force_x", "force_y", "moment_z"):
         return False
@@ -252,7 +252,7 @@ def _remarks(grid: GridView, along: str, across: str, lines: int) -> str:
         remarks.append(f"{failed} of {grid.small('status').size} cases not solved (gaps).")
     if across and lines < grid.dataset.sizes[across]:
         remarks.append(f"{lines} of {grid.dataset.sizes[across]} values of {across}.")
-    nil = [QUANTITIES[name].split(" (")[0] for name in QUANTITIES if name in grid and _nil(grid, name)]
+    nil = [QUANTITIES[name].split(" (")[0] for name in QUANTITIES if name in grid and _vanishes(grid, name)]
     if nil:
         remarks.append(f"Nil in all cases: {', '.join(nil)}.")
     rest = [axis for axis in grid.axes if axis not in (along, across)]

@@ -23,7 +23,7 @@ from rcstudy.report.precision import (
 )
 from rcstudy.report.writers import markdown_lines
 
-_FAR = 10_000
+_MOST_CELLS = 10_000
 """Number of cells along a side beyond which no solve is feasible."""
 
 
@@ -108,7 +108,7 @@ def _needed(s: Setting) -> str:
     """How many cells the target of a setting that was not found would take, in words."""
     if not np.isfinite(s.needed):
         return "none"
-    if s.needed > _FAR:
+    if s.needed > _MOST_CELLS:
         return "far out of reach"
     if s.needed > s.finest:
         return f"about {float(f'{s.needed:.1g}'):.0f} along a side"

@@ -27,7 +27,7 @@ def slip_behind(cells: np.ndarray, by_pressure: np.ndarray, length: float, theta
 
 
 @jit
-def unseen_rows(
+def hidden_leading_slip(
     index: np.ndarray,
     count: np.ndarray,
     ends: np.ndarray,

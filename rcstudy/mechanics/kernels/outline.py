@@ -13,7 +13,7 @@ from rcstudy.mechanics.jit import jit
 def middle_and_width(lines: np.ndarray) -> tuple[int, float, float]:
     """Number of lines that cross an outline, the mean of all crossings, and half the distance of the outermost ones.
 
-    lines [2, n]: see `trusted`. If no line crosses it, the number is 0 and the others have no meaning.
+    lines [2, n]: see `accurate_crossings`. If no line crosses it, the number is 0 and the others have no meaning.
     """
     count, total, least, most = 0, 0.0, math.inf, -math.inf
     for k in range(lines.shape[1]):
@@ -25,7 +25,7 @@ def middle_and_width(lines: np.ndarray) -> tuple[int, float, float]:
 
 
 @jit
-def trusted(
+def accurate_crossings(
     rows: np.ndarray, columns: np.ndarray, dx: float, dy: float, u: np.ndarray, v: np.ndarray
 ) -> tuple[int, float, float, float, float]:
     """Points of an outline: those of its crossings with rows and columns that determine it well.
@@ -63,13 +63,14 @@ def trusted(
 
 @jit
 def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> float:
-    """Area (cells) within an outline that crosses rows and columns, arguments as in `trusted`; 0 if there are too few.
+    """Area (cells) within an outline that crosses rows and columns; 0 if there are too few crossings.
 
+    Arguments as in `accurate_crossings`.
     In coordinates scaled by the outline's half widths it is nearly a circle. Its area there is half the integral of r^2
     over the angle, r^2 being linear between crossings.
     """
     u, v = np.zeros((2, 2 * (rows.shape[1] + columns.shape[1])))
-    n, _, width, _, height = trusted(rows, columns, dx, dy, u, v)
+    n, _, width, _, height = accurate_crossings(rows, columns, dx, dy, u, v)
     if n == 0:
         return 0.0
     total = 0.0

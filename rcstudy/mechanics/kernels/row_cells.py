@@ -143,7 +143,7 @@ def resultant(
     n' and n'' are difference quotients between slip cells of one row. The variance of x under p is dx^2/12, or in the
     first and the last cell of a row, where p goes like a root, 12/175 of the square of the length from the cell's inner
     side to the edge, edges [2, ny] (cells). y [m] (mm): of the cells; index, start [ny]: as in `number_cells` and
-    `rows.row_bounds`.
+    `rows.row_pressures`.
     """
     force_x = force_y = moment = 0.0
     for j in range(index.shape[1]):

@@ -1,7 +1,7 @@
 """Rows of cells that begin at the edge of the contact (`moved_rows.py`): edges, profiles, mean pressures, areas.
 
 Positions along x are in cells: the centre of cell i of the box is at i. `line` and `cells` are half-lines, that is (b1,
-b2, total, shift, concentrated) of `half_line.HalfLine`.
+b2, total, shift, excess) of `half_line.HalfLine`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def to_edge(v0: float, slope: float, bend: float) -> float:
 
 
 @jit
-def rise_and_bends(three: tuple[float, float, float], line: tuple[float, ...]) -> tuple[float, float, float]:
+def edge_coefficients(three: tuple[float, float, float], line: tuple[float, ...]) -> tuple[float, float, float]:
     """Coefficients rise, gamma, delta (MPa) of the equation for a row's edge, from its outer three pressures (MPa).
 
     The equation is delta/6 e^3 - gamma/2 e^2 + rise e = p0 (`half_line.py`); three: the outermost pressure first; line:
@@ -47,11 +47,11 @@ def rise_and_bends(three: tuple[float, float, float], line: tuple[float, ...]) -
 def beyond_centre(three: tuple[float, float, float], line: tuple[float, ...]) -> float:
     """Distance (cells) of a row's edge beyond its outermost cell's centre, from its outer three pressures (MPa).
 
-    Arguments as in `rise_and_bends`. The solution e of the equation there is the distance of the edge from where it
+    Arguments as in `edge_coefficients`. The solution e of the equation there is the distance of the edge from where it
     lies when the outermost cell just comes into contact. Before the term with delta is added it is limited to one cell:
     beyond that the next cell would be in contact.
     """
-    rise, gamma, delta = rise_and_bends(three, line)
+    rise, gamma, delta = edge_coefficients(three, line)
     e = to_edge(three[0], -rise, 0.5 * gamma)
     if delta < 0.0:
         e -= delta / 6.0 * e**3 / (rise - gamma * e)
@@ -59,16 +59,16 @@ def beyond_centre(three: tuple[float, float, float], line: tuple[float, ...]) ->
 
 
 @jit
-def pressed_second(
+def pressure_at_second_centre(
     three: tuple[float, float, float], beyond: float, line: tuple[float, ...], cells: tuple[float, ...]
 ) -> float:
     """Continuous pressure (MPa) at the centre of a row's second cell, which is less than the pressure of that cell.
 
-    three, line: as in `rise_and_bends`; beyond: distance of the edge beyond the outermost centre (cells); cells: the
+    three, line: as in `edge_coefficients`; beyond: distance of the edge beyond the outermost centre (cells); cells: the
     half-line of a half-space. The half-space's part of the filter B+ enters by its sum, `total`; the layers' part by
     its first coefficient, the difference of the two b1.
     """
-    rise, gamma, delta = rise_and_bends(three, line)
+    rise, gamma, delta = edge_coefficients(three, line)
     e = beyond - line[3]
     root = rise - gamma * e + 0.5 * delta * e * e
     bend = gamma - delta * e
@@ -151,8 +151,8 @@ def row_profile(
     ends [2]: first and last cell in contact; edges [2]: where the contact ends; line: the half-line by which the edges
     were found; cells: that of a half-space. Knots are the edges, the centres, and the points halfway between these, at
     which p^2 is such that two straight lines enclose the same area as a parabola. p^2 of the outermost two cells is
-    replaced: at the second centre it follows from `pressed_second`, at the outermost one from the parabola through the
-    edge and the next two centres. Both stay where this parabola does not rise from the edge. In rows of fewer than six
+    replaced: at the second centre by `pressure_at_second_centre`, at the outermost one by the parabola through the edge
+    and the next two centres. Both stay where this parabola does not rise from the edge. In rows of fewer than six
     cells p^2 is linear between edges and centres.
     """
     low, high = ends[0], ends[1]
@@ -167,7 +167,7 @@ def row_profile(
             outer = 0 if side == 0 else v.size - 1
             t = (ends[side] - edges[side]) * inward  # distance of the outermost centre inside the edge
             three = p[ends[side]], p[ends[side] + inward], p[ends[side] + 2 * inward]
-            second = pressed_second(three, t, line, cells) ** 2
+            second = pressure_at_second_centre(three, t, line, cells) ** 2
             near, far = second / (t + 1.0), v[outer + 2 * inward] / (t + 2.0)
             slope = near - (far - near) * (t + 1.0)
             if slope > 0.0:
@@ -229,7 +229,7 @@ def piece_moment(v0: float, v1: float, length: float) -> float:
 
 
 @jit
-def row_bounds(
+def row_pressures(
     force: np.ndarray,
     all_knots: np.ndarray,
     all_squares: np.ndarray,
@@ -280,7 +280,7 @@ def row_bounds(
 
 
 @jit
-def carry_on(
+def update_row_pressures(
     p: np.ndarray,
     p_before: np.ndarray,
     force: np.ndarray,
@@ -381,7 +381,7 @@ def top_of_parabola(y: np.ndarray, value: np.ndarray) -> float:
 
 
 @jit
-def bulging(v0: float, v1: float, length: float, bend: float) -> float:
+def piece_of_parabola(v0: float, v1: float, length: float, bend: float) -> float:
     """Integral as in `piece` of a v with the second derivative `bend`.
 
     The parabola is replaced by two straight lines that enclose the same area.
@@ -436,7 +436,7 @@ def area_under(length: np.ndarray, tips: np.ndarray) -> float:
                 if square[k - 1] > 0.0 and square[k + 1] > 0.0:
                     bend += square[k - 1] - 2.0 * square[k] + square[k + 1]
                     known += 1
-            total += bulging(here, square[j + 1], 1.0, bend / max(known, 1))
+            total += piece_of_parabola(here, square[j + 1], 1.0, bend / max(known, 1))
         for side in range(2):
             outward = -1 if side == 0 else 1
             if square[j + outward] > 0.0:
@@ -448,5 +448,5 @@ def area_under(length: np.ndarray, tips: np.ndarray) -> float:
                 reach = to_edge(here, here - v1 + 0.5 * bend, 0.5 * bend)
             if not math.isnan(tips[side]):
                 reach = max((tips[side] - (j - 2)) * outward, 0.0)
-            total += bulging(here, 0.0, reach, bend)
+            total += piece_of_parabola(here, 0.0, reach, bend)
     return total

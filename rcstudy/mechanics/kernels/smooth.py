@@ -52,7 +52,7 @@ def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
 
 
 @jit
-def tip(terms: np.ndarray, side: float) -> float:
+def tip_position(terms: np.ndarray, side: float) -> float:
     """Coordinate v of the tip of an outline, see `off_outline`, on the side (1 or -1) along v."""
     wave = np.zeros(terms.size)
     at, height = 0.5 * math.pi * side, np.zeros(3)
@@ -69,7 +69,7 @@ def tip(terms: np.ndarray, side: float) -> float:
 
 
 @jit
-def across(terms: np.ndarray, v: float, side: float) -> float:
+def crossing(terms: np.ndarray, v: float, side: float) -> float:
     """Coordinate u where an outline, see `off_outline`, crosses the line of this v, on the side (1 or -1) along u."""
     wave = np.zeros(terms.size)
     u = side * math.sqrt(max(terms[0] - v * v, 0.0))
@@ -123,13 +123,13 @@ def smooth_ends(
     slopes: of the first end, in cells per row, as of an ellipse of these half axes. Both are nan in rows it does not
     reach.
     """
-    low, high = y0 + height * tip(terms, -1.0), y0 + height * tip(terms, 1.0)
+    low, high = y0 + height * tip_position(terms, -1.0), y0 + height * tip_position(terms, 1.0)
     for j in range(slopes.size):
         ends[0, j] = ends[1, j] = slopes[j] = math.nan
         if low < j < high:
             v = (j - y0) / height
-            back = across(terms, v, -1.0)
-            ends[0, j], ends[1, j] = x0 + width * back, x0 + width * across(terms, v, 1.0)
+            back = crossing(terms, v, -1.0)
+            ends[0, j], ends[1, j] = x0 + width * back, x0 + width * crossing(terms, v, 1.0)
             # at least a quarter of a cell from the middle, as a guard: near a tip the end may lie at the middle or
             # beyond it, where the slope would be infinite
             slopes[j] = width / height * v / max(-back, 0.25 / width)

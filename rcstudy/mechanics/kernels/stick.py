@@ -123,7 +123,7 @@ def stick_rows(
 
     room [m] (MPa): of the cells; speed [m]: slip against the traction, half a cell ahead of them; slip [m]: flags of
     slip cells; index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], edges
-    [2, ny]: as in `rows.row_bounds` and `rows.row_edges`; widths [ny]: of slip zones behind the row's last cell that
+    [2, ny]: as in `rows.row_pressures` and `rows.row_edges`; widths [ny]: of slip zones behind the row's last cell that
     are hidden within a cell (`trailing.py`), used where less than narrow, nan in rows without; b1, shift: of the
     half-line of tractions (`half_line.py`). borders [>= 2 m, 2]: x and j of each; last [ny]: number of the border
     behind the row's last stick cells, -1 if there is none.

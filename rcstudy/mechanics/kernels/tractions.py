@@ -369,7 +369,7 @@ def integrate_rows(
 
 
 @jit
-def keep_known(
+def store_known(
     field: np.ndarray,
     v: np.ndarray,
     places: np.ndarray,
