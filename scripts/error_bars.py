@@ -117,10 +117,7 @@ def alike_scene(rng: np.random.Generator, discretisation: str) -> Scene:
         discretisation=discretisation,  # type: ignore[arg-type]
         tolerance=Tolerance(1e-6, 1e-6),
     )
-    direction = rng.normal(size=3)
-    if rng.random() < 0.4:
-        direction = np.eye(3)[rng.integers(3)]
-    return _in_a_window(_creeping(scene, direction / np.linalg.norm(direction), 10.0 ** rng.uniform(-1.5, 0.3)), rng)
+    return _in_a_window(_creeping(scene, _direction(rng, 0.4), 10.0 ** rng.uniform(-1.5, 0.3)), rng)
 
 
 def engineering_scene(rng: np.random.Generator, discretisation: str) -> Scene:
@@ -135,10 +132,7 @@ def engineering_scene(rng: np.random.Generator, discretisation: str) -> Scene:
         "tolerance": {"normal": 1e-6, "tangential": 1e-6},
     }
     scene = scene_from_mapping(mapping)
-    direction = rng.normal(size=3)
-    if rng.random() < 0.3:
-        direction = np.eye(3)[rng.integers(3)]
-    return _creeping(scene, direction / np.linalg.norm(direction), 10.0 ** rng.uniform(-1.0, 0.5))
+    return _creeping(scene, _direction(rng, 0.3), 10.0 ** rng.uniform(-1.0, 0.5))
 
 
 def _coated(rng: np.random.Generator) -> dict[str, Any]:
@@ -197,10 +191,7 @@ def film_scene(rng: np.random.Generator, discretisation: str) -> Scene:
         discretisation=discretisation,  # type: ignore[arg-type]
         tolerance=Tolerance(1e-6, 1e-6),
     )
-    direction = rng.normal(size=3)
-    if rng.random() < 0.4:
-        direction = np.eye(3)[rng.integers(3)]
-    scene = _creeping(scene, direction / np.linalg.norm(direction), 10.0 ** rng.uniform(-1.5, 0.5))
+    scene = _creeping(scene, _direction(rng, 0.4), 10.0 ** rng.uniform(-1.5, 0.5))
     return replace(scene, mesh=Mesh(fitted_size(scene, 1.3, (cells, cells)), (cells, cells)))
 
 
@@ -248,6 +239,15 @@ def sliding_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     # half of them where a stick zone narrower than a cell may be
     times = rng.uniform(0.96, 1.15) if rng.random() < 0.5 else rng.uniform(0.8, 1.5)
     return _creeping(scene, direction, high * times)
+
+
+def _direction(rng: np.random.Generator, single: float) -> np.ndarray:
+    """Random unit vector of longitudinal, lateral and spin creepage; with probability `single` only one of them."""
+    direction = rng.normal(size=3)
+    if rng.random() < single:
+        direction = np.eye(3)[rng.integers(3)]
+    unit: np.ndarray = direction / np.linalg.norm(direction)
+    return unit
 
 
 def _creeping(scene: Scene, direction: np.ndarray, times: float) -> Scene:

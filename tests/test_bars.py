@@ -24,7 +24,11 @@ from rcstudy.study import scene_from_mapping
 CELL = (np.pi / 314) ** 0.5  # over the radius
 HIDDEN = [
     (
-        Hidden(slip=Unseen(force_x=-2.0, force_y=1.0, doubtful_force=3.0, moment_z=-0.5, doubtful_area=0.02, doubtful_power=0.001)),
+        Hidden(
+            slip=Unseen(
+                force_x=-2.0, force_y=1.0, doubtful_force=3.0, moment_z=-0.5, doubtful_area=0.02, doubtful_power=0.001
+            )
+        ),
         {
             "force_x": 0.9 * 2.0,
             "force_y": 0.9 * 1.0,
@@ -312,7 +316,9 @@ def test_estimate_of_the_slip_area_where_some_is_hidden() -> None:
         MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
     ] * 2
     plain, hiding, made_up = (
-        error_estimates(scene, 314, levels, Hidden(slip=Unseen(doubtful_force=force, doubtful_area=0.02, missing=missing)))
+        error_estimates(
+            scene, 314, levels, Hidden(slip=Unseen(doubtful_force=force, doubtful_area=0.02, missing=missing))
+        )
         for force, missing in ((0.0, 0.0), (1.0, 0.0), (1.0, 0.01))
     )
     assert hiding["slip_area_error"] == plain["slip_area_error"] == plain["contact_area_error"]

@@ -37,6 +37,11 @@ def test_waves() -> None:
     assert out[0] == 1.0
 
 
+def test_squared_radius() -> None:
+    for angle in (-2.0, 0.0, 0.7):
+        assert smooth.squared_radius(egg(3), angle) == pytest.approx(naive_rows.radius(egg(3), angle) ** 2, rel=1e-14)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_an_outline_of_waves_is_found(seed: int) -> None:
     """To rounding, where it has no others; by least squares of r^2 where it is noisy."""

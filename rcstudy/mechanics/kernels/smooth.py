@@ -40,42 +40,43 @@ def normal_equations(u: np.ndarray, v: np.ndarray, matrix: np.ndarray, right: np
 
 
 @jit
-def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
-    """Root mean square radial distance of points u, v [n] from an outline, of which r^2 is `waves` times terms."""
+def squared_radius(terms: np.ndarray, angle: float) -> float:
+    """r^2 of an outline at this angle: the sum of `waves` times terms [n]."""
     wave = np.zeros(terms.size)
+    waves(angle, wave)
+    return float(np.sum(terms * wave))
+
+
+@jit
+def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
+    """Root mean square radial distance of points u, v [n] from an outline, see `squared_radius`."""
     off = 0.0
     for k in range(u.size):
-        waves(math.atan2(v[k], u[k]), wave)
         square = u[k] * u[k] + v[k] * v[k]
-        off += (np.sum(terms * wave) - square) ** 2 / (4.0 * square)
+        off += (squared_radius(terms, math.atan2(v[k], u[k])) - square) ** 2 / (4.0 * square)
     return math.sqrt(off / u.size)
 
 
 @jit
 def tip_position(terms: np.ndarray, side: float) -> float:
-    """Coordinate v of the tip of an outline, see `off_outline`, on the side (1 or -1) along v."""
-    wave = np.zeros(terms.size)
+    """Coordinate v of the tip of an outline, see `squared_radius`, on the side (1 or -1) along v."""
     at, height = 0.5 * math.pi * side, np.zeros(3)
     for step in (0.1, 0.01):
         for k in range(3):
             angle = at + (k - 1) * step
-            waves(angle, wave)
-            height[k] = math.sqrt(max(np.sum(terms * wave), 0.0)) * math.sin(angle) * side
+            height[k] = math.sqrt(max(squared_radius(terms, angle), 0.0)) * math.sin(angle) * side
         bend = 2.0 * height[1] - height[0] - height[2]
         if bend > 0.0:
             at += min(max(0.5 * (height[2] - height[0]) / bend, -1.0), 1.0) * step
-    waves(at, wave)
-    return math.sqrt(max(np.sum(terms * wave), 0.0)) * math.sin(at)
+    return math.sqrt(max(squared_radius(terms, at), 0.0)) * math.sin(at)
 
 
 @jit
 def crossing(terms: np.ndarray, v: float, side: float) -> float:
-    """Coordinate u where an outline, see `off_outline`, crosses the line of this v, on the side (1 or -1) along u."""
-    wave = np.zeros(terms.size)
+    """Coordinate u where an outline, see `squared_radius`, crosses the line of this v, on the side (1, -1) along u."""
     u = side * math.sqrt(max(terms[0] - v * v, 0.0))
     for _ in range(6):  # converges fast, as r^2 hardly depends on the angle
-        waves(math.atan2(v, u), wave)
-        u = side * math.sqrt(max(np.sum(terms * wave) - v * v, 0.0))
+        u = side * math.sqrt(max(squared_radius(terms, math.atan2(v, u)) - v * v, 0.0))
     return u
 
 
