@@ -109,7 +109,7 @@ _UNSEEN = 0.3
 # forces have a bar of `_IN_STRIP` N^(-3/2) of their scale. Set on 650 contacts near full slip, on 16 to 64 cells;
 # checked on others (`scripts/error_bars.py`).
 _STRIP = 0.25
-_BEYOND, _BEYOND_ALIKE = 2.5, 1.0
+_BEYOND, _BEYOND_ALIKE = 2.8, 1.0
 _IN_STRIP = 0.05
 
 

@@ -120,6 +120,30 @@ def alike_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     return _in_a_window(_creeping(scene, _direction(rng, 0.4), 10.0 ** rng.uniform(-1.5, 0.3)), rng)
 
 
+def unlike_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """Steel, in half of the cases with a layer, under a rigid or an elastic ball and with little friction.
+
+    Slip by pressure then causes wide slip zones at the leading edge, with slip that turns from there on.
+    """
+    layers: tuple[Layer, ...] = ()
+    if rng.random() < 0.5:
+        layers = (Layer(STEEL.E * _power(rng, -0.7, 0.7), 0.3, _power(rng, -2.0, -0.5)),)
+    counterbody = None if rng.random() < 0.5 else Material(STEEL.E * _power(rng, -2.0, 0.3), rng.uniform(0.2, 0.45))
+    scene = Scene(
+        STEEL,
+        (50.0, 50.0),
+        100.0,
+        Mesh((1.0, 1.0), (24, 24)),
+        layers,
+        counterbody,
+        _power(rng, -1.3, -0.5),
+        Creepage(),
+        discretisation=discretisation,  # type: ignore[arg-type]
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
+    return _in_a_window(_creeping(scene, _direction(rng, 0.3), 10.0 ** rng.uniform(-1.0, 0.4)), rng)
+
+
 def engineering_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     """A coated body under a ball, or a wheel on a rail, window by `auto`; 0.1 to 3 times the creepage of full slip."""
     mapping = _coated(rng) if rng.random() < 0.5 else _rail(rng)
@@ -320,6 +344,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "alike": alike_scene,
     "engineering": engineering_scene,
     "films": film_scene,
+    "unlike": unlike_scene,
     "few": few_scene,
     "sticking": sticking_scene,
     "sliding": sliding_scene,

@@ -170,14 +170,20 @@ def bounds(
     lines: tuple[tuple[float, ...], tuple[float, ...]],
     start: float,
     count: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Pressures [count] of cells at start - k that carry what a row p [nx] carries, and where, by quadrature."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pressures [count] of cells at start - k that carry what a row p [nx] carries, and where, by quadrature.
+
+    And the means of the pressure weighted with itself.
+    """
     x, v = profile(p, *ends, *lines)
     between = [ends[1], *(start - k - 0.5 for k in range(count - 1)), ends[0]]
     parts, moments = (
         [integral_of_root(x, v, between[k + 1], between[k], power) for k in range(count)] for power in (0, 1)
     )
-    return np.array(parts) * p.sum() / sum(parts), np.array(moments) / np.array(parts)
+    fine = [np.linspace(between[k + 1], between[k], 20001) for k in range(count)]
+    squares = [np.trapezoid(np.interp(at, x, v, left=0.0, right=0.0), at) for at in fine]
+    scale = p.sum() / sum(parts)
+    return np.array(parts) * scale, np.array(moments) / np.array(parts), scale * np.array(squares) / np.array(parts)
 
 
 # --- between cells ---

@@ -482,7 +482,7 @@ def test_what_is_added_to_the_slip_is_kept_once_looking_gets_nowhere():
         np.testing.assert_allclose(centring.frozen, centred - s, atol=1e-15)
         other = rng.normal(size=(3, 2))
         np.testing.assert_allclose(
-            slip_at_centres(other, slip, neighbours, centring.frozen), other + centring.frozen, atol=1e-15
+            slip_at_centres(other, slip, neighbours, frozen=centring.frozen), other + centring.frozen, atol=1e-15
         )
         centring.restart()
 

@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from rcstudy.mechanics import leading_zone
 from rcstudy.mechanics.kernels import leading_slip, trailing_stick
 
-THETA = 0.748
+THETA, REACH = 0.748, 0.7
+ZONES = leading_zone.numbers(4, THETA, 0.0264)
 
 
 def numbered(counts: np.ndarray) -> tuple[np.ndarray, int]:
@@ -26,6 +28,24 @@ def mean_slip(cells: np.ndarray, by_pressure: np.ndarray, length: float) -> np.n
     """As `leading_slip.slip_behind`."""
     weights = np.sqrt(np.maximum(length / (np.arange(cells.size) + THETA) - 1.0, 0.0))
     return weights @ by_pressure[cells] / weights.sum() if weights.any() else np.zeros(2)
+
+
+def unseen_width(v: float, growth: float, slips: int) -> float:
+    """As `leading_slip.unseen_width`."""
+    c = ZONES[slips]
+    w0 = math.exp(min(((v * c[6] - c[2]) / growth - c[0]) / c[1], 50.0))
+    most = 1.15 * THETA if slips == 0 else 1.85 * (slips + THETA)
+    least = (0.0, 0.8 * THETA)[slips] if slips < 2 else 1.35 * (slips - 1 + THETA)
+    w0 = np.clip(w0, least, most)
+    return 2.0 * (4.0 * np.exp(-2.0) * w0 - 2.0 * (c[3] + math.log(w0) * c[4] + c[5] / growth))
+
+
+@pytest.mark.parametrize("slips", [0, 1, 2, 3])
+def test_unseen_width(slips: int) -> None:
+    for v in (0.1, 0.6, 0.9, 0.99):
+        for growth in (0.12, 0.4, 1.3):
+            found = leading_slip.unseen_width(v, growth, slips, THETA, ZONES[slips])
+            assert found == pytest.approx(unseen_width(v, growth, slips), rel=1e-12, abs=1e-14)
 
 
 def sums_over_rows(
@@ -59,10 +79,14 @@ def sums_over_rows(
         resistance = np.outer(normal, normal) + along_over_across * np.outer(tangent, tangent)
         width = (slips + THETA) * np.exp(-t)
         past = min((slips - 1 + THETA) / width, 1.0) if slips else 0.0
-        hidden = (width, THETA * past**8)[slips] if slips < 2 else 0.0
+        growth = k * (d @ normal)
+        if growth < 0.1:
+            hidden = 0.0 if slips else width
+        else:
+            hidden = unseen_width(v @ d, growth, slips) if slips < len(ZONES) else 0.0
         length = min(sticks - 0.5 + THETA, front - back)
         largest = pressure[cells].max()
-        size = 0.5 * np.pi * friction * largest * np.sqrt(length / (front - back)) * k * (d @ normal) * hidden
+        size = 0.5 * np.pi * friction * largest * np.sqrt(length / (front - back)) * growth * hidden * REACH
         force = size * resistance @ d / (d @ resistance @ d)
         lever = np.array([x[cells[0]] + (THETA - 0.5 * length) * dx, y[cells[0]]])
         total[:2] += force
@@ -81,7 +105,7 @@ def test_sums_over_rows(seed: int) -> None:
     counts[:2] = counts[-1] = 0  # no contact there
     index, cells = numbered(counts)
     pressure, x, y = rng.uniform(1.0, 5.0, (3, cells))
-    friction, k = 0.3, rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.5)
+    friction, k = 0.3, rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 1.0)
     angle, part = rng.uniform(0.0, 7.0, cells), rng.uniform(0.2, 0.99, cells)
     slip = rng.random(cells) < 0.4
     part[slip] = 1.0
@@ -92,7 +116,7 @@ def test_sums_over_rows(seed: int) -> None:
     of_cells = x, y, q, slip, pressure, rng.normal(size=(cells, 2)), friction, k
     arguments = ends, normals, *of_cells, rng.uniform(0.5, 1.0), 0.1
     found = np.zeros(7)
-    leading_slip.hidden_leading_slip(index, counts, *arguments, THETA, found)
+    leading_slip.hidden_leading_slip(index, counts, *arguments, THETA, ZONES, REACH, found)
     np.testing.assert_allclose(found, sums_over_rows(index, *arguments), rtol=1e-9, atol=1e-12)
 
 

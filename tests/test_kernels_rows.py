@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import quad
 
 from rcstudy.mechanics.half_line import HALF_SPACE, HalfLine
-from rcstudy.mechanics.kernels import arrays, row_cells, row_fields, rows, tractions
+from rcstudy.mechanics.kernels import arrays, centring, row_cells, row_fields, rows, tractions
 
 LINE = HalfLine(-0.3, -0.1, 0.7, -0.12, 0.01)  # something like a soft layer's
 LINES = LINE, HALF_SPACE
@@ -390,16 +390,17 @@ def found_bounds(
     taken = np.arange(count.max())[:, None] < count
     index = np.full(taken.shape, -1)
     index.T[taken.T] = numbers[::-1]
-    found = np.full((2, numbers.size), np.nan)
+    found = np.full((3, numbers.size), np.nan)
     rows.row_pressures(p.sum(axis=0), *found_profiles(p, low, high, edges, lines), start, count, index, *found)
     assert not np.isnan(found).any()
-    out, middle = np.full((2, *taken.shape), np.nan)
-    out[taken], middle[taken] = found[:, index[taken]]
+    out, middle, weighted = np.full((3, *taken.shape), np.nan)
+    out[taken], middle[taken], weighted[taken] = found[:, index[taken]]
     for j in range(p.shape[1]):
         n = count[j]
         if n:
-            _, expected = naive_rows.bounds(p[:, j], edges[:, j], lines, start[j], n)
+            _, expected, mean = naive_rows.bounds(p[:, j], edges[:, j], lines, start[j], n)
             np.testing.assert_allclose(middle[:n, j], expected, atol=1e-7)
+            np.testing.assert_allclose(weighted[:n, j], mean, rtol=1e-6)
     return out
 
 
@@ -425,7 +426,7 @@ def test_row_bounds(ahead: float) -> None:
         n = count[j]
         assert np.isnan(out[n:, j]).all()
         if n:
-            expected, _ = naive_rows.bounds(p[:, j], edges[:, j], LINES, start[j], n)
+            expected, *_ = naive_rows.bounds(p[:, j], edges[:, j], LINES, start[j], n)
             np.testing.assert_allclose(out[:n, j], expected, rtol=1e-8)
             assert out[:n, j].sum() == pytest.approx(p[:, j].sum(), rel=1e-14)
 
@@ -449,16 +450,17 @@ def test_row_bounds_of_rows_that_stay(ahead: float) -> None:
     edges = np.array([[3.2], [13.8]])
     start, count = np.array([edges[1, 0] - ahead]), np.array([14])
     inside = np.flatnonzero(p[:, 0])
-    found, index = np.full((2, 14), np.nan), np.arange(14)[:, None]
+    found, index = np.full((3, 14), np.nan), np.arange(14)[:, None]
     profiles = found_profiles(p, inside[:1], inside[-1:], edges)
     rows.row_pressures(p.sum(axis=0), *profiles, start, count, index, *found)
     assert np.isfinite(found).all()
-    pressure, middle = found
+    pressure, middle, weighted = found
     assert pressure.sum() == pytest.approx(p.sum(), rel=1e-14)
     centres_ = start[0] - np.arange(14)
     empty = (centres_ - 0.5 >= edges[1, 0]) | (centres_ + 0.5 <= edges[0, 0])
     assert empty.any() and not empty.all()
     assert (pressure[empty] == 0.0).all() and (pressure[~empty] > 0.0).all()
+    assert (weighted[empty] == 0.0).all() and (weighted[~empty] > 0.0).all()
     assert (np.abs(middle - centres_)[~empty] < 1.01).all()
 
 
@@ -712,6 +714,9 @@ def test_contacts_of_two_rows_keep_their_chords() -> None:
 # --- slip at the centres of cells ---
 
 
+NOTHING_LOCAL = np.zeros((4, 0))
+
+
 class MovedCells:
     """Cells of a box, one row of it empty, with the cells ahead and behind, slips, and which of them slip."""
 
@@ -730,19 +735,22 @@ class MovedCells:
         self.rng = rng
 
 
-def test_centre() -> None:
+@pytest.mark.parametrize("known", [False, True])
+def test_centre(known: bool) -> None:
     """By the polynomial through the points there are, half a cell ahead of the cells, at a cell's own centre.
 
-    At a trailing end through the second point ahead, too, if all slip. Of a cell that sticks only the one that has it
-    ahead knows; and half of a cell's slip is left where it turns round.
-    Stick cells' slip stays. A slip that is linear along x comes out right at the centres, half a cell behind.
+    At a trailing end through the second point ahead, too, if all slip. A stick cell is used by the slip cell behind it
+    only. At least half of a cell's slip is left where it turns round. Stick cells' slip stays. The polynomial of the
+    part that is known is replaced by its known value. A slip that is linear along x comes out right at the centres,
+    half a cell behind.
     """
     seen = set()
-    for seed in range(5):
+    for seed in range(10 if known else 5):
         c = MovedCells(seed)
         c.s *= c.rng.uniform(0.1, 1.0, size=(c.m, 1))
         weight, out = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
-        tractions.centre(c.s, c.slip, c.neighbours, weight, out)
+        local = c.rng.normal(size=(4, c.m)) if known else NOTHING_LOCAL
+        centring.centre(c.s, c.slip, c.neighbours, local, weight, out)
         np.testing.assert_array_equal(weight[:, ~c.slip], 0.0)
         np.testing.assert_array_equal(out[~c.slip], c.s[~c.slip])
         for k in np.flatnonzero(c.slip):
@@ -754,24 +762,29 @@ def test_centre() -> None:
                 there = [1, 2]
             values = [c.s[k], *(c.s[others[step]] for step in there)]
             points = np.array([0.5, *(0.5 + step for step in there)])
-            added = np.polyfit(points, values, points.size - 1)[-1] - c.s[k]
+            by_polynomial = np.polyfit(points, values, points.size - 1)[-1] - c.s[k]
+            added = by_polynomial
+            if known:
+                pressures = [local[2, k], *(local[2, others[step]] for step in there)]
+                added = added + local[:2, k] * (local[3, k] - np.polyfit(points, pressures, points.size - 1)[-1])
             along, square = added @ c.s[k], c.s[k] @ c.s[k]
             capped = bool(along < -0.5 * square)
-            if capped:
-                added *= -0.5 * square / along
+            part = -0.5 * square / along if capped else 1.0
+            added = part * added
             found = sum(weight[at, k] * (c.s[others[step]] - c.s[k]) for at, step in enumerate((1, -1, 2)))
-            np.testing.assert_allclose(found, added, atol=1e-13)
+            np.testing.assert_allclose(found, part * by_polynomial, atol=1e-12)
             np.testing.assert_allclose(out[k], c.s[k] + added, atol=1e-13)
             seen.add((*there, capped))
-    assert seen == {(*there, capped) for there in ((1, -1), (1,), (-1,), (1, 2)) for capped in (False, True)}
+    assert seen >= {(*there, capped) for there in ((1, -1), (1,), (-1,), (1, 2)) for capped in (False, True)}
     x = c.cells[:, :1] + 0.5
     s = np.hstack([1.0 + 0.02 * x, 0.5 - 0.03 * x])
-    tractions.centre(s, c.slip, c.neighbours, weight, out)
+    centring.centre(s, c.slip, c.neighbours, NOTHING_LOCAL, weight, out)
     at_centres = np.where(c.slip[:, None], s - 0.5 * np.array([0.02, -0.03]), s)
     alone = (c.leading & c.last)[:, None]
     np.testing.assert_allclose(out, np.where(alone, s, at_centres), rtol=1e-14)
     alone, out = np.full((3, 1), np.nan), np.full((1, 2), np.nan)
-    tractions.centre(np.ones((1, 2)), np.ones(1, dtype=np.bool_), np.zeros((2, 1), dtype=np.int64), alone, out)
+    of_one = np.ones((1, 2)), np.ones(1, dtype=np.bool_), np.zeros((2, 1), dtype=np.int64)
+    centring.centre(*of_one, NOTHING_LOCAL, alone, out)
     assert (alone == 0.0).all()
     assert (out == 1.0).all()
 
@@ -783,7 +796,7 @@ def test_gather_centred_slip() -> None:
     field = c.rng.normal(size=(2, 8, 12))
     s = np.ascontiguousarray((field[:, j, i] - field[:, j, i + 1]).T)
     weight, centred = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
-    tractions.centre(s, c.slip, c.neighbours, weight, centred)
+    centring.centre(s, c.slip, c.neighbours, NOTHING_LOCAL, weight, centred)
     angle = c.rng.uniform(0.0, 7.0, size=c.m)
     normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(size=c.m)
     v = c.rng.normal(size=2 * c.m)
@@ -814,7 +827,7 @@ def test_centred_slip_residual() -> None:
     for seed in range(4):
         c = MovedCells(seed)
         weight = np.full((3, c.m), np.nan)
-        tractions.centre(c.s, c.slip, c.neighbours, weight, np.full((c.m, 2), np.nan))
+        centring.centre(c.s, c.slip, c.neighbours, NOTHING_LOCAL, weight, np.full((c.m, 2), np.nan))
         angle = c.rng.uniform(0.0, 7.0, size=c.m)
         normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(0.1, 1.0, size=c.m)
         across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
@@ -852,7 +865,7 @@ def test_update_directions_is_classify_when_the_slip_is_the_same() -> None:
     by_classify, updated = ((np.full((c.m, 2), 7.0), np.full(c.m, 7.0)) for _ in range(2))
     weight, centred = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
     _, square, _ = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
-    tractions.centre(s, c.slip, c.neighbours, weight, centred)
+    centring.centre(s, c.slip, c.neighbours, NOTHING_LOCAL, weight, centred)
     before = c.slip.copy()
     miss = tractions.update_directions(q, centred, bound, rho, c.slip, *updated)
     assert miss == pytest.approx(square, rel=1e-14)

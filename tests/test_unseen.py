@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from contacts import steel
 
+from rcstudy.mechanics import leading_zone
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
@@ -115,9 +116,9 @@ def test_hidden_force_is_across_the_edge_on_oblong_cells(counterbody: Material |
     )
     pressure = np.linspace(100.0, 200.0, rows)
     cells = np.zeros((rows, 2)), np.zeros(rows, dtype=bool), pressure, np.zeros((rows, 2))
-    found = unseen_slip(
-        (index, np.ones(rows, dtype=int), ends, normals), (number, number), *cells, 0.3, 0.748, influence
-    )
+    zones = leading_zone.numbers(3, 0.748, 0.0264)
+    of_rows = (index, np.ones(rows, dtype=int), ends, normals), (number, number)
+    found = unseen_slip(*of_rows, *cells, 1.5, 0.748, zones, influence)
     assert found.force_y == pytest.approx(-found.force_x, rel=1e-12)
     assert np.hypot(found.force_x, found.force_y) == pytest.approx(0.5 * np.pi * found.doubtful_force, rel=1e-12)
     assert found.doubtful_power == pytest.approx(

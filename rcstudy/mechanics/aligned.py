@@ -23,6 +23,7 @@ from functools import cached_property
 
 import numpy as np
 
+from rcstudy.mechanics import leading_zone
 from rcstudy.mechanics.contact import NormalContact, along_by_pressure
 from rcstudy.mechanics.convolution import (
     Box,
@@ -41,6 +42,7 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.kernels import row_cells
+from rcstudy.mechanics.local_slip import local_slip
 from rcstudy.mechanics.moved_rows import EDGE, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage
@@ -63,6 +65,7 @@ _LEADING = 0.0264
 # errors of moments under lateral creepage and of lateral forces under spin (round contacts, nu 0.3 to 0.5); 0.07 leaves
 # smaller errors of second order at ten to twenty cells per radius.
 _CROSS = 0.07
+_MOST_SLIPPING = 16  # slip cells at the leading end of a row, from which on what they miss of the zone is nothing
 
 
 class AlignedContact(NormalContact):
@@ -236,6 +239,13 @@ class AlignedContact(NormalContact):
         return super().rigid_slip(creepage, _SPIN_POINT)
 
     @cached_property
+    def local_slip(self) -> np.ndarray | None:
+        """The part [4, m] of the slip by pressure that is known at the cells' centres (`local_slip.py`)."""
+        if not self.scene.moves_by_pressure:
+            return None
+        return local_slip(self.rows, self.influence.slip_under_pressure, _LEADING)
+
+    @cached_property
     def _slip_by_pressure_at_centres(self) -> np.ndarray:
         """Slip [m, 2] due to pressure at the cells' centres, the mean of the values half a cell ahead and behind."""
         result: np.ndarray = 0.5 * (self.slip_by_pressure + self.slip_by_pressure[self.neighbours[1]])
@@ -297,7 +307,8 @@ class AlignedContact(NormalContact):
             return Unseen()
         of_rows = self.rows.index, self.rows.count, self.outline.far_field_ends, self.rows.normals
         of_cells = rolling.q, rolling.slip, self.pressure, self._slip_by_pressure_at_centres
-        return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, self.influence)
+        zones = leading_zone.numbers(_MOST_SLIPPING, EDGE, _LEADING)
+        return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, zones, self.influence)
 
     def ending(self, rolling: RollingSolution, friction: float) -> Ending:
         """Forces and moment that are missing in rows which stick up to their trailing end (`trailing.py`)."""

@@ -3,7 +3,8 @@
 The discrete slip belongs to these points, but Coulomb's law relates traction and slip at the same point. The slip is
 interpolated along each row by a parabola through the cell's own point and those ahead and behind. At the row's trailing
 end the parabola goes through the next two points ahead; at its leading end, and behind a stick cell, a straight line is
-used. (With a straight line at the trailing end as well, moments under spin had errors larger by 0.1 (dx/a)^2.) Where
+used. (With a straight line at the trailing end as well, moments under spin had errors larger by 0.1 (dx/a)^2.) The part
+of the slip by pressure that goes like the pressure itself, a root at the edges, is known (`local_slip.py`). Where
 the slip reverses within a cell or two (at the pole of spin) the correction, i.e. the centred slip less the cell's own
 slip, is reduced, so that at least half of the cell's own slip remains along its direction.
 
@@ -18,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rcstudy.mechanics.kernels import tractions
+from rcstudy.mechanics.kernels import centring as kernel
 from rcstudy.mechanics.patience import Patience
 
 _PATIENCE = 4  # updates in a row, none of which halves the least residual, after which the correction is frozen
@@ -27,14 +28,15 @@ _PATIENCE = 4  # updates in a row, none of which halves the least residual, afte
 class Centring:
     """The correction that moves the slip of slip cells to their centres, updated from the slip or frozen.
 
-    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `weight` [3, m]:
-    interpolation weights of the cells ahead, behind and second ahead, from the last update; `frozen` [m, 2]: the frozen
-    correction, None as long as it is updated.
+    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `local` [4, m]: the
+    part of the slip that is known at the centres (`local_slip.py`), if there is one; `weight` [3, m]: interpolation
+    weights of the cells ahead, behind and second ahead, from the last update; `frozen` [m, 2]: the frozen correction,
+    None as long as it is updated.
     """
 
-    def __init__(self, neighbours: np.ndarray) -> None:
+    def __init__(self, neighbours: np.ndarray, local: np.ndarray | None = None) -> None:
         self.weight = np.zeros((3, neighbours.shape[1]))
-        self.neighbours = neighbours
+        self.neighbours, self._local = neighbours, np.zeros((4, 0)) if local is None else local
         self.restart()
 
     def restart(self) -> None:
@@ -45,7 +47,7 @@ class Centring:
     def update(self, s: np.ndarray, slip: np.ndarray) -> np.ndarray:
         """Slips [m, 2], those of `slip` cells at their centres, from `s` [m, 2]; sets `weight`."""
         centred = np.empty(s.shape)
-        tractions.centre(s, slip, self.neighbours, self.weight, centred)
+        kernel.centre(s, slip, self.neighbours, self._local, self.weight, centred)
         return centred
 
     def freeze_if_stalled(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
@@ -55,14 +57,17 @@ class Centring:
 
 
 def slip_at_centres(
-    s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, frozen: np.ndarray | None = None
+    s: np.ndarray,
+    slip: np.ndarray,
+    neighbours: np.ndarray,
+    local: np.ndarray | None = None,
+    frozen: np.ndarray | None = None,
 ) -> np.ndarray:
     """Slip [m, 2], that of `slip` cells at their centres, from `s` [m, 2] at the points half a cell ahead.
 
-    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `frozen` [m, 2]: the
-    frozen correction of the solution, if it has one.
+    `neighbours`, `local`: as in `Centring`; `frozen` [m, 2]: the frozen correction of the solution, if it has one.
     """
     if frozen is not None:
         result: np.ndarray = s + frozen
         return result
-    return Centring(neighbours).update(s, slip)
+    return Centring(neighbours, local).update(s, slip)

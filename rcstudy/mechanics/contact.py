@@ -131,6 +131,11 @@ class NormalContact:
         return None
 
     @cached_property
+    def local_slip(self) -> np.ndarray | None:
+        """None; on aligned cells: the part [4, m] of slip by pressure that is known at centres (`local_slip.py`)."""
+        return None
+
+    @cached_property
     def slip_by_pressure(self) -> np.ndarray:
         """Slip [m, 2] due to the tangential displacements that the pressure causes; zero for quasi-identical bodies."""
         out = np.zeros((self.cells.shape[0], 2))
@@ -339,7 +344,7 @@ def solve_rolling(
     elif guess is None and neighbour is not None:
         guess = neighbour.q
     operator, cells = contact.operator, contact.cells_of_operator
-    rolling = solve_tractions(operator, cells, bound, w, tolerance, guess, contact.neighbours)
+    rolling = solve_tractions(operator, cells, bound, w, tolerance, guess, contact.neighbours, contact.local_slip)
     rolling.coarser, rolling.interpolated = coarse, interpolated
     return rolling
 

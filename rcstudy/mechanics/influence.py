@@ -195,6 +195,21 @@ class Influence:
         return self.once("beta", made)
 
     @property
+    def top_thickness(self) -> float:
+        """Thickness (mm) of the layer at the surface; infinite without layers."""
+        return self._layers[0].thickness if self._layers else math.inf
+
+    def reach_of_tractions(self, length: float) -> float:
+        """Traction that is left within a contact of this `length` (mm) of one at its edge, over that on half-spaces.
+
+        That at the edge is on the scale of a cell. It is the root of the ratio of the responses, times the wave number,
+        to waves as long as the contact's radius and as short as a cell (Wiener and Hopf), at most 1.
+        """
+        alpha = np.array([2.0 / length, 1.0 / self.spacing[0]])
+        far, near = (alpha * self.traction_responses(alpha)[0]).tolist()
+        return min(math.sqrt(far / near), 1.0)
+
+    @property
     def along_over_across(self) -> float:
         """Response to tractions along the wave vector over that to tractions across it, at wave number 1/dx."""
 

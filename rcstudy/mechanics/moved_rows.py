@@ -52,8 +52,8 @@ class MovedRows:
     cell); `count` [ny]: number of its cells; `shift` [ny]: distance by which it is moved (in cells). For each cell,
     `cells` [m, 2]: its indices in the box, rows of constant x first; `held` [nx, ny]: flags of these cells in the box;
     `index` [most, ny]: numbers m of each row's cells from the leading one on, -1 beyond its last; `pressure` [m] (MPa):
-    mean over the cell; `middle` [m]: position along x at which its force acts (in cells); `carrying` [m]: whether it
-    carries load.
+    mean over the cell; `middle` [m]: position along x at which its force acts (in cells); `weighted` [m] (MPa): mean of
+    the pressure weighted with itself; `carrying` [m]: whether it carries load.
     """
 
     def __init__(self, window: np.ndarray, box: Box, outline: Outline, like: MovedRows | None = None) -> None:
@@ -70,10 +70,11 @@ class MovedRows:
         self.cells, self.held = np.zeros((number, 2), dtype=np.int64), np.zeros(p.shape, dtype=np.bool_)
         self.index = np.zeros((self.count.max(), self.count.size), dtype=np.int64)
         row_cells.number_cells(leading, self.count, self.held, self.cells, self.index)
-        self.pressure, self.middle = np.zeros(number), np.zeros(number)
+        self.pressure, self.middle, self.weighted = np.zeros((3, number))
         self._force = np.zeros(self.count.size)
         row_cells.row_forces(p, self.count, HALF_SPACE.excess, self._force)
-        rows.row_pressures(self._force, *self.profiles, self.start, self.count, self.index, self.pressure, self.middle)
+        of_cells = self.pressure, self.middle, self.weighted
+        rows.row_pressures(self._force, *self.profiles, self.start, self.count, self.index, *of_cells)
         if like is not None and taken is not None:
             self._update_pressures(like, taken)
         # a plate may lift off within a row: its cells carry no load there, but their traction bound must not be zero
@@ -124,9 +125,18 @@ class MovedRows:
     @cached_property
     def normals(self) -> np.ndarray:
         """Normal [2, ny] of the leading edge in each row."""
+        return self._normals_of(1)
+
+    @cached_property
+    def trailing_normals(self) -> np.ndarray:
+        """Normal [2, ny] of the trailing edge in each row, pointing inwards."""
+        return self._normals_of(0)
+
+    def _normals_of(self, end: int) -> np.ndarray:
+        """Normals [2, ny], with a positive component along x, of the edge at this `end` of the rows."""
         dx, dy = self._outline.spacing
         normals = np.zeros((2, self.count.size))
-        row_cells.edge_normals(self._outline.far_field_ends[1], self.index, dx / dy, normals)
+        row_cells.edge_normals(self._outline.far_field_ends[end], self.index, dx / dy, normals)
         return normals
 
     @property

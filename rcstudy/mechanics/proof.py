@@ -71,7 +71,7 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
     return (
         result
         if contact.neighbours is None
-        else slip_at_centres(result, rolling.slip, contact.neighbours, rolling.frozen_correction)
+        else slip_at_centres(result, rolling.slip, contact.neighbours, contact.local_slip, rolling.frozen_correction)
     )
 
 

@@ -111,7 +111,7 @@ def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -
 class NewtonSystem:
     """The linear system of a Newton step: flags of slip cells, directions of their bounds, products with the matrix.
 
-    `neighbours`: see `solve_tractions`.
+    `neighbours`, `local`: see `solve_tractions`.
     """
 
     def __init__(
@@ -121,9 +121,10 @@ class NewtonSystem:
         bound: np.ndarray,
         w: np.ndarray,
         neighbours: np.ndarray | None = None,
+        local: np.ndarray | None = None,
     ) -> None:
         n = cells.shape[0]
-        self.centring = Centring(neighbours) if neighbours is not None else None
+        self.centring = Centring(neighbours, local) if neighbours is not None else None
         self.operator, self.cells, self.bound, self.w = operator, cells, bound, w
         self.places, self._places = operator.plan.places(cells), operator.torus_plan.places(cells)
         self.rho = 1.0 / operator.diagonal
@@ -281,16 +282,18 @@ def solve_tractions(
     tolerance: float,
     guess: np.ndarray | None = None,
     neighbours: np.ndarray | None = None,
+    local: np.ndarray | None = None,
 ) -> RollingSolution:
     """Tractions, slips and slip flags of the cells in contact by Coulomb's law.
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
     pressure; `guess` [m, 2]: tractions (MPa) to start from; `neighbours` [2, m]: numbers of the cells ahead and behind;
-    if given, the direction of slip is taken at the centres of slip cells (`centring.py`). The residual, to be less than
-    `tolerance`, is ||q - Proj(q - rho s)|| over the smallest of ||q||, ||mu p|| and rho ||w||, 1/rho being the diagonal
-    of B: tractions and slip are then right to about that fraction of their own size.
+    if given, the direction of slip is taken at the centres of slip cells, `local` [4, m] being the part of the slip
+    that is known there (`centring.py`). The residual, to be less than `tolerance`, is ||q - Proj(q - rho s)|| over the
+    smallest of ||q||, ||mu p|| and rho ||w||, 1/rho being the diagonal of B: tractions and slip are then right to about
+    that fraction of their own size.
     """
-    system = NewtonSystem(operator, cells, bound, w, neighbours)
+    system = NewtonSystem(operator, cells, bound, w, neighbours, local)
     stop = traction_residual(tolerance, len(cells))
     state = _Tractions(system, guess, stop)
     iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)

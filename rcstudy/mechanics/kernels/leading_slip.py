@@ -27,6 +27,23 @@ def slip_behind(cells: np.ndarray, by_pressure: np.ndarray, length: float, theta
 
 
 @jit
+def unseen_width(v: float, growth: float, slips: int, theta: float, zone: np.ndarray) -> float:
+    """Cells of the zone at the leading edge that `slips` slip cells miss, twice E of `leading_zone.py`.
+
+    v: traction of the first stick cell over its bound, along the slip; growth: by how much it grows for each factor e
+    towards the edge; theta: distance from the leading cell's centre to the edge (cells); zone [7]: of
+    `leading_zone.numbers`. w0 is limited to what it is for so many slip cells if growth is between 0.15 and 1.5.
+    """
+    log = ((v * zone[6] - zone[2]) / growth - zone[0]) / zone[1]
+    if slips == 0:
+        log = min(log, math.log(1.15 * theta))
+    else:
+        least = 0.8 * theta if slips == 1 else 1.35 * (slips - 1 + theta)
+        log = min(max(log, math.log(least)), math.log(1.85 * (slips + theta)))
+    return 2.0 * (4.0 * math.exp(log - 2.0) - 2.0 * (zone[3] + log * zone[4] + zone[5] / growth))
+
+
+@jit
 def hidden_leading_slip(
     index: np.ndarray,
     count: np.ndarray,
@@ -43,19 +60,22 @@ def hidden_leading_slip(
     along_over_across: float,
     dx: float,
     theta: float,
+    zones: np.ndarray,
+    reach: float,
     out: np.ndarray,
 ) -> None:
-    """Sums over the rows of what narrow slip zones at the leading edge hide, added to out [7], see `unseen.py`.
+    """Add the effects of narrow slip zones at the leading edge, summed over the rows, to out [7]; see `unseen.py`.
 
-    First what tractions make too large: force_x, force_y (MPa), moment (MPa mm), power (MPa). Then what is in doubt:
-    force (MPa), area (cells). Last the area (cells) that slips unseen, less that by which a visible slip zone is too
-    large.
+    First the excess of the sums of tractions: force_x, force_y (MPa), moment (MPa mm), power (MPa). Then what is
+    uncertain: force (MPa), area (cells). Last the area (cells) that slips unseen, less that by which a visible slip
+    zone is too large.
 
     index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them; ends [2, ny]:
     trailing and leading edge of each row (cells); normals [2, ny]: of the leading edge; x, y [m] (mm), slip [m]
     (flags), pressure [m] (MPa), q [m, 2] (MPa): of the cells; by_pressure [m, 2]: slip by pressure at their centres; k:
     see `unseen.py`; along_over_across: ratio of the responses to tractions along and across waves; dx: length of the
-    cells (mm); theta: distance from the leading cell's centre to the edge (cells).
+    cells (mm); theta: distance from the leading cell's centre to the edge (cells); zones [n, 7]: of
+    `leading_zone.numbers`; reach: see `unseen.py`.
     """
     for j in range(count.size):
         slips, sticks, largest = 0, 0, 0.0
@@ -82,13 +102,17 @@ def hidden_leading_slip(
         growth = k * across_edge
         length = max(ends[1, j] - ends[0, j], 1e-3)
         sticking = min(sticks - 0.5 + theta, length)
-        unit = 0.5 * math.pi * friction * largest * math.sqrt(sticking / length)
+        unit = 0.5 * math.pi * friction * largest * math.sqrt(sticking / length) * reach
         if slips == 0:
-            hidden, doubtful, cells, missing = width, width, width, width
+            doubtful, cells, missing = width, width, width
         else:
             past = min((slips - 1 + theta) / width, 1.0)
-            hidden = theta * past**8 if slips == 1 else 0.0
             doubtful, cells, missing = theta * past**4, past**2, -(past**2)
+        hidden = 0.0
+        if growth < 0.1:  # the bound of a leading cell differs from what stick carries by more than this
+            hidden = width if slips == 0 else 0.0
+        elif slips < zones.shape[0]:
+            hidden = unseen_width(v_x * d_x + v_y * d_y, growth, slips, theta, zones[slips])
         # tractions that resist slip along d, whose component along d is what is too large
         size = unit * growth * hidden / (across_edge**2 + along_edge**2 / along_over_across)
         force_x = size * (across_edge * n_x - along_edge * n_y)

@@ -239,16 +239,18 @@ def row_pressures(
     index: np.ndarray,
     out: np.ndarray,
     middle: np.ndarray,
+    weighted: np.ndarray,
 ) -> None:
     """Mean pressure of the cells with centres at start[j] - k, k < count[j], into out [m] (MPa).
 
-    The place along x where the force of each acts goes into middle [m]. index: as in `row_cells.number_cells`.
+    The place along x where the force of each acts goes into middle [m], the mean of the pressure weighted with itself
+    into weighted [m] (MPa). index: as in `row_cells.number_cells`.
     Pressures follow from `row_profiles` (all_knots, all_squares, known), scaled so that the cells of a row together
     carry its force [ny] (MPa). The first and the last cell also carry what lies beyond them; cells outside the edges
     carry nothing.
     """
     most = all_knots.shape[1]
-    mass, moment = np.zeros(most), np.zeros(most)
+    mass, moment, square_mass = np.zeros((3, most))
     for j in range(force.size):
         if count[j] == 0:
             continue
@@ -258,14 +260,15 @@ def row_pressures(
             own = piece(squares[k - 1], squares[k], length)
             mass[k] = mass[k - 1] + own
             moment[k] = moment[k - 1] + knots[k - 1] * own + piece_moment(squares[k - 1], squares[k], length)
+            square_mass[k] = square_mass[k - 1] + 0.5 * length * (squares[k - 1] + squares[k])
         scale = force[j] / mass[n - 1]
-        beyond, moment_beyond = mass[n - 1], moment[n - 1]
+        beyond, moment_beyond, square_beyond = mass[n - 1], moment[n - 1], square_mass[n - 1]
         m = n - 2
         for k in range(count[j]):
             x = start[j] - k - 0.5
-            here = moment_here = 0.0
+            here = moment_here = square_here = 0.0
             if k < count[j] - 1 and x >= knots[n - 1]:  # beyond the edge of rows kept in place (`aligned_coupled.py`)
-                here, moment_here = mass[n - 1], moment[n - 1]
+                here, moment_here, square_here = mass[n - 1], moment[n - 1], square_mass[n - 1]
             elif k < count[j] - 1 and x > knots[0]:
                 while knots[m] > x:
                     m -= 1
@@ -274,9 +277,12 @@ def row_pressures(
                 own = piece(squares[m], square, length)
                 here = mass[m] + own
                 moment_here = moment[m] + knots[m] * own + piece_moment(squares[m], square, length)
+                square_here = square_mass[m] + 0.5 * length * (squares[m] + square)
             out[index[k, j]] = scale * (beyond - here)
-            middle[index[k, j]] = (moment_beyond - moment_here) / (beyond - here) if beyond > here else start[j] - k
-            beyond, moment_beyond = here, moment_here
+            loaded = beyond > here
+            middle[index[k, j]] = (moment_beyond - moment_here) / (beyond - here) if loaded else start[j] - k
+            weighted[index[k, j]] = scale * (square_beyond - square_here) / (beyond - here) if loaded else 0.0
+            beyond, moment_beyond, square_beyond = here, moment_here, square_here
 
 
 @jit

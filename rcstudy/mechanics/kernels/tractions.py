@@ -134,42 +134,6 @@ def classify(
 
 
 @jit
-def centre(s: np.ndarray, slip: np.ndarray, neighbours: np.ndarray, weight: np.ndarray, out: np.ndarray) -> None:
-    """Slips out [m, 2], those of slip cells interpolated to their centres from the points half a cell ahead.
-
-    Fills weight [3, m]:
-
-        centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s) + weight[2] (s_second - s).
-
-    These are a parabola through the three points; at a row's trailing end one through the cell's own point and the next
-    two ahead (s_second: of the second cell ahead); a straight line where a point is missing or the cell ahead sticks.
-    The correction is reduced so that at least half of s remains along s. neighbours [2, m]: numbers of the cells ahead
-    and behind, a cell's own where there is none.
-    """
-    for m in range(s.shape[0]):
-        x, y = s[m, 0], s[m, 1]
-        weight[0, m] = weight[1, m] = weight[2, m] = 0.0
-        if slip[m]:
-            ahead, behind = neighbours[0, m], neighbours[1, m]
-            second = neighbours[0, ahead]
-            of_ahead, of_behind, of_second = -0.125, 0.375, 0.0
-            if ahead == m:
-                of_ahead, of_behind = 0.0, 0.5 if behind != m else 0.0
-            elif behind == m and second != ahead and slip[ahead] and slip[second]:
-                of_ahead, of_behind, of_second = -1.25, 0.0, 0.375
-            elif behind == m or not slip[ahead]:
-                of_ahead, of_behind = -0.5, 0.0
-            more_x = of_ahead * (s[ahead, 0] - x) + of_behind * (s[behind, 0] - x) + of_second * (s[second, 0] - x)
-            more_y = of_ahead * (s[ahead, 1] - y) + of_behind * (s[behind, 1] - y) + of_second * (s[second, 1] - y)
-            square = x**2 + y**2
-            along = more_x * x + more_y * y
-            part = 1.0 if along >= -0.5 * square else -0.5 * square / along
-            weight[0, m], weight[1, m], weight[2, m] = part * of_ahead, part * of_behind, part * of_second
-            x, y = x + part * more_x, y + part * more_y
-        out[m, 0], out[m, 1] = x, y
-
-
-@jit
 def gather_centred_slip(
     field: np.ndarray,
     v: np.ndarray,
@@ -183,7 +147,7 @@ def gather_centred_slip(
     s: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """As `gather_slip`, but rows of slip cells take the slip at their centres, by the weights [3, m] of `centre`.
+    """As `gather_slip`, but rows of slip cells take the slip at their centres, by weights [3, m] of `centring.centre`.
 
     s [2 m]: filled with the slips half a cell ahead.
     """
@@ -428,7 +392,7 @@ def slip_residual(
 
 @jit
 def of_line_ahead(weight: np.ndarray, m: int) -> float:
-    """Weight of the cell ahead from weight [3, m] of `centre`, the second one's slip being extrapolated linearly."""
+    """Weight of the cell ahead, from weight [3, m] of `centring.centre`; the second one is extrapolated linearly."""
     return weight[0, m] + 2.0 * weight[2, m]
 
 
@@ -449,9 +413,9 @@ def centred_slip_residual(
 
     Rows of slip cells are c m.C s + (1 - c) b tau, C being the centring, s = B q. The residuals that remain are divided
     by 1 + c (C - 1), tridiagonal along each row of cells: as B is locally close to b, rows become
-    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours, weight [3, m]: as in `centre`, the slip
-    of the second cell ahead being extrapolated linearly; the cells are ordered from the trailing ends of rows to the
-    leading ones; work [2, m]: remaining residuals and pivots of slip cells.
+    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours, weight [3, m]: as in `centring.centre`,
+    the slip of the second cell ahead being extrapolated linearly; the cells are ordered from the trailing ends of rows
+    to the leading ones; work [2, m]: remaining residuals and pivots of slip cells.
     """
     rest, pivot = work[0], work[1]
     for m in range(places.size):

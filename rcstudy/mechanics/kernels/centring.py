@@ -1,0 +1,60 @@
+"""Slip at the centres of slip cells, from the points half a cell ahead to which it belongs (`centring.py`)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def centre(
+    s: np.ndarray,
+    slip: np.ndarray,
+    neighbours: np.ndarray,
+    local: np.ndarray,
+    weight: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Slips out [m, 2], those of slip cells interpolated to their centres from the points half a cell ahead.
+
+    Fills weight [3, m]:
+
+        centred slip = s + weight[0] (s_ahead - s) + weight[1] (s_behind - s) + weight[2] (s_second - s).
+
+    These are a parabola through the three points; at a row's trailing end one through the cell's own point and the next
+    two ahead (s_second: of the second cell ahead); a straight line where a point is missing or the cell ahead sticks.
+    The correction is reduced so that at least half of s remains along s. neighbours [2, m]: numbers of the cells ahead
+    and behind, a cell's own where there is none.
+
+    local [4, m], or [4, 0] if there is none: the part of s that is proportional to the pressure is not interpolated but
+    known. Components along x and y of that slip per unit pressure (1/MPa), pressures that it has in s, and those at the
+    centres (MPa): see `local_slip.py`.
+    """
+    for m in range(s.shape[0]):
+        x, y = s[m, 0], s[m, 1]
+        weight[0, m] = weight[1, m] = weight[2, m] = 0.0
+        if slip[m]:
+            ahead, behind = neighbours[0, m], neighbours[1, m]
+            second = neighbours[0, ahead]
+            of_ahead, of_behind, of_second = -0.125, 0.375, 0.0
+            if ahead == m:
+                of_ahead, of_behind = 0.0, 0.5 if behind != m else 0.0
+            elif behind == m and second != ahead and slip[ahead] and slip[second]:
+                of_ahead, of_behind, of_second = -1.25, 0.0, 0.375
+            elif behind == m or not slip[ahead]:
+                of_ahead, of_behind = -0.5, 0.0
+            more_x = of_ahead * (s[ahead, 0] - x) + of_behind * (s[behind, 0] - x) + of_second * (s[second, 0] - x)
+            more_y = of_ahead * (s[ahead, 1] - y) + of_behind * (s[behind, 1] - y) + of_second * (s[second, 1] - y)
+            if local.shape[1] > 0:
+                at, of_s = local[3, m], local[2]
+                more = of_ahead * (of_s[ahead] - of_s[m]) + of_behind * (of_s[behind] - of_s[m])
+                missing = at - of_s[m] - more - of_second * (of_s[second] - of_s[m])
+                more_x += missing * local[0, m]
+                more_y += missing * local[1, m]
+            square = x**2 + y**2
+            along = more_x * x + more_y * y
+            part = 1.0 if along >= -0.5 * square else -0.5 * square / along
+            weight[0, m], weight[1, m], weight[2, m] = part * of_ahead, part * of_behind, part * of_second
+            x, y = x + part * more_x, y + part * more_y
+        out[m, 0], out[m, 1] = x, y
