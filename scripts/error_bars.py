@@ -12,6 +12,7 @@ judged: `kalker` on cells four times finer still has a quarter of the error (`--
 - `alike`: bodies of one material without layers, round or long contacts, at 0.03 to 2 times the creepage of full slip;
 - `engineering`: hard and soft coatings on a ball, and wheels on rails, in windows by `auto`;
 - `films`: soft films, thinner or thicker than cells, some of them nearly incompressible or under stiff skins;
+- `unlike`: steel, in half of the cases with a layer, under a rigid or elastic ball, with friction from 0.05 to 0.3;
 - `few`: contacts of `mild` and `engineering` on 5 to 18 cells along the window, against eight times as many;
 - `sticking`: contacts of `mild` and `alike` at 0.003 to 0.3 of their creepages;
 - `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip.

@@ -909,3 +909,10 @@ def test_multiply_phases() -> None:
     expected[:, :, :6] *= factor
     arrays.multiply_phases(hat, factor)
     np.testing.assert_allclose(hat, expected, rtol=1e-14)
+
+
+def test_update_directions_without_a_direction() -> None:
+    """Where q - rho s is zero the direction and the share of a slip cell stay, and nothing becomes nan."""
+    q, normal, share = np.array([[0.5, 0.25]]), np.array([[0.6, 0.8]]), np.array([0.3])
+    miss = tractions.update_directions(q, q / 0.5, np.array([1.0]), 0.5, np.array([True]), normal, share)
+    assert (normal.tolist(), share.tolist(), miss) == ([[0.6, 0.8]], [0.3], pytest.approx(0.3125))

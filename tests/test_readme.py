@@ -57,6 +57,7 @@ CONTACTS = {
     "full": "up to three layers, full coupling",
     "engineering": "coatings on balls, rail-like ellipses",
     "films": "soft films, also incompressible or under skins",
+    "unlike": "rigid or elastic ball, friction 0.05 to 0.3",
     "few": "of the first and fourth kind, on 1 to 6 cells a radius",
     "sticking": "contacts that hardly slip",
     "sliding": "near full slip",

@@ -254,8 +254,9 @@ class AlignedContact(NormalContact):
     def resultant(self, rolling: RollingSolution, friction: float) -> tuple[float, float, float]:
         """Forces along x and y (N) and moment about z (N mm) of the tractions.
 
-        The moment allows for the change of the traction's direction within slip cells. In the forces this change is
-        neglected: including it increases their error, as it cancels other errors.
+        The moment's part x q_y allows for the change of the traction's direction within slip cells, to second order. In
+        the forces and in -y q_x that change is neglected: forces have larger errors with it, as it cancels other ones,
+        and the moment does not gain by the latter.
         """
         rows, (dx, dy) = self.rows, self.scene.mesh.spacing
         centres, y = self.centres

@@ -17,8 +17,9 @@ from rcstudy.mechanics.kernels import meshes
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
-# Least number of cells across the contact for which a mesh has a coarser one. The first coarser mesh is the most
-# important for the error bars and the second one adds a little; further ones only provide a first guess (`_FURTHER`).
+# A mesh has a coarser one if the contact is at least this many of that mesh's own cells across: the scene's mesh, the
+# first coarser one, and any further one (`_FURTHER`). So contacts of 6 to 24 cells have one coarser mesh, up to 96 two.
+# The first is the most important for the error bars and the second adds a little; others only provide a first guess.
 _COARSEST = 6.0, 12.0
 _FURTHER = 24.0
 _TOLERANCE = Tolerance(3e-3, 2e-3)  # on coarser meshes (residuals of 1e-3): well below their discretisation error

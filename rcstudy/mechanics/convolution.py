@@ -345,8 +345,9 @@ def upwind_factor(px: int, dx: float) -> np.ndarray:
 def point_factor(px: int, waves: int) -> np.ndarray:
     """Factor 1 + (1 - cos k)/6 [waves] that compensates the damping of waves along x by the finite length of cells.
 
-    k = 2 pi n/px, n = 0, ..., waves - 1, is the phase per cell. Tractions that are constant in each cell, and the
-    difference of displacements over a cell, damp a wave by 1 - k^2/12; with the factor an error of order k^3 remains.
+    k = 2 pi n/px, n = 0, ..., waves - 1, is the phase per cell. Tractions that are constant in each cell damp a wave by
+    1 - k^2/24, and the difference of displacements over a cell does so again; in real space the factor spreads a field
+    to the two neighbouring cells. An error of order k^3 remains, by the waves that look alike on the cells.
     """
     result: np.ndarray = 1.0 + (1.0 - np.cos(2.0 * np.pi / px * np.arange(waves))) / 6.0
     return result

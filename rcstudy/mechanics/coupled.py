@@ -19,8 +19,9 @@ are preconditioned as in `rolling.py`. In the cascade each mesh starts from the 
 one, the coarsest from the frictionless pressure.
 
 Where coatings bend like plates, the pressure of the coarser mesh may be so inaccurate that the set of cells in contact
-does not settle. Pressure and tractions are then solved in turn, for as long as turns gain (at once with little
-friction), and Newton's method finishes from there. If it still fails, they are solved in turn to the end.
+does not settle. If its residual exceeds `_FAR`, pressure and tractions are first solved in turn, as long as a turn
+leaves less than `_GAIN` of the error of the last one, and Newton's method goes on from there. Whenever Newton's method
+fails, they are solved in turn to the end, and it is tried once more.
 """
 
 from __future__ import annotations

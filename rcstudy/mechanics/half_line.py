@@ -1,26 +1,34 @@
-r"""The discrete half-line: how cells represent the edge of a contact, for given bodies.
+r"""The discrete half-line: where a straight edge lies between cells, from the pressures beside it, for given bodies.
 
-Near a straight edge only waves across it matter. The frequency response of the bodies to them is C(k) = g(k)/k
-(mm/MPa); g is constant for a half-space. In the following k is in units of 1/h, h being the length of a cell. Cells
-under uniform pressure, with displacements taken at their centres, have the response
+A half-line is a contact with one straight edge and no other end. Solved with cells it has pressures p_0, p_1, ... from
+the outermost cell inwards; solved without cells a pressure p(x) at x behind its edge. The two have to agree far from
+the edge. That tells how far ahead of the outermost centre the edge lies (xi, in cells).
+
+Only waves across the edge matter. The frequency response of the bodies to them is C(k) = g(k)/k (mm/MPa), g being
+constant for a half-space; k is in units of 1/h from here on, h being the length of a cell. Pressures constant in cells,
+with displacements taken at their centres, have a periodic response, as all waves k that look alike on the cells add up:
 
     A(t) = sum C(k) sin(k/2)/(k/2),   k = t + 2 pi n,   n = ..., -1, 0, 1, ...
 
 C and A are factorised into parts that act to one side only (Wiener and Hopf 1931). Let A = |2 sin(t/2)|^-1 B, the
 first factor being the response of point sources on a half-space. The factor of B is, but for a constant,
-B+(z) = 1 + b1 z + b2 z^2 + ...; its logarithm is half the Fourier series of log B. The pressures p_j, j cells behind
-the outermost one, that leave the surface plane within the contact are the coefficients of
+B+(z) = 1 + b1 z + b2 z^2 + ...; its logarithm is half the Fourier series of log B. Discrete pressures that keep a plane
+contact closed are the coefficients p_j of z^j in
 
-    (gamma (1 - z)^-3 + alpha (1 - z)^-2 + beta (1 - z)^-1) (1 - z)^(1/2)/B+(z).
+    (gamma (1 - z)^-5/2 + alpha (1 - z)^-3/2 + beta (1 - z)^-1/2)/B+(z),
 
-The Laplace transform of the continuous pressure, whose edge lies xi ahead of the outermost centre, is
-exp(s xi) (c s^-3 + a s^-2) s^(1/2)/G+(s). It has no third term, as the pressure ends like the root of the distance.
-With z = exp(-s) both have to agree far from the edge, s -> 0. There B+/G+ is exp(-d s), and the cells move the edge by
+three solutions that go like j^(3/2), j^(1/2) and j^(-1/2) inside the contact. The Laplace transform of the continuous
+pressure is exp(s xi) (c s^-5/2 + a s^-3/2)/G+(s), with x^(3/2) and x^(1/2), but not x^(-1/2), as it ends at zero. With
+z = exp(-s) both have to agree for s -> 0. There B+/G+ is exp(-d s), and the cells move the edge by
 
-    shift = d - 1/4 = -1/4 - 1/pi (int_0^pi log B/(4 sin^2(t/2)) dt - int_0^inf log g/k^2 dk).
+    shift = d - 1/4 = -1/4 - 1/pi (int_0^pi log B/(4 sin^2(t/2)) dt - int_0^inf log g/k^2 dk),
 
-Here A is periodic, so that the sum of 1/k^2 over all n takes the place of 1/k^2. The rest is algebra. With q = B+ p
-(the product of the series), gamma = q2 - 3/2 q1 + 3/8 q0; with rise = 3/2 gamma + alpha in place of alpha,
+1/4 being the part of the point sources; in the first integral the sum of 1/k^2 over all n has taken the place of 1/k^2.
+Three pressures determine alpha, beta and gamma. With q = B+ p, i.e. q0 = p0, q1 = p1 + b1 p0, q2 = p2 + b1 p1 + b2 p0,
+
+    gamma = q2 - 3/2 q1 + 3/8 q0,   rise = 3/2 gamma + alpha = -1/2 q2 + 7/4 q1 - 11/16 q0,
+
+and e, the distance of the edge from where it is when p0 is zero, follows from the condition on x^(-1/2):
 
     xi = shift + e,   gamma/2 e^2 - rise e + q0 = 0   (`kernels/rows.py`).
 
@@ -33,7 +41,7 @@ and 0.7 %.
 Inside the contact the discrete pressure of a wave is too large by the factor C/A. For long waves this is 1 + t^2/24 on
 a half-space, and down to 1 - 1.4 t^2 on incompressible films thinner than a cell. As the load is given, half of this
 error remains (second moments and largest pressures of Hertz contacts: 0.018 to 0.021 of second differences). It is
-`excess`, evaluated at a wave number that represents contacts some ten cells wide.
+`excess`, log(C/A)/(2 t^2), taken at t = 0.24, a wave of 26 cells: 1/52 on a half-space, 1/48 for t -> 0.
 
 The border of a stick zone is such an edge, too: there the room, i.e. mu p - |q|, by which tractions in stick stay below
 the bound, and the slip behind the border vary like the root of the distance. The cells of `aligned.py` are point

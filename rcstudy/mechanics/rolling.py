@@ -17,19 +17,21 @@ million times b in another, each row is scaled by c, so that residuals of all ro
 Iterates are not projected onto the bound: that would take one more product, for the slips of the projected tractions,
 and would save no step. Slips are linear in q and follow from the products of the linear system.
 
-The linear systems are solved by GMRES. Its preconditioner treats stick cells first: B is the upwind difference of a
-convolution, so its inverse is nearly a sum along each row from the leading edge followed by the inverse convolution.
-The slip cells follow, with the residual that this leaves. One d is used for all of them, 2 b or the least d of these
-cells if that is larger (within a factor of 2): the residual is multiplied by the root of 1/c, by (1 + d/b) (B + d)^-1
-and by the root of c, which is right for short waves. Both parts work on a torus no larger than the contact. Where slip
-is centred (`centring.py`: C B in place of B), the residual of slip cells is first divided by 1 + c (C - 1), tridiagonal
-along rows; without that there are a tenth to a third more products.
+The linear systems are solved by GMRES. Its preconditioner has two parts, both on a torus no larger than the contact.
 
-This alone would take more products the finer the mesh, for two reasons: the sums take the displacement ahead of the
-leading edge for zero, which it is not, and d goes to zero at the border of the stick zone. GMRES can use several
-preconditioners in turn: along rows of 32 cells and more, every second one is right at the leading edge
-(`slip_operator.from_leading_edge`), and every fourth has a quarter of d. The number of products then hardly depends on
-the mesh: 23 to 26 in the median of the paper's cases, from 64 to 512 cells (25 to 39 with one preconditioner).
+1. Stick cells (rows s). B is the upwind difference of the convolution A. So B^-1 is about a sum along each row from the
+   leading edge back, which undoes the difference, followed by A^-1.
+2. Slip cells (rows c (m.s + d tau)), with the residual that part 1 leaves. (B + d)^-1 is a convolution if d is the same
+   for all: 2 b, or 2 b 4^n near the least d if all cells slip faster than that. The residual is multiplied by
+   root(1/c), by (1 + d/b) (B + d)^-1 and by root(c). For short waves, where B is about b, that inverts the row exactly.
+   Where slip is centred (`centring.py`: C B in place of B), the residual is first divided by 1 + c (C - 1), a
+   tridiagonal matrix along each row; without that there are a tenth to a third more products.
+
+Both parts have an error that costs products on fine meshes: part 1 takes the displacement ahead of the leading edge for
+zero, and part 2 one d even for cells at the border of the stick zone, which hardly slip. Flexible GMRES allows another
+preconditioner in each step. On boxes of about 30 cells along x and more every second one is therefore exact at the
+leading edge (`slip_operator.from_leading_edge`), and every fourth has a quarter of d. The number of products then
+hardly depends on the mesh: 23 to 26 in the median of the paper's cases, from 64 to 512 cells (25 to 39 with one).
 """
 
 from __future__ import annotations

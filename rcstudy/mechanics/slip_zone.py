@@ -19,9 +19,10 @@ from rcstudy.mechanics.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.trailing import NARROW, hidden_widths
 
-# Borders of the stick zone that run along y are found too far back by `_BOW` times their curvature, less where slip by
-# pressure helps friction. Set on 35 contacts on 32 and 64 cells against 512; `_BOW`, with forces evened out between
-# rows (`moved_rows.py`), on 24 of these, 200 random ones and the paper's.
+# `stick.border_behind` puts a curved border too far back (cells) by (_BOW - _BOW_BY_PRESSURE s) times the curvature of
+# the contact's outline (cells per row squared). s = beta/mu times the mean of -q_x/|q| in slip cells: the slip due to
+# pressure in the direction of friction, over the friction coefficient. Set on 35 contacts on 32 and 64 cells against
+# 512; `_BOW` also on 200 random ones and the paper's.
 _BOW, _BOW_BY_PRESSURE = 0.13, 0.25
 _NOT_KNOWN = np.full(2, np.nan)  # position of the tips of a zone
 

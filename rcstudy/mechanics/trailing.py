@@ -12,13 +12,15 @@ than one.
   (1/pi) (r - w)^(1/2) int_0^w mu K t^(1/2) (w - t)^(-1/2)/(r - t) dt = (mu K w/2) r^(-1/2) (1 + w/(4 r) + ...).
   So w = 2 A/(mu K), with Hertz's K = 2 max(p)/L^(1/2), and the tractions are those of a strip w/2 shorter that sticks
   everywhere.
-- Correction. Moving the trailing end by e changes the traction by e A/2 (s/L)^(1/2) (L - s)^(-3/2) at a distance s
-  behind the leading edge. The sum of these changes is
+- Correction. A strip that sticks everywhere has tractions A (s/L)^(1/2) (L - s)^(-1/2), s behind the leading edge. At
+  the same slip (A/L^(1/2) fixed) their sum is proportional to L and their moment about the leading edge to L^2. So
+  moving the trailing end back by e adds
 
       pi/2 A e/L^(1/2),   e = L - k - w/2 (in cells),
 
-  and acts at a distance of 3/2 L behind the leading edge. In contacts it is multiplied by `_IN_CONTACTS`, as their
-  tractions in stick are larger than those of strips (1.25 times in round ones, Kalker 1967).
+  which acts 3/2 L behind the leading edge: tractions ahead fall, and more is added at the end. In contacts it is
+  multiplied by `_IN_CONTACTS`, as their tractions in stick are larger than those of strips (1.25 times in round ones,
+  Kalker 1967).
 
 The border of the slip zone is placed at r = w as long as w is below `NARROW`. Wider zones are found from the room
 mu p - |q| that the last cells leave.

@@ -2,7 +2,8 @@
 
 Wrapping leaves a kink at the seam of the torus, where the two halves of the coefficients meet. The symbols are positive
 except under layers so stiff that they bend like plates: their response to short waves is smaller than the contribution
-of the kink. For such waves the frequency response, averaged over a cell, takes the place of the symbol.
+of the kink. For such waves the frequency response, averaged over a cell, takes the place of the symbol. Only
+preconditioners use these symbols; the operators' own convolutions are padded, and their symbols stay as they are.
 """
 
 from __future__ import annotations

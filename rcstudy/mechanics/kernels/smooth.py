@@ -200,10 +200,10 @@ def slip_widths(
     leading: as in `stick_range`; aspect: see `too_far_back`; bow: distance by which borders that run along y are found
     too far back.
 
-    Inner rows keep their own width. The outermost row with stick cells, and those beyond it, take the width from the
-    smoothest line that the others' noise allows: the one with the smallest third differences (discrepancy principle,
-    Morozov 1966), its second differences being of the order of one over the contact's half chord. Rows without stick
-    cells slip over their whole chord.
+    Inner rows keep their own width. The outermost rows with stick cells, and those beyond, take theirs from a smooth
+    line (`smooth_line`) through the widths of all rows. Its second differences are held to 1/(half chord), its
+    third ones to the least of six values with which it passes the inner rows within their noise, mean square below 1.4
+    (discrepancy principle, Morozov 1966). Rows without stick cells slip over their whole chord.
     """
     first, end = stick_range(length, ends, slip, leading)
     if end < first:

@@ -47,15 +47,16 @@ def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells:
     of the first and the second slip cell behind. The second of a pair is 0 if there is none. cells: number k of stick
     cells.
 
-    In a strip the k stick cells at x_j, counted back from the edge, act as point sources of strength r_j, their rooms,
-    and slip vanishes halfway ahead of each, at x_j - 1/2. Without them slip would be linear there under Hertz's
-    pressure, and zero in the middle of the zone, which is L long and begins 3/4 ahead of the first cell. So slip at z
-    is proportional to z - L/2 - sum r_j/(z - x_j), which has these zeros and poles:
+    In a strip, z counts cells back from the leading edge, and x_j = 3/4 + j, j = 0, ..., k - 1, are the stick cells.
+    With full slip under Hertz's pressure the slip would be linear in z, and zero in the middle of the stick zone, L/2.
+    The rooms r_j, by which tractions fall short of mu p, act as point sources and change it by -r_j/(z - x_j) each. The
+    sum has to vanish halfway ahead of each stick cell, at x_j - 1/2. With these zeros and poles it is in suitable units
 
-        (z - (L + k)/2) prod (z - x_j + 1/2)/(z - x_j).
+        z - L/2 - sum r_j/(z - x_j) = (z - (L + k)/2) prod (z - x_j + 1/2)/(z - x_j).
 
-    With d the distance from the last stick cell to the border, its residues, the rooms, have the ratio
-    (2 k - 1)/(k - 1) (d + 1/4)/(d + 9/4), the slips behind have (2 k + 1)/(k + 1) (3/4 - d)/(11/4 - d). In a zone of
+    (The last zero follows from large z.) Its residues are the rooms, its values behind the zone the slips. With d from
+    the last stick cell to the border, L = x_(k-1) + d, the last two rooms have the ratio
+    (2 k - 1)/(k - 1) (d + 1/4)/(d + 9/4), the first two slips (2 k + 1)/(k + 1) (3/4 - d)/(11/4 - d). In a zone of
     infinite length both factors in front are 2. In contacts, with 1 to 25 stick cells, the finite length had half of
     that effect, so each factor is replaced by its geometric mean with 2. Each of the two ratios is the more accurate
     one where it approaches zero; there its result has the weight 3/4, the other 1/4. Rooms of fewer than four cells are

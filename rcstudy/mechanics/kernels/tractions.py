@@ -1,9 +1,9 @@
 """Newton steps for the tractions (`rolling.py`).
 
-Vectors of unknowns hold two numbers for each contact cell m, at 2 m and 2 m + 1: (qx, qy) in a stick cell, (a/unit,
-tau) in a slip cell, a being the component along the direction n = (nx, ny) of the bound, tau that across it, along
-(-ny, nx), which formulas call m. The equation of a/unit is the identity. cells [m, 2]: i, j in the box; places [m]:
-indices of the cells in flattened arrays.
+Vectors of unknowns have the shape [2 m] for m cells: entries 2 i and 2 i + 1 belong to cell i. In a stick cell they are
+(qx, qy); in a slip cell (a/unit, tau), a being the component along the direction n = (nx, ny) of the bound and tau that
+across it, along t = (-ny, nx) (called m in `rolling.py`). The equation of a/unit is the identity, as the size of the
+traction is known. cells [m, 2]: i, j in the box; places [m]: indices of the cells in flattened arrays.
 """
 
 from __future__ import annotations
@@ -189,18 +189,18 @@ def update_directions(
 ) -> float:
     """Directions and shares of slip cells as `classify` sets them, from another slip s [m, 2]; states are unchanged.
 
-    Returns the squared norm of q - Proj(q - rho s), Proj being onto the circle, not the disc, in slip cells.
+    So are both where q - rho s is zero, which has no direction. Returns the squared norm of q - Proj(q - rho s), Proj being onto the circle, not the disc, in slip cells.
     """
     residual = 0.0
     for m in range(q.shape[0]):
         tx = q[m, 0] - rho * s[m, 0]
         ty = q[m, 1] - rho * s[m, 1]
         size = math.sqrt(tx * tx + ty * ty)
-        if slip[m]:
+        if slip[m] and size > 0.0:
             normal[m, 0] = tx / size
             normal[m, 1] = ty / size
             share[m] = min(bound[m] / size, 1.0)
-        if slip[m] or size > bound[m]:
+        if size > 0.0 and (slip[m] or size > bound[m]):
             tx *= bound[m] / size
             ty *= bound[m] / size
         residual += (q[m, 0] - tx) ** 2 + (q[m, 1] - ty) ** 2
