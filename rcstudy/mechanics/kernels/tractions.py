@@ -189,7 +189,8 @@ def update_directions(
 ) -> float:
     """Directions and shares of slip cells as `classify` sets them, from another slip s [m, 2]; states are unchanged.
 
-    So are both where q - rho s is zero, which has no direction. Returns the squared norm of q - Proj(q - rho s), Proj being onto the circle, not the disc, in slip cells.
+    So are both where q - rho s is zero, which has no direction. Returns the squared norm of q - Proj(q - rho s), Proj
+    being onto the circle, not the disc, in slip cells.
     """
     residual = 0.0
     for m in range(q.shape[0]):
