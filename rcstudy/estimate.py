@@ -80,7 +80,7 @@ _BY_LAYERS = {
     "slip_area": 0.12,
     "pressure_max": 0.01,
     "traction_max": 0.3,
-    "force_x": 0.27,
+    "force_x": 0.3,
     "force_y": 0.1,
     "moment_z": 0.1,
     "friction_power": 0.26,

@@ -107,7 +107,7 @@ FITS: dict[str, Fit] = {
 
 # cells aligned with the edge of the contact (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
 ALIGNED: dict[str, Fit] = {
-    "force_x": Fit(0.57, 0.0, 0.075, (0.13, 3.0), rest=0.0065, excess=0.055, coupled=0.007),
+    "force_x": Fit(0.5, 0.0, 0.075, (0.13, 3.0), rest=0.0056, excess=0.055, coupled=0.006),
     "force_y": Fit(0.36, 0.0, 0.034, (0.13, 2.5), rest=0.0105, excess=0.03, coupled=0.005),
     "moment_z": Fit(0.165, 0.0, 0.042, (0.07, 2.0), rest=0.012, excess=0.05),
     "pressure_max": Fit(0.055, 0.0, 0.09, (0.0, 1.0), rest=0.026, excess=0.12, order=2.0),

@@ -916,3 +916,29 @@ def test_update_directions_without_a_direction() -> None:
     q, normal, share = np.array([[0.5, 0.25]]), np.array([[0.6, 0.8]]), np.array([0.3])
     miss = tractions.update_directions(q, q / 0.5, np.array([1.0]), 0.5, np.array([True]), normal, share)
     assert (normal.tolist(), share.tolist(), miss) == ([[0.6, 0.8]], [0.3], pytest.approx(0.3125))
+
+
+def test_local_slip() -> None:
+    """Against the formula with arrays; a row without cells, one of one cell, and longer ones."""
+    rng = np.random.default_rng(5)
+    count = np.array([0, 1, 4, 7])
+    index = np.full((7, 4), -1)
+    for j, n in enumerate(count):
+        index[:n, j] = count[:j].sum() + np.arange(n)
+    p, angle, leading, kappa = rng.uniform(1.0, 5.0, 12), rng.uniform(-1.0, 1.0, (2, 4)), 0.03, -0.2
+    normals, trailing = (np.array([np.cos(a), np.sin(a)]) for a in angle)
+    out = np.zeros((4, 12))
+    centring.local_slip(p, index, count, normals, trailing, kappa, leading, out)
+    for j in range(1, 4):
+        cells = index[: count[j], j]
+        between = 0.5 * (np.append(p[cells], 0.0) + np.append(0.0, p[cells]))  # one more, of the cell behind
+        nearest = np.append(0.0, between[:-2]) + between[1:]
+        expected = between[:-1] + (2.0 * between[:-1] - nearest) / 12.0
+        expected[0] -= leading * p[cells[0]]
+        np.testing.assert_allclose(out[2, cells], expected, rtol=1e-14)
+        direction = np.zeros((2, cells.size))
+        direction[:, -1], direction[:, 0] = (kappa * n[0, j] ** 4 * n[:, j] for n in (trailing, normals))
+        if cells.size == 1:
+            direction[:, 0] = kappa * normals[0, j] ** 4 * normals[:, j]
+        np.testing.assert_allclose(out[:2, cells], direction, rtol=1e-14)
+    assert (out[3] == 0.0).all()

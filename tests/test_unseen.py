@@ -118,7 +118,7 @@ def test_hidden_force_is_across_the_edge_on_oblong_cells(counterbody: Material |
     cells = np.zeros((rows, 2)), np.zeros(rows, dtype=bool), pressure, np.zeros((rows, 2))
     zones = leading_zone.numbers(3, 0.748, 0.0264)
     of_rows = (index, np.ones(rows, dtype=int), ends, normals), (number, number)
-    found = unseen_slip(*of_rows, *cells, 1.5, 0.748, zones, influence)
+    found = unseen_slip(*of_rows, *cells, 1.5, 0.748, zones, 1.0, influence)
     assert found.force_y == pytest.approx(-found.force_x, rel=1e-12)
     assert np.hypot(found.force_x, found.force_y) == pytest.approx(0.5 * np.pi * found.doubtful_force, rel=1e-12)
     assert found.doubtful_power == pytest.approx(

@@ -309,7 +309,15 @@ class AlignedContact(NormalContact):
         of_rows = self.rows.index, self.rows.count, self.outline.far_field_ends, self.rows.normals
         of_cells = rolling.q, rolling.slip, self.pressure, self._slip_by_pressure_at_centres
         zones = leading_zone.numbers(_MOST_SLIPPING, EDGE, _LEADING)
-        return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, zones, self.influence)
+        return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, zones, self._reach, self.influence)
+
+    @cached_property
+    def _reach(self) -> float:
+        """`Influence.reach_of_tractions` for the longest row; 1 without layers."""
+        if not self.influence.layered:
+            return 1.0
+        back, front = self.outline.far_field_ends
+        return self.influence.reach_of_tractions(float(np.max(front - back)) * self.scene.mesh.spacing[0])
 
     def ending(self, rolling: RollingSolution, friction: float) -> Ending:
         """Forces and moment that are missing in rows which stick up to their trailing end (`trailing.py`)."""

@@ -93,6 +93,7 @@ def unseen_slip(
     friction: float,
     theta: float,
     zones: np.ndarray,
+    reach: float,
     influence: Influence,
 ) -> Unseen:
     """Corrections for tractions `q` [m, 2] (MPa) with slip flags `slip` [m] and pressures `pressure` [m] (MPa).
@@ -100,18 +101,16 @@ def unseen_slip(
     `by_pressure` [m, 2]: slip by pressure at the centres of the cells; `rows`: the numbers [most, ny] of the cells of
     each row from the leading one on, the number of cells [ny], the trailing and leading edges [2, ny] (in cells), and
     the normal [2, ny] of the latter; `centres`: coordinates x, y [m] (mm) of the cells; `theta`: distance from the
-    centre of a leading cell to the edge (in cells); `zones` [n, 7]: `leading_zone.numbers`. All zero for
-    quasi-identical bodies.
+    centre of a leading cell to the edge (in cells); `zones` [n, 7]: `leading_zone.numbers`; `reach`:
+    `influence.Influence.reach_of_tractions`. All zero for quasi-identical bodies.
     """
     dx, dy = influence.spacing
     k = influence.slip_by_pressure_over_tractions / (math.pi * friction)
     if abs(k) < _LEAST:
         return Unseen()
     sums = np.zeros(7)
-    reach = 1.0
     if influence.layered:
-        most = max(2, int(_PER_THICKNESS * influence.top_thickness / dx))
-        zones, reach = zones[: most + 1], influence.reach_of_tractions(float(np.max(rows[2][1] - rows[2][0])) * dx)
+        zones = zones[: max(2, int(_PER_THICKNESS * influence.top_thickness / dx)) + 1]
     of_cells = *centres, q, slip, pressure, by_pressure
     of_bodies = friction, k, influence.along_over_across
     leading_slip.hidden_leading_slip(*rows, *of_cells, *of_bodies, dx, theta, zones, reach, sums)

@@ -58,3 +58,37 @@ def centre(
             weight[0, m], weight[1, m], weight[2, m] = part * of_ahead, part * of_behind, part * of_second
             x, y = x + part * more_x, y + part * more_y
         out[m, 0], out[m, 1] = x, y
+
+
+@jit
+def local_slip(
+    pressure: np.ndarray,
+    index: np.ndarray,
+    count: np.ndarray,
+    normals: np.ndarray,
+    trailing_normals: np.ndarray,
+    slip_under_pressure: float,
+    leading: float,
+    out: np.ndarray,
+) -> None:
+    """The first three rows of out [4, m], see `local_slip.local_slip`; those that are zero are left alone.
+
+    pressure [m] (MPa): of the cells; index [most, ny], count [ny]: as in `row_cells.number_cells`; normals,
+    trailing_normals [2, ny]: of the rows' edges.
+    """
+    for j in range(count.size):
+        n = count[j]
+        ahead = between = 0.0  # of the cell ahead: its pressure, and the mean of those on either side of its own slip
+        for k in range(n):
+            m = index[k, j]
+            here = 0.5 * (pressure[m] + ahead)  # the displacement changes by half of either cell's load
+            behind = 0.5 * (pressure[m] + (pressure[index[k + 1, j]] if k + 1 < n else 0.0))
+            out[2, m] = here + (2.0 * here - between - behind) / 12.0  # `convolution.point_factor` along the row
+            ahead, between = pressure[m], here
+        if n > 0:
+            first, last = index[0, j], index[n - 1, j]
+            out[2, first] -= leading * pressure[first]
+            for side in range(2):
+                m, normal = (last, trailing_normals) if side == 0 else (first, normals)
+                part = slip_under_pressure * normal[0, j] ** 4  # n_x of the slip along x, and n_x^3 of oblique edges
+                out[0, m], out[1, m] = part * normal[0, j], part * normal[1, j]
