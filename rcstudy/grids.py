@@ -29,7 +29,16 @@ from rcstudy.mechanics.scene import Scene
 from rcstudy.quantities import Quantity, number_text
 from rcstudy.ranges import spread
 from rcstudy.settings import LENGTH
-from rcstudy.spec import CoatingSpec, GridSpec, SceneSpec, label_problem, submodel, takes_relative, validate
+from rcstudy.spec import (
+    CoatingSpec,
+    GridSpec,
+    SceneSpec,
+    label_problem,
+    submodel,
+    takes_relative,
+    validate,
+    written_grid,
+)
 from rcstudy.yamltree import Node, Problems, child_path, find, merge, suggest, with_entry, without
 
 MAX_AXES = 16  # of one grid: HDF5 allows 32 dimensions
@@ -431,6 +440,32 @@ def default_label(value: Any, position: int) -> str:
         one, other = (default_label(v, 0) for v in value)
         return one if isinstance(value[0], float) and one == other else f"{one} x {other}"
     return letters(position)
+
+
+def labelled_scenes(text: str, name: str, axis: str, labels: Collection[str]) -> dict[str, SceneSpec]:
+    """The scenes of grid `name` of the study `text` with the values of `axis` that have these `labels`, by label.
+
+    `axis`: a key of the scene whose values are labelled mappings or words, or `case` for a list of cases. All else is
+    as in the scene that the grid starts from. Values that are not found or not understood are left out.
+    """
+    written = written_grid(text, name)
+    if written is None:
+        return {}
+    start, grid = written
+    values = find(grid, ("cases",) if axis == "case" else ("axes", axis))
+    found = {}
+    for i, node in enumerate(values.value if values.is_list else ()):
+        own = node.value.get("label") if node.is_mapping else node
+        label = letters(i) if own is None else own.text
+        if label not in labels:
+            continue
+        value = without(node, ("label", "coating")) if node.is_mapping else node
+        scene = validate(
+            SceneSpec, merge(start, value) if axis == "case" else with_entry(start, (axis,), value), Problems()
+        )
+        if scene is not None:
+            found[label] = scene
+    return found
 
 
 def letters(position: int) -> str:

@@ -375,22 +375,34 @@ def _read(text: str) -> Node | None:
         return None
 
 
-@lru_cache(maxsize=64)
-def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
-    """The scene that grid `name` of the study `text` starts from, and the dotted paths that its cases set themselves.
+def written_grid(text: str, name: str) -> tuple[Node, Node] | None:
+    """The trees of the scene that grid `name` of the study `text` starts from, and of the grid itself.
 
-    The scene is None where the text is not understood, which may happen with the text in a cube. Its values of
-    settings that only the cases give are arbitrary.
+    None where the text is not understood, which may happen with the text in a cube. The values of settings that only
+    the cases give are arbitrary.
     """
     root = _read(text)
     grid = root.value.get("grids") if root is not None and root.is_mapping else None
     grid = grid.value.get(name) if grid is not None and grid.is_mapping else None
     if root is None or grid is None or not grid.is_mapping:
-        return None, frozenset()
+        return None
     scene = from_python(_ANY)
     for place in (root, grid):
         given = place.value.get("scene")
         scene = scene if given is None else merge(scene, given)
+    return scene, grid
+
+
+@lru_cache(maxsize=64)
+def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
+    """The scene that grid `name` of the study `text` starts from, and the dotted paths that its cases set themselves.
+
+    The scene is None where `written_grid` is, or where it is not valid.
+    """
+    written = written_grid(text, name)
+    if written is None:
+        return None, frozenset()
+    scene, grid = written
     axes, cases = grid.value.get("axes"), grid.value.get("cases")
     varied = set(axes.value) if axes is not None and axes.is_mapping else set()
     for case in cases.value if cases is not None and cases.is_list else ():

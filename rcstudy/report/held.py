@@ -6,19 +6,22 @@ the text of its study; if that is not understood, they are left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 
 import numpy as np
 
+from rcstudy.grids import labelled_scenes
 from rcstudy.progress import counted
-from rcstudy.quantities import number_text
+from rcstudy.quantities import Quantity, number_text
 from rcstudy.report.labels import KEEP, literal, shortened
 from rcstudy.report.layers import layers_text, moduli_text, ratios_text, thickness_text
-from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text
+from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, given_text
+from rcstudy.settings import LENGTH
+from rcstudy.spec import SceneSpec
 
 _LABELLED = ("creepage", "layers", "case")
-"""Axes whose values are names of settings, which a caption spells out."""
+"""Axes whose values are names of settings that the cube stores, which a caption spells out."""
 
 _SPELT = 12  # values of such an axis, at most
 _LETTERS = 40  # of a label
@@ -26,7 +29,7 @@ _LETTERS = 40  # of a label
 
 def held(grid: GridView) -> str:
     """Sentences on what all cases of `grid` share besides `layout.conditions`, and on what its labels stand for."""
-    sentences = [_creepages(grid), _layers(grid), *_numbers(grid), ", ".join(_written(grid))]
+    sentences = [_creepages(grid), _layers(grid), *_numbers(grid), *_written(grid)]
     return " ".join(f"{text[0].upper()}{text[1:]}." for text in sentences if text)
 
 
@@ -42,10 +45,17 @@ def _shared_text(grid: GridView, text: Callable[[CaseView], str]) -> str:
         return text(grid.first)
     if len(axes) > 1 or axes[0] not in _LABELLED:
         return ""
-    cases = grid.along(axes[0])[:_SPELT]
-    labels = shortened(grid.axis_values(axes[0])[: len(cases)], _LETTERS)
-    more = "; ..." if grid.dataset.sizes[axes[0]] > _SPELT else ""
-    return "; ".join(f"{literal(label)}: {text(case)}" for label, case in zip(labels, cases, strict=True)) + more
+    return _spelt(grid, axes[0], [text(case) for case in grid.along(axes[0])[:_SPELT]])
+
+
+def _spelt(grid: GridView, axis: str, texts: Sequence[str]) -> str:
+    """What the first values of the labelled `axis` stand for, `texts`, each with its label: `a: ...; b: ...`.
+
+    Words that stand for themselves (`rigid`) are left out.
+    """
+    labels = shortened(grid.axis_values(axis)[: len(texts)], _LETTERS)
+    told = [f"{literal(label)}: {text}" for label, text in zip(labels, texts, strict=True) if label != text]
+    return "; ".join(told) + ("; ..." if told and grid.dataset.sizes[axis] > len(texts) else "")
 
 
 def _creepages(grid: GridView) -> str:
@@ -63,10 +73,10 @@ def _creepages(grid: GridView) -> str:
 
 def _layers(grid: GridView) -> str:
     # also without Poisson's ratios, and without thickness, as these may be what is varied
-    for words, thick in product((layers_text, moduli_text), (True, False)):
+    for words, thick in product((_moduli_and_ratios, _moduli), (True, False)):
 
-        def layers(case: CaseView, words: Callable[..., str] = words, thick: bool = thick) -> str:
-            text = words(case, math=True)
+        def layers(case: CaseView, words: Callable[[CaseView], str] = words, thick: bool = thick) -> str:
+            text = words(case)
             return _with_thickness(case, text) if thick else text
 
         if text := _shared_text(grid, layers):
@@ -78,7 +88,7 @@ def _layers(grid: GridView) -> str:
         each = f"thickness of each layer: {_thickness(grid.first)}"
         texts = [_with_thickness(grid.first, texts[0])] if texts else [each]
     if not _differs_along(grid, _ratios) and _ratios(grid.first):
-        texts += [f"layers' {_ratios(grid.first)}"]
+        texts += [_ratios(grid.first) if texts else f"layers' {_ratios(grid.first)}"]
     return ", ".join(texts)
 
 
@@ -112,34 +122,107 @@ def _thickness(case: CaseView) -> str:
 
 
 def _ratios(case: CaseView) -> str:
-    return ratios_text(case, math=True)
+    return ratios_text(case, math=True, every=True)
+
+
+def _moduli(case: CaseView) -> str:
+    return moduli_text(case, math=True)
+
+
+def _moduli_and_ratios(case: CaseView) -> str:
+    return layers_text(case, math=True, every=True)
 
 
 def _written(grid: GridView) -> list[str]:
-    """Bodies, radii, coupling and discretisation as written in the study, as far as all cases share them."""
+    """Sentences on radii, bodies, coupling, discretisation, mesh and tolerances as the study wrote them.
+
+    The first one has what all cases share, but for mesh and tolerances; the others what labels stand for.
+    """
     scene, varied = grid.starting
     if scene is None:
         return []
-    texts = []
-    if "radius" not in varied:
-        x, y = map(number_text, scene.radius)
-        texts += [f"$R$ = {x} mm"] if x == y else [f"$R_x$ = {x} mm", f"$R_y$ = {y} mm"]
-    if "substrate" not in varied:
-        texts.append(
-            f"substrate $E_s$ = {number_text(scene.substrate.E)} MPa, $\\nu$ = {number_text(scene.substrate.nu)}"
-        )
-    if "counterbody" not in varied:
-        other = scene.counterbody
-        words = "rigid counterbody"
-        if other is not None:
-            modulus = f"${number_text(other.E.value)}\\,E_s$" if other.E.scale else f"{other.E} MPa"
-            words = f"counterbody $E$ = {modulus}, $\\nu$ = {number_text(other.nu)}"
-        texts.append(words)
-    if "force_x" in grid and "coupling" not in varied:
-        texts.append(f"{scene.coupling} coupling")
-    if "discretisation" not in varied:
-        texts.append(f"{scene.discretisation} discretisation")
+    shared, told = [], []
+    for key, text in _WRITTEN.items():
+        if key == "coupling" and "force_x" not in grid:
+            continue
+        texts = _texts_of_labels(grid, key, text) if key in varied else [text(scene)]
+        if len(set(texts)) == 1 and key not in _OF_MESHES:
+            shared.append(_in_words(key, texts[0]))
+        elif key in varied and texts and (words := _spelt(grid, _labels_of(grid, key), texts)):
+            told.append(f"{key}: {words}")
     return [
-        text.replace(" = ", f"{KEEP}={KEEP}").replace(" mm", f"{KEEP}mm").replace(" MPa", f"{KEEP}MPa")
-        for text in texts
+        sentence.replace(" = ", f"{KEEP}={KEEP}").replace(" mm", f"{KEEP}mm").replace(" MPa", f"{KEEP}MPa")
+        for sentence in (", ".join(shared), *told)
     ]
+
+
+def _labels_of(grid: GridView, key: str) -> str:
+    """The axis of labels along which the setting `key` of the scene varies; empty if it has none."""
+    if "case" in grid.axes:
+        return "case"
+    return key if key in grid.axes and key in _MAPPINGS else ""
+
+
+def _texts_of_labels(grid: GridView, key: str, text: Callable[[SceneSpec], str]) -> list[str]:
+    """The `text` of the setting `key` for each of its first labels; empty if these are not found in the study."""
+    axis = _labels_of(grid, key)
+    labels = grid.axis_values(axis)[:_SPELT] if axis else []
+    scenes = labelled_scenes(grid.study_text, grid.name, axis, labels)
+    return [text(scenes[label]) for label in labels] if set(labels) <= scenes.keys() else []
+
+
+def _in_words(key: str, text: str) -> str:
+    """What all cases share: `rigid counterbody`, or `counterbody` with its numbers."""
+    return text if key == "radius" else f"{key} {text}" if text.startswith("$") else f"{text} {key}"
+
+
+def _radius(scene: SceneSpec) -> str:
+    x, y = map(number_text, scene.radius)
+    return f"$R$ = {x} mm" if x == y else f"$R_x$ = {x} mm, $R_y$ = {y} mm"
+
+
+def _substrate(scene: SceneSpec) -> str:
+    return f"$E_s$ = {number_text(scene.substrate.E)} MPa, $\\nu$ = {number_text(scene.substrate.nu)}"
+
+
+def _counterbody(scene: SceneSpec) -> str:
+    other = scene.counterbody
+    return "rigid" if other is None else f"$E$ = {_quantity(other.E, 'MPa')}, $\\nu$ = {number_text(other.nu)}"
+
+
+def _mesh(scene: SceneSpec) -> str:
+    size, (nx, ny) = scene.mesh.size, scene.mesh.cells
+    cells = f"{nx} × {ny} cells"
+    if size is None:
+        return f"{cells} in a window {number_text(scene.mesh.margin)} times as wide as the contact"
+    return f"{cells} in {' × '.join(_quantity(side, 'mm') for side in size)}"
+
+
+def _tolerance(scene: SceneSpec) -> str:
+    parts = ((scene.tolerance.normal, "pressure"), (scene.tolerance.tangential, "tractions"))
+    return ", ".join(f"${given_text(value, math=True)}$ ({what})" for value, what in parts)
+
+
+def _quantity(value: Quantity, units: str) -> str:
+    """A length or modulus as it is written, with its `units` unless it is relative."""
+    if not value.scale:
+        return f"{value} {units}"
+    return rf"${number_text(value.value)}\,{'a' if value.scale == LENGTH else 'E_s'}$"
+
+
+_MAPPINGS = ("substrate", "counterbody", "mesh", "tolerance")
+"""Settings of the scene whose values along an axis are labelled mappings that the cube does not store as one."""
+
+_OF_MESHES = ("mesh", "tolerance")
+"""Settings that a caption tells of only where they have labels."""
+
+_WRITTEN: Mapping[str, Callable[[SceneSpec], str]] = {
+    "radius": _radius,
+    "substrate": _substrate,
+    "counterbody": _counterbody,
+    "coupling": lambda scene: scene.coupling,
+    "discretisation": lambda scene: scene.discretisation,
+    "mesh": _mesh,
+    "tolerance": _tolerance,
+}
+"""Settings of the scene that the cube does not store for every case, and the words for each."""

@@ -13,12 +13,13 @@ ROUND = 1e-9
 """Relative difference from a number of six digits below which a ratio is taken to have been written with those."""
 
 
-def layers_text(case: CaseView, *, math: bool = False) -> str:
+def layers_text(case: CaseView, *, math: bool = False, every: bool = False) -> str:
     """Moduli of a case's layers, and Poisson's ratios that are not the substrate's: `E1 = 0.5 Es, nu = 0.49`.
 
-    `no layer` without one. `math` gives matplotlib/LaTeX mathematics, here and below.
+    `no layer` without one. `math` gives matplotlib/LaTeX mathematics, here and below; `every` Poisson's ratios that are
+    the substrate's, too.
     """
-    return ", ".join(filter(None, (moduli_text(case, math=math), ratios_text(case, math=math))))
+    return ", ".join(filter(None, (moduli_text(case, math=math), ratios_text(case, math=math, every=every))))
 
 
 def moduli_text(case: CaseView, *, math: bool = False) -> str:
@@ -42,13 +43,14 @@ def moduli_text(case: CaseView, *, math: bool = False) -> str:
     return ", ".join(set_as(text, math=math) for text in texts)
 
 
-def ratios_text(case: CaseView, *, math: bool = False) -> str:
-    """Poisson's ratios of a case's layers, `nu = 0.49` or `nu1 = 0.3, nu2 = 0.49`; empty if all are the substrate's.
+def ratios_text(case: CaseView, *, math: bool = False, every: bool = False) -> str:
+    """Poisson's ratios of a case's layers, `nu = 0.49` or `nu1 = 0.3, nu2 = 0.49`; empty without layers.
 
-    Empty, too, where the substrate's is not known because the study's text is not understood.
+    Empty, too, unless `every` is set, if all are the substrate's, or if that is not known because the study's text is
+    not understood.
     """
     ratios, substrate = case.layer_nu, case.grid.substrate_nu
-    if not case.layers or substrate is None or set(ratios) <= {substrate}:
+    if not case.layers or not (every or (substrate is not None and not set(ratios) <= {substrate})):
         return ""
     symbol = r"\nu" if math else "nu"
     names = [symbol] if len(set(ratios)) == 1 else [_numbered(symbol, k, math) for k in range(len(ratios))]

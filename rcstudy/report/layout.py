@@ -120,4 +120,5 @@ def conditions(grid: GridView, *, friction: bool = True) -> str:
     if "x" in grid and "y" in grid:
         dx, dy = case.spacing
         texts.append("cells of " + f"{short_number(dx)} mm × {short_number(dy)} mm".replace(" ", KEEP))
-    return f"{', '.join(texts)}." if texts else ""
+    sentence = f"{', '.join(texts)}." if texts else ""
+    return sentence[:1].upper() + sentence[1:]
