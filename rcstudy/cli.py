@@ -425,13 +425,21 @@ def figures(
             help="Value of an axis that a grid's figures show in place of all or the first; may be repeated.",
         ),
     ] = None,
+    along: Annotated[
+        str,
+        typer.Option(
+            metavar="AXIS",
+            help="Axis of numbers along which curves are drawn; default: a creepage, or the axis with most values.",
+            show_default=False,
+        ),
+    ] = "",
 ) -> None:
     """Draw the figures of a cube."""
     from rcstudy.figures import make_figures
 
     wanted = tuple(word.strip() for word in formats.split(","))
     with _opened(cube) as (tree,):
-        written = make_figures(tree, output, wanted, _values_of_axes(at or ()))
+        written = make_figures(tree, output, wanted, _values_of_axes(at or ()), along)
     _tell_written(written, output)
 
 

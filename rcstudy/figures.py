@@ -28,14 +28,16 @@ def make_figures(
     out: Path,
     formats: Sequence[str] = ("png", "pdf"),
     at: Mapping[str, str] | None = None,
+    along: str = "",
 ) -> list[Path]:
     """Draw what the cube has: the paper's figures from its grids, an overview of each other grid.
 
     `tree` is an opened cube (`rcstudy.open`), `out` the folder to write into (made if need be), `formats`
     of png, pdf, svg (each is written once). `at`: values of axes that overviews are to show, by the names of the axes,
-    in place of a grid's first ones; see `GridView.held_at`. Returns the files written. A figure of the paper whose grid
-    is missing from a cube that has others, or whose fields are not stored, is left out with a logged warning.
-    UserError if nothing can be drawn, or if no grid that has an overview has a value of `at`.
+    in place of a grid's first ones; see `GridView.held_at`. `along`: axis of numbers along which curves are drawn in
+    overviews of the grids that have it. Returns the files written. A figure of the paper whose grid is missing from a
+    cube that has others, or whose fields are not stored, is left out with a logged warning. UserError if nothing can be
+    drawn, or if no grid that has an overview has a value of `at` or the axis `along`.
     """
     check_formats(formats)
     formats = tuple(dict.fromkeys(formats))
@@ -43,6 +45,8 @@ def make_figures(
     paper = {name: grid for name, grid in found.items() if is_paper_grid(grid)}
     for axis, value in (at or {}).items():
         found |= _held_at({name: grid for name, grid in found.items() if name not in paper}, axis, value)
+    if along:
+        _check_along([grid for name, grid in found.items() if name not in paper], along)
     out = Path(out)
     make_folder(out)
     paths: list[Path] = []
@@ -56,7 +60,7 @@ def make_figures(
                 paths += save(figure, out, name, formats)
         for name, grid in found.items():
             if name not in paper:
-                paths += save(overview_figure(grid), out, name, formats)
+                paths += save(overview_figure(grid, along), out, name, formats)
                 maps = case_maps(grid)
                 if maps is not None:
                     paths += save(maps, out, f"{name}_maps", formats)
@@ -75,3 +79,13 @@ def _held_at(found: Mapping[str, GridView], axis: str, value: str) -> dict[str, 
         raise UserError(f"--at: {axis}={value}: {axis} must be a value of a grid ({'; '.join(having)})")
     axes = dict.fromkeys(axis for grid in found.values() for axis in grid.axes)
     raise UserError(f"--at: {axis}={value}: no grid has this axis: {suggest(axis, axes)}")
+
+
+def _check_along(found: Sequence[GridView], along: str) -> None:
+    """UserError unless `along` is an axis of numbers of one of the grids."""
+    numeric = dict.fromkeys(axis for grid in found for axis in grid.axes if grid.numeric(axis))
+    if along not in numeric:
+        known = any(along in grid.axes for grid in found)
+        problem = "not an axis of numbers" if known else "no grid has this axis"
+        allowed = suggest(along, numeric) if numeric else "no grid has an axis of numbers"
+        raise UserError(f"--along: {along}: {problem}: {allowed}")

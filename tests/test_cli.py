@@ -457,3 +457,20 @@ def test_figures_of_another_value_of_an_axis(folder: Path, monkeypatch: pytest.M
         done = run("figures", "c.nc", *words)
         assert done.exit_code == EXIT_BAD_INPUT
         assert done.output.startswith(said)
+
+
+def test_figures_along_another_axis(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[str] = []
+    monkeypatch.setattr(overview, "_label_axis", lambda ax, grid, axis: drawn.append(f"{grid.name} {axis}"))
+    synthetic.write(folder / "c.nc", synthetic.several())
+    for words, axis in (([], "thickness"), (["--along", "modulus"], "modulus")):
+        drawn.clear()
+        done = run("figures", "c.nc", "--formats", "png", *words)
+        assert done.exit_code == 0, done.output
+        assert {f"product {axis}", "pressure_only load", "listed case"} == set(drawn)
+    for axis, said in (
+        ("modulu", "--along: modulu: no grid has this axis: did you mean modulus? allowed: thickness, modulus, load\n"),
+        ("case", "--along: case: not an axis of numbers: allowed: thickness, modulus, load\n"),
+    ):
+        done = run("figures", "c.nc", "--along", axis)
+        assert (done.exit_code, done.output) == (EXIT_BAD_INPUT, said)

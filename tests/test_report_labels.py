@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,8 @@ from rcstudy.cube import open_cube
 from rcstudy.mechanics.scene import Creepage, Layer
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
 from rcstudy.report.layers import layers_text, thickness_text
-from rcstudy.report.overview import QUANTITIES, case_maps, geometric, overview_figure
+from rcstudy.report.layout import conditions
+from rcstudy.report.overview import QUANTITIES, _counts, case_maps, geometric, overview_figure
 from rcstudy.report.style import style
 from rcstudy.report.views import GridView, grids
 from rcstudy.settings import unit_as_written
@@ -90,7 +92,7 @@ def test_lines_break_neither_inside_mathematics_nor_at_kept_spaces() -> None:
     assert wrapped("abcdefgh", 5) == ["abcde", "fgh"]
 
 
-def test_forces_that_symmetry_makes_nil_have_no_panel(tmp_path: Path) -> None:
+def test_forces_that_symmetry_makes_zero_have_no_panel(tmp_path: Path) -> None:
     grid = make_grid("g", number_axis("load", [50.0, 100.0], "N"), creepage_axis({"a": CREEPAGES["a"]}))
     made = assemble(make_study(), (grid, grid_cases(grid, SCENE)))
     for name in ("force_x", "force_y", "moment_z"):
@@ -103,7 +105,100 @@ def test_forces_that_symmetry_makes_nil_have_no_panel(tmp_path: Path) -> None:
                 figure = overview_figure(grids(tree)["g"])
             symbol = QUANTITIES[name].split(" (")[0]
             assert (QUANTITIES[name] in [ax.get_ylabel() for ax in figure.axes if ax.get_visible()]) is shown
-            assert (f"Nil in all cases: {symbol}." in texts(figure)) is not shown
+            assert (f"Zero in all cases shown: {symbol}." in texts(figure)) is not shown
+
+
+def test_forces_that_are_zero_in_what_is_shown_have_no_panel(tmp_path: Path) -> None:
+    """Though they are not at the other values of an axis that the figure holds at its first one."""
+    axes = (number_axis("load", [50.0, 100.0], "N"), number_axis("friction", [0.5, 1.0]), creepage_axis())
+    made = assemble(make_study(), (grid := make_grid("g", *axes), grid_cases(grid, SCENE)))
+    for case, result in made.results:
+        result.scalars |= {"force_x": 40.0, "force_y": 40.0 * case.index[1], "moment_z": 5.0}
+    with synthetic_tree(tmp_path, made) as tree, style():
+        view = grids(tree)["g"]
+        figures = [overview_figure(view), overview_figure(view, "friction")]
+    labels = [[ax.get_ylabel() for ax in figure.axes if ax.get_visible()] for figure in figures]
+    assert [QUANTITIES["force_y"] in shown for shown in labels] == [False, True]
+    assert ["Zero in all cases shown: $F_y$. Shown for friction = 0.5." in texts(figure) for figure in figures] == [
+        True,
+        False,
+    ]
+
+
+def test_lines_of_equal_values_are_all_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Markers are open and of different sizes; over labels, where they are not joined, they are beside each other."""
+    loads = number_axis("load", [50.0, 100.0, 200.0], "N")
+    words = Axis("method", 2, {"method": Coord(["newton", "paper-cg"], "1", "")}, ("newton", "paper-cg"))
+    numbers, labels = make_grid("numbers", loads, creepage_axis()), make_grid("labels", creepage_axis(), words)
+    made = assemble(make_study(), *((grid, grid_cases(grid, SCENE)) for grid in (numbers, labels)))
+    with synthetic_tree(tmp_path, made) as tree, style():
+        views = grids(tree)
+        on_numbers, on_labels = (overview_figure(views[name]).axes[0].lines for name in ("numbers", "labels"))
+    for lines in (on_numbers, [line for line in on_labels if line.get_marker() != "None"]):
+        drawn = [line for line in lines if len(line.get_xdata()) > 1]
+        assert len(drawn) > 1 and {line.get_markerfacecolor() for line in drawn} == {"none"}
+        sizes = [line.get_markersize() for line in drawn]
+        assert all(one - other > 0.5 for one, other in pairwise(sizes))
+    assert all((line.get_xdata() == [50.0, 100.0, 200.0]).all() for line in on_numbers)
+    one, other = (np.asarray(line.get_xdata()) for line in on_labels)
+    np.testing.assert_allclose(other - one, 0.09)
+    np.testing.assert_allclose(one + other, 2.0 * np.arange(6), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("creepages", "along", "expected"),
+    [
+        ((0.001, 0.002, 0.003), "", "longitudinal creepage"),
+        ((0.001, 0.002), "", "load (N)"),  # no curve
+        ((0.001, 0.002), "longitudinal", "longitudinal creepage"),
+        ((0.001, 0.002, 0.003), "load", "load (N)"),
+        ((0.001, 0.002, 0.003), "spin", "longitudinal creepage"),  # an axis of another grid
+    ],
+)
+def test_curves_are_along_a_creepage_or_what_is_asked_for(
+    tmp_path: Path, creepages: tuple[float, ...], along: str, expected: str
+) -> None:
+    axes = (number_axis("load", [50.0, 60.0, 70.0, 80.0], "N"), number_axis("longitudinal", list(creepages)))
+    with opened(tmp_path, make_grid("g", *axes)) as grid, style():
+        assert overview_figure(grid, along).axes[0].get_xlabel() == expected
+
+
+def test_maps_show_cases_of_all_values_of_the_first_axes(tmp_path: Path) -> None:
+    """The first twelve of layers and many creepages had one layer only."""
+    loads, frictions = number_axis("load", [50.0, 100.0], "N"), number_axis("friction", list(np.arange(1.0, 17.0)))
+    with opened(tmp_path, make_grid("g", loads, frictions)) as grid, style():
+        figure = case_maps(grid)
+        assert figure is not None
+        titles = [ax.get_title(loc="left") for ax in figure.axes if ax.get_title(loc="left")]
+        assert titles == [f"load={load} N, friction={mu}" for load in (50, 100) for mu in (1, 4, 7, 10, 13, 16)]
+        assert "12 of 32 cases, evenly chosen: 2 of 2 values of load, 6 of 16 values of friction. " in caption_of(
+            figure
+        )
+        every = case_maps(grid.held_at("friction", "4"))  # type: ignore[arg-type]
+        assert "evenly" not in caption_of(every)
+
+
+@pytest.mark.parametrize(
+    ("shape", "counts"),
+    [
+        ((2, 16), [2, 6]),
+        ((16, 2), [6, 2]),
+        ((3, 3, 12), [3, 2, 2]),
+        ((40,), [12]),
+        ((3, 4), [3, 4]),
+        ((1, 9, 1), [1, 9, 1]),
+    ],
+)
+def test_maps_are_spread_over_all_axes(shape: tuple[int, ...], counts: list[int]) -> None:
+    assert _counts(shape) == counts
+
+
+def test_one_map_fills_its_page(tmp_path: Path) -> None:
+    with opened(tmp_path, make_grid("g", case_axis(["one"]))) as grid, style():
+        figure = case_maps(grid)
+        assert figure is not None
+        (panel, *_) = sizes(figure)
+        assert panel[0] > 0.75 * figure.get_figwidth()
 
 
 def sizes(figure: Figure) -> list[tuple[float, float]]:
@@ -249,13 +344,75 @@ def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Pat
     assert f"0.05 mm, 0.1 mm thick. {radii}" in captions["slides"] and "full coupling" in captions["slides"]
     assert (
         r"Creepage: straight: $\xi_x = 0.002$; curve: $\xi_x = 0.002$, $\varphi = 0.01$ rad/mm. "
-        rf"2 layers, each $0.5\,a$ thick. {radii}, {bodies}, rigid counterbody"
+        rf"2 layers, each $0.5\,a$ thick, $\nu = 0.3$. {radii}, {bodies}, rigid counterbody"
     ) in captions["labels"]
+    assert (
+        r"Layers: $E_1 = 420000\,\mathrm{MPa}$, $E_2 = 840000\,\mathrm{MPa}$, $\nu = 0.3$, 0.05" in captions["slides"]
+    )
     # nothing but layers and what labels stand for is shared: no stray full stop
     assert captions["nothing"].endswith(
         r"other: $\xi_x = 0.001$, $\varphi = 0.2$ rad/mm. No layer. "
-        r"$P$ of one: 10 N; other: 20 N. $\mu$ of one: 0.5; other: 1."
+        r"$P$ of one: 10 N; other: 20 N. $\mu$ of one: 0.5; other: 1. "
+        r"Radius: one: $R$ = 20 mm; other: $R_x$ = 10 mm, $R_y$ = 20 mm. "
+        r"Substrate: one: $E_s$ = 100000 MPa, $\nu$ = 0.3; other: $E_s$ = 210000 MPa, $\nu$ = 0.3. "
+        r"Counterbody: one: rigid; other: $E$ = $1\,E_s$, $\nu$ = 0.28. "
+        r"Coupling: one: full; other: one-way. Discretisation: one: kalker; other: aligned."
     )
+
+
+LABELS = """
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 20
+  mesh: {size: auto, cells: [16, 16]}
+  creepage: {longitudinal: 0.01}
+grids:
+  bodies:
+    axes:
+      counterbody: [rigid, {label: steel, E: 210000, nu: 0.28}, {E: 1 Es, nu: 0.25}]
+      substrate: [{E: 210000, nu: 0.3}, {label: soft, E: 70000, nu: 0.33}]
+  meshes:
+    axes:
+      mesh: [{size: [8 a, 1], cells: [40, 44]}, {label: fit, size: auto, cells: [16, 18], margin: 1.5}]
+      tolerance: [{normal: 1.0e-5, tangential: 1.0e-7}, {label: loose, normal: 1.0e-3, tangential: 1.0e-3}]
+  loads:
+    axes:
+      load: [10, 20, 30]
+      friction: [0.3, 0.4]
+      radius: [20, 30]
+      counterbody.nu: [0.3, 0.4]
+    scene: {counterbody: {E: 1 Es, nu: 0.3}}
+"""
+
+
+def test_captions_explain_labels_of_bodies_meshes_and_tolerances(tmp_path: Path) -> None:
+    run(load_text(tmp_path, LABELS), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        views = grids(tree)
+        captions = {name: caption_of(overview_figure(grid)) for name, grid in views.items()}
+        steel = caption_of(overview_figure(views["bodies"].held_at("counterbody", "steel")))  # type: ignore[arg-type]
+    c = r"c: $E$ = $1\,E_s$, $\nu$ = 0.25"
+    assert (
+        r"Substrate: a: $E_s$ = 210000 MPa, $\nu$ = 0.3; soft: $E_s$ = 70000 MPa, $\nu$ = 0.33. "
+        rf"Counterbody: steel: $E$ = 210000 MPa, $\nu$ = 0.28; {c}. "
+    ) in captions["bodies"]
+    assert r"counterbody $E$ = 210000 MPa, $\nu$ = 0.28, one-way" in steel and c not in steel
+    assert (
+        r"kalker discretisation. Mesh: a: 40 × 44 cells in $8\,a$ × 1 mm; "
+        r"fit: 16 × 18 cells in a window 1.5 times as wide as the contact. "
+        r"Tolerance: a: $1\times10^{-5}$ (pressure), $1\times10^{-7}$ (tractions); "
+        r"loose: $0.001$ (pressure), $0.001$ (tractions). "
+    ) in captions["meshes"]
+    assert not any(word in captions["loads"] for word in ("Radius:", "ounterbody", "Mesh", "Tolerance"))
+
+
+def test_each_sentence_of_a_caption_begins_with_a_capital(tmp_path: Path) -> None:
+    """Where load, friction and Hertz's contact differ the last one is on the cells alone."""
+    axes = (number_axis("load", [50.0, 100.0], "N"), number_axis("friction", [0.5, 1.0]))
+    with opened(tmp_path, make_grid("g", *axes)) as grid:
+        assert conditions(grid).replace(KEEP, " ") == "Cells of 0.0625 mm × 0.08333 mm."
 
 
 RUBBER = """

@@ -1,13 +1,16 @@
-"""Overview of any grid: its resultants along one of its axes, and the maps of its first cases."""
+"""Overview of any grid: its resultants along one of its axes, and the maps of some of its cases."""
 
 from __future__ import annotations
 
+import itertools
+import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rcstudy.progress import counted
 from rcstudy.report import measures
 from rcstudy.report.draw import remark
 from rcstudy.report.held import held
@@ -16,7 +19,6 @@ from rcstudy.report.layout import LINE_SPACING, caption, conditions, heighten, l
 from rcstudy.report.paper_figures import MAPS_SHOW, maps_figure, stretched
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
-from rcstudy.result import Status
 from rcstudy.settings import LENGTH, MODULUS
 
 if TYPE_CHECKING:
@@ -39,6 +41,12 @@ _TICKS = 0.2  # height of tick labels along x for which panels have room, inches
 _TITLE = 2.0  # width of a map's title, inches: no more than its panel's
 
 _WORDS = {name: f"{name} creepage" for name in ("longitudinal", "lateral")}
+_CREEPAGES = ("longitudinal", "lateral", "spin")
+_CURVE = 3  # values of a creepage from which on curves are drawn along it, whatever other axes there are
+
+_MARKERS = 6.0, 2.8  # sizes of the markers of the first line and, where there are many, of the last, points
+_SMALLER = 1.2  # difference of the sizes of the markers of two lines, at most, points
+_ASIDE = 0.09  # distance of the points of two lines over a label, in distances of labels
 _LONG = 5  # letters of a tick's number; of longer ones panels have room for few
 
 _LEAST_DRAWN = 1e-100  # least value on a logarithmic axis, its inverse the largest: margins must be finite, too
@@ -47,39 +55,42 @@ DECADE = 10.0
 ROUNDED = 1e-3
 """Relative difference of the logarithms of factors that count as equal: values of an axis are rounded to six digits."""
 
-NIL = 1e-6
-"""Share of its natural scale below which a force or moment is nil in all cases of a grid and has no panel.
+ZERO = 1e-6
+"""Share of its natural scale below which a force or moment counts as zero; where it is in all cases it has no panel.
 
-Where symmetry makes a number nil, rounding and the solver's tolerance (1e-7 unless the study says otherwise) leave
+Where symmetry makes a number zero, rounding and the solver's tolerance (1e-7 unless the study says otherwise) leave
 less than this; creepages whose forces are as small do not occur.
 """
 
 
-def overview_figure(grid: GridView) -> Figure:
+def overview_figure(grid: GridView, along: str = "") -> Figure:
     """Resultants along one axis, a line per value of another; further axes at their first value.
 
-    The abscissa is the axis of numbers that has most values; lines stand for an axis of words if there is one. An axis
-    of labels (or of several numbers) is drawn evenly spaced with its labels. Cases that were not solved leave gaps,
-    which the caption counts; where none of those shown is solved, panels say so and have no scales.
+    The abscissa is the axis of numbers `along`, or, if the grid has no such axis, an axis of numbers that is chosen:
+    a creepage with three or more values, or else the one with most values. Lines stand for an axis of words if there is
+    one. An axis of labels (or of several numbers) is drawn evenly spaced with its labels. Cases that were not solved
+    leave gaps, which the caption counts; where none of those shown is solved, panels say so and have no scales. Forces
+    and moment that are zero in all cases shown have no panel.
     """
-    names = [name for name in QUANTITIES if name in grid and not _vanishes(grid, name)]
-    columns = 2 if len(names) == 4 else min(3, len(names))
-    rows = -(-len(names) // columns)
-    figure, axes = panels(rows, columns, 2.2 * rows + 0.3)
-    for ax in axes.flat[len(names) :]:
-        ax.set_visible(False)
-    along, across = _axes(grid)
+    along, across = _axes(grid, along)
     lines = _chosen(grid.dataset.sizes[across]) if across else [0]
     x = _positions(grid, along)
     order = np.argsort(x, kind="stable")
     shown = [[_case(grid, {along: i, across: at}) for i in order] for at in lines]
     any_solved = any(case.solved for cases in shown for case in cases)
+    zero = [name for name in QUANTITIES if name in grid and _vanishes(itertools.chain(*shown), name)]
+    names = [name for name in QUANTITIES if name in grid and name not in zero]
+    columns = 2 if len(names) == 4 else min(3, len(names))
+    rows = -(-len(names) // columns)
+    figure, axes = panels(rows, columns, 2.2 * rows + 0.3)
+    for ax in axes.flat[len(names) :]:
+        ax.set_visible(False)
+    looks = _looks(grid, along, len(lines))
     for k, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
-        for line, cases in enumerate(shown):
+        for cases, look, aside in zip(shown, looks, _asides(grid, along, len(lines)), strict=True):
             values, bars = _values(cases, name)
-            look = _look(grid, along, line)
-            ax.plot(x[order], values, **look)
-            ax.errorbar(x[order], values, bars, fmt="none", ecolor=look["color"], elinewidth=0.8)
+            ax.plot(x[order] + aside, values, **look)
+            ax.errorbar(x[order] + aside, values, bars, fmt="none", ecolor=look["color"], elinewidth=0.8)
         ax.set_ylabel(QUANTITIES[name])
         ax.set_title(f"({'abcdef'[k]})", loc="left")
         _label_axis(ax, grid, along)
@@ -89,10 +100,10 @@ def overview_figure(grid: GridView) -> Figure:
     heighten(figure, rows * max(0.0, _ticks_height(axes.flat[0]) - _TICKS))
     if across:
         words = [_lines_label(f"{across} = {value}") for value in grid.axis_values(across)]
-        legend(figure, {words[at]: _look(grid, along, k) for k, at in enumerate(lines)}, **LINE_SPACING)
+        legend(figure, {words[at]: look for at, look in zip(lines, looks, strict=True)}, **LINE_SPACING)
     has_bars = any_solved and any(f"{name}_error" in grid for name in names)
     errors = "Estimated discretisation errors as bars." if has_bars else ""
-    caption(figure, _caption(grid, errors, _remarks(grid, along, across, len(lines))))
+    caption(figure, _caption(grid, errors, _remarks(grid, along, across, len(lines), zero)))
     return figure
 
 
@@ -107,28 +118,65 @@ def _values(cases: Sequence[CaseView], name: str) -> tuple[np.ndarray, np.ndarra
     return values, np.clip([np.fmin(errors, values), np.fmin(errors, 1.0 - values)], 0.0, None)
 
 
-def _vanishes(grid: GridView, name: str) -> bool:
-    """Whether a force or moment vanishes in every case, up to rounding, as it does by symmetry."""
+def _vanishes(cases: Iterable[CaseView], name: str) -> bool:
+    """Whether `name` is a force or moment that vanishes in every solved case, up to rounding, as it does by symmetry.
+
+    False if no case is solved.
+    """
     if name not in ("force_x", "force_y", "moment_z"):
         return False
-    natural = grid.small("friction") * grid.small("load")
-    if name == "moment_z":
-        natural = natural * grid.small("contact_radius")
-    largest = abs(grid.small(name) / natural).where(grid.small("status") == Status.SOLVED).max()
-    return bool(largest < NIL)  # not where no case is solved: NaN
+    ratios = []
+    for case in cases:
+        natural = case.stored("friction") * case.stored("load")
+        if name == "moment_z":
+            natural *= case.number("contact_radius")
+        ratios.append(abs(case.number(name)) / natural)
+    known = [ratio for ratio in ratios if np.isfinite(ratio)]
+    return bool(known) and max(known) < ZERO
 
 
 def case_maps(grid: GridView) -> Figure | None:
-    """Traction maps of the grid's first cases (at most twelve); None if it stores no tractions."""
+    """Traction maps of at most twelve cases, evenly chosen along all axes; None if the grid stores no tractions.
+
+    The caption says how many of the values of each axis are shown.
+    """
     if not {"traction_x", "traction_y", "state"} <= set(map(str, grid.dataset.data_vars)):
         return None
-    cases = [case for case, _ in zip(grid.cases(), range(MAPS_AT_MOST), strict=False)]
+    counts = _counts(grid.shape)
+    places = [_spread(size, count) for size, count in zip(grid.shape, counts, strict=True)]
+    cases = [grid.case(*index) for index in itertools.product(*places)]
     figure = maps_figure(cases, _title)
-    total = int(np.prod(grid.shape))
-    shown = f"The first {MAPS_AT_MOST} of {total} cases." if total > MAPS_AT_MOST else ""
     what = f"{MAPS_SHOW}." if any(case.rolling for case in cases) else ""
-    caption(figure, _caption(grid, what, stretched(cases), shown))
+    caption(figure, _caption(grid, what, stretched(cases), _chosen_cases(grid, counts)))
     return figure
+
+
+def _counts(shape: Sequence[int]) -> list[int]:
+    """How many values of each axis maps show: the same number of each as far as possible, of the first axes more."""
+    counts = [1] * len(shape)
+    while True:
+        room = [
+            k
+            for k, (count, size) in enumerate(zip(counts, shape, strict=True))
+            if count < size and math.prod(counts) // count * (count + 1) <= MAPS_AT_MOST
+        ]
+        if not room:
+            return counts
+        counts[min(room, key=lambda k: counts[k])] += 1
+
+
+def _chosen_cases(grid: GridView, counts: Sequence[int]) -> str:
+    """A sentence on which cases the maps show; empty if all."""
+    total, shown = math.prod(grid.shape), math.prod(counts)
+    if shown == total:
+        return ""
+    parts = [
+        f"{count} of {counted(size, 'value')} of {axis}"
+        for axis, size, count in zip(grid.axes, grid.shape, counts, strict=True)
+        if size > 1
+    ]
+    which = f": {', '.join(parts)}" if len(parts) > 1 else ""
+    return f"{shown} of {total} cases, evenly chosen{which}."
 
 
 def _caption(grid: GridView, *sentences: str) -> str:
@@ -152,11 +200,16 @@ def _title_lines(settings: Sequence[str], letters: int) -> list[str]:
     return [piece for line in lines for piece in textwrap.wrap(line, letters + 2)]
 
 
-def _axes(grid: GridView) -> tuple[str, str]:
-    """The axis to draw along and that of the lines; empty where the grid has no more axes."""
+def _axes(grid: GridView, along: str) -> tuple[str, str]:
+    """The axis to draw along, `along` if the grid has it, and that of the lines; empty where it has no more axes."""
     sizes = dict(zip(grid.axes, grid.shape, strict=True))
     numeric = {axis: grid.numeric(axis) for axis in sizes}
-    along = max(sizes, key=lambda a: (sizes[a] > 1, numeric[a], sizes[a] * numeric[a]), default="")
+    if not numeric.get(along):
+        along = max(
+            sizes,
+            key=lambda a: (sizes[a] > 1, numeric[a], a in _CREEPAGES and sizes[a] >= _CURVE, sizes[a] * numeric[a]),
+            default="",
+        )
     rest = [axis for axis in sizes if axis != along]
     return along, max(rest, key=lambda a: (sizes[a] > 1, not numeric[a]), default="")
 
@@ -168,12 +221,31 @@ def _case(grid: GridView, at: dict[str, int]) -> CaseView:
 
 def _chosen(size: int) -> list[int]:
     """Positions of the lines: all, or as many as there are looks, evenly spread."""
-    return sorted(set(np.linspace(0, size - 1, min(size, len(LINES))).round().astype(int).tolist()))
+    return _spread(size, min(size, len(LINES)))
 
 
-def _look(grid: GridView, along: str, line: int) -> dict[str, Any]:
-    """The look of a line; points over labels are not joined, as there is nothing between labels."""
-    return LINES[line] if grid.numeric(along) else LINES[line] | {"linestyle": "", "markersize": 4}
+def _spread(size: int, count: int) -> list[int]:
+    """`count` of the positions 0 to `size` - 1, evenly spread, the first one among them."""
+    return np.linspace(0, size - 1, count).round().astype(int).tolist()
+
+
+def _looks(grid: GridView, along: str, lines: int) -> list[dict[str, Any]]:
+    """The looks of the lines; points over labels are not joined, as there is nothing between labels.
+
+    Markers are open, each smaller than that of the line before, so that lines with the same values are all seen.
+    """
+    joined = {} if grid.numeric(along) else {"linestyle": ""}
+    first, least = _MARKERS
+    sizes = np.linspace(first, max(least, first - _SMALLER * (lines - 1)), lines)
+    return [
+        look | joined | {"markerfacecolor": "none", "markeredgewidth": 0.7, "markersize": float(size)}
+        for look, size in zip(LINES, sizes, strict=False)
+    ]
+
+
+def _asides(grid: GridView, along: str, lines: int) -> np.ndarray:
+    """Distances of the points of each line from the labels of `along`, so that none hides another; 0 on numbers."""
+    return np.zeros(lines) if grid.numeric(along) else _ASIDE * (np.arange(lines) - (lines - 1) / 2)
 
 
 def _positions(grid: GridView, along: str) -> np.ndarray:
@@ -245,16 +317,15 @@ def _lines_label(text: str) -> str:
     return literal("\n".join(textwrap.wrap(text, 60)))
 
 
-def _remarks(grid: GridView, along: str, across: str, lines: int) -> str:
+def _remarks(grid: GridView, along: str, across: str, lines: int, zero: Sequence[str]) -> str:
     remarks = []
     failed = int((grid.small("status").values != 0).sum())
     if failed:
         remarks.append(f"{failed} of {grid.small('status').size} cases not solved (gaps).")
     if across and lines < grid.dataset.sizes[across]:
         remarks.append(f"{lines} of {grid.dataset.sizes[across]} values of {across}.")
-    nil = [QUANTITIES[name].split(" (")[0] for name in QUANTITIES if name in grid and _vanishes(grid, name)]
-    if nil:
-        remarks.append(f"Nil in all cases: {', '.join(nil)}.")
+    if zero:
+        remarks.append(f"Zero in all cases shown: {', '.join(QUANTITIES[name].split(' (')[0] for name in zero)}.")
     rest = [axis for axis in grid.axes if axis not in (along, across)]
     fixed = [f"{axis} = {literal(shortened(grid.axis_values(axis)[:1], 60)[0])}" for axis in rest]
     if fixed:

@@ -183,14 +183,14 @@ def paper_title(case: CaseView) -> str:
 def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
     """Maps of |q|, a panel per case, with slip cells filled, stick cells open, arrows along q, one colour bar.
 
-    Two columns for up to four cases, else three; no scales where no case has a map. UserError if the cube does not
-    store the fields.
+    One column for one case, two for up to four, else three; no scales where no case has a map. UserError if the cube
+    does not store the fields.
     """
     from matplotlib.colors import Normalize
 
-    columns = 2 if len(cases) <= 4 else 3
+    columns = 1 if len(cases) == 1 else 2 if len(cases) <= 4 else 3
     rows = -(-len(cases) // columns)
-    width = 5.2 if columns == 2 else WIDTH
+    width = (3.4, 5.2, WIDTH)[columns - 1]
     solved = [c for c in cases if c.rolling]
     shown = draw.window(solved)
     height = (width / columns - _BESIDE) * shown.shape + _BESIDE
