@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import workers
-from studies import load_text, refusal
+from studies import BASE, load_text, refusal
 
 from rcstudy import sweep
 from rcstudy.cube import case_table, open_cube
@@ -93,3 +93,17 @@ def test_window_that_fits_itself_is_called_so(values: str, tmp_path: Path) -> No
 def test_no_poissons_ratio_is_no_value_of_an_axis(values: str, tmp_path: Path) -> None:
     (message,) = refusal(tmp_path, study("layer_nu", values))
     assert "a number from 0 to 0.5" in message
+
+
+def test_axes_named_like_keywords_of_xarray_are_selected_by_a_mapping(tmp_path: Path) -> None:
+    """As the documents say: `tolerance` and `method` alone are taken as those keywords."""
+    tolerances = "[{normal: 1.0e-5, tangential: 1.0e-7}, {label: loose, normal: 1.0e-3, tangential: 1.0e-3}]"
+    axes = f"{{tolerance: {tolerances}, method: [newton, paper-cg]}}"
+    study = load_text(tmp_path, f"{BASE}  g: {{scene: {{creepage: {{spin: 0.01}}}}, axes: {axes}}}\n")
+    sweep.run(study, tmp_path / "g.nc", workers=1, solve=workers.made_up)
+    with open_cube(tmp_path / "g.nc") as tree:
+        cube = tree.to_dataset()
+        case = cube.sel({"tolerance": "loose", "method": "newton"})
+        assert str(case.label.values) == "tolerance=loose, method=newton"
+        assert cube.sel(tolerance="loose").label.shape == (2, 2)
+        assert cube.sel(method="newton").label.shape == (2, 2)
