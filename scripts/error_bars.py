@@ -33,6 +33,7 @@ from rcstudy.build import fitted_size
 from rcstudy.errors import UserError
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.progress import counted
 from rcstudy.result import ESTIMATED, CellState, Status
 from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
@@ -382,9 +383,13 @@ def main() -> None:
             estimate[name].append(own.scalars[f"{name}_error"])
             by = {"force_x": force, "force_y": force, "moment_z": force * fine.scalars["contact_radius"]}
             scale[name].append(by.get(name, abs(fine.scalars[name]) or 1.0))
+    left_out = counted(unsolved, "further contact")
     print(f"`--discretisation {options.discretisation} --contacts {options.contacts}", end=" ")
-    print(f"--seed {options.seed} --cases {count}`: {unsolved} others were not solved, on one of their meshes.\n")
-    print("| scalar | within estimate, % | estimate over truth, median | true error, median, % | 90 %, % |")
+    print(f"--seed {options.seed} --cases {count}`: {left_out} left out: not solved on one of the two meshes.\n")
+    print(
+        "| scalar | within estimate, % | estimate / true error, median | true error, median, % "
+        "| true error, 90th percentile, % |"
+    )
     print("| --- | --- | --- | --- | --- |")
     for name in ESTIMATED:
         e, b, s = (np.array(values[name]) for values in (truth, estimate, scale))

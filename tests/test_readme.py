@@ -68,22 +68,28 @@ CONTACTS = {
 def error_bars() -> list[str]:
     """From least to most, over the scalars, of two columns of each table of the error bars."""
     published = ROOT / "results" / "error_bars.md"
-    titles = [f"`{name}`: within, % | estimate over error, median" for name in ("aligned", "kalker")]
+    titles = [f"`{name}`: within, % | estimate / true error, median" for name in ("aligned", "kalker")]
     rows = [f"| contacts | {' | '.join(titles)} |", "| --- |" + " --- |" * 4]
     for name, words in CONTACTS.items():
         cells = [words]
         for discretisation in ("aligned", "kalker"):
             start = f"## `--discretisation {discretisation} --contacts {name} "
             (heading,) = [line for line in published.read_text(encoding="utf-8").splitlines() if line.startswith(start)]
-            scalars = [row.split(" | ") for row in lines_under(published, heading)[2:]]
-            for column, form in ((1, "g"), (2, ".2g")):
-                numbers = [float(scalar[column]) for scalar in scalars]
+            heads, _, *scalars = (row.strip("| ").split(" | ") for row in lines_under(published, heading))
+            for head, form in (("within estimate, %", "g"), ("estimate / true error, median", ".2g")):
+                numbers = [float(scalar[heads.index(head)]) for scalar in scalars]
                 cells.append(f"{min(numbers):{form}} to {max(numbers):{form}}")
         rows.append(f"| {' | '.join(cells)} |")
     return rows
 
 
 TABLES: dict[str, Callable[[], list[str]]] = {"errors by mesh": errors_by_mesh, "error bars": error_bars}
+
+
+def test_the_published_error_bars_have_the_heads_that_the_script_prints() -> None:
+    printed = "".join(re.findall(r'^ +"(\|.*\|?)"$', (ROOT / "scripts" / "error_bars.py").read_text(), re.MULTILINE))
+    published = (ROOT / "results" / "error_bars.md").read_text(encoding="utf-8").splitlines()
+    assert {line for line in published if line.startswith("| scalar |")} == {printed}
 
 
 def pattern(name: str) -> str:
