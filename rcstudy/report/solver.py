@@ -44,7 +44,7 @@ SUMMARY = (
 def cases_table(found: Iterable[GridView]) -> Table:
     """Status, reason, iterations, products, seconds, residuals and every proof: one row a case, solved or not."""
     caption = (
-        "How the solver fared, case by case. Products: with the operator or the preconditioner; those of the tractions "
+        "Solver statistics per case. Products: with the operator or the preconditioner; those of the tractions "
         "on coarser meshes, where the solution starts from, apart. Proofs, from Tension on, are relative and computed "
         "apart from the solver. Seconds are this run's; a pressure that cases share is charged to one of them."
     )
@@ -61,7 +61,7 @@ def cases_table(found: Iterable[GridView]) -> Table:
 def summary_table(found: Sequence[GridView]) -> Table:
     """Cases by status, products in the median and at most, and seconds: a row a grid, and one for all of several."""
     caption = (
-        "How the solver fared, grid by grid. Products: with the operator or the preconditioner, on the scene's own "
+        "Solver statistics per grid. Products: with the operator or the preconditioner, on the scene's own "
         "mesh, of solved cases; most: of the case with the most."
     )
     rows = [_summary(grid.name, list(grid.cases())) for grid in found]
