@@ -37,7 +37,7 @@ from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.publish import make_folder, replacing
 from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, Row, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
-from rcstudy.report.precision_summary import errors_table, settings_table, summary_text
+from rcstudy.report.precision_summary import FIGURES, errors_table, settings_table, summary_text
 from rcstudy.report.style import check_formats, save, style
 from rcstudy.report.writers import write_table
 from rcstudy.result import Result, Status
@@ -162,7 +162,8 @@ def run(
     """Solve `study`, or take its solutions from an opened `cube`; write errors, tables, figures, summary into `out`.
 
     Returns the files written: the cube of errors `accuracy.nc`, the solutions it was made from unless `cube` was given,
-    tables `errors` and `settings`, figures `work_precision`, `quantities` and `tolerances` in `formats`, `summary.md`.
+    tables `errors` and `settings`, figures `work_precision`, `quantities` and `tolerances` in `formats` as far as the
+    study has cases for them, `summary.md`.
     UserError when the cube is not of this study, stores no fields, or no problem of it has a solved reference.
     """
     check_formats(formats)
@@ -340,18 +341,21 @@ def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarr
 
 
 def write_report(entries: Sequence[Entry], out: Path, formats: Sequence[str]) -> list[Path]:
-    """Write tables `errors` and `settings`, the figures and `summary.md` into `out`."""
+    """Write tables `errors` and `settings`, the figures that the study has cases for and `summary.md` into `out`."""
     rows = report_rows(entries)
     chosen = settings(rows)
     paths = write_table(out, "errors", *errors_table(rows))
     paths += write_table(out, "settings", *settings_table(chosen))
+    drawn = []
     with style():
-        paths += save(work_precision(rows), out, "work_precision", formats)
-        paths += save(quantities_figure(rows), out, "quantities", formats)
-        paths += save(tolerances_figure(rows), out, "tolerances", formats)
+        for name, draw in zip(FIGURES, (work_precision, quantities_figure, tolerances_figure), strict=True):
+            figure = draw(rows)
+            if figure is not None:
+                drawn.append(name)
+                paths += save(figure, out, name, formats)
     summary = out / "summary.md"
     with replacing(summary) as temporary:
-        temporary.write_text(summary_text(rows, chosen, coupling_errors(entries)), encoding="utf-8")
+        temporary.write_text(summary_text(rows, chosen, coupling_errors(entries), drawn), encoding="utf-8")
     return [*paths, summary]
 
 

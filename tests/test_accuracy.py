@@ -1,10 +1,11 @@
 """Errors against converged references: numbers checked apart from the code that reports them."""
 
 import csv
+import re
 import shutil
 from dataclasses import asdict, replace
 from importlib import import_module
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -216,7 +217,9 @@ def test_of_both_discretisations_on_the_finest_mesh_aligned_cells_are_the_refere
     with open_cube(tmp_path / "both.nc") as tree:
         rows = accuracy.report_rows(accuracy.measured(study, tree))
     assert [(r.cells, r.discretisation, r.tolerance) for r in rows if r.reference] == [(18, "aligned", 1e-9)]
-    assert "(18 cells along a side, `aligned`, 1e-09)" in " ".join(summary_text(rows, settings(rows), []).split())
+    text = " ".join(summary_text(rows, settings(rows), []).split())
+    assert "(18 cells along a side, `aligned`, 1e-09)" in text
+    assert "8 cases of 1 problem. " in text
     rows += [row(16, 1e-5, 0.01, problem=1, reference=True), row(16, 1e-5, 0.01, problem=2)]
     words = (
         "(18 cells along a side, `aligned`, 1e-09 for 1 of them; 16 cells along a side, `kalker`, 1e-05 for 1 of them; "
@@ -397,14 +400,12 @@ def test_each_discretisation_and_coupling_has_settings_of_its_own():
     assert chosen(rows, 0.01, coupling="full").cells == 0
     assert chosen(rows, 0.01, "aligned", "full").cells == 32
     text = " ".join(summary_text(rows, settings(rows, ["force"]), []).split())
-    assert (
-        "`kalker`: **force**: 32 x 32 cells (8 to 8 per contact radius), tolerance 1e-05, 80 products, 4e+03 ms" in text
-    )
+    assert "`kalker`: **force**: 32 x 32 cells (8 per contact radius), tolerance 1e-05, 80 products, 4e+03 ms" in text
     assert "`aligned`: **force**: 16 x 16 cells" in text
     assert "`kalker`: not reached: force: none" in text
     # on 16 x 16 cells 0.02/0.004 and 2/1 s; on 32 x 32 there are no aligned cells one-way
-    assert "force 5.0 to 5.0" in text
-    assert "`aligned` costs 2 to 2 times" in text
+    assert "; force 5.0; moment" in text
+    assert "`aligned` costs 2 times the time." in text
     _, _, listed = settings_table(settings(rows, ["force"]))
     found = [(r["coupling"], r["discretisation"], r["cells"]) for r in listed if r["target"] == 0.01]
     assert found == [
@@ -425,6 +426,24 @@ def test_quantities_out_of_reach_are_listed_by_the_cells_that_they_need():
     words = precision_summary._sentence(chosen).partition("not reached: ")[2]
     names = [QUANTITIES[name] for name in ("traction_max", "slip_area", "force", "moment")]
     assert names == [text.partition(":")[0] for text in words.split("; ")]
+
+
+@pytest.mark.parametrize(
+    ("needed", "finest", "words"),
+    [
+        (128.4, 128, "about 130 along a side"),  # one digit: 100, which 128 shows to be too few
+        (131.0, 128, "about 140 along a side"),
+        (1600.0, 128, "about 1600 along a side"),
+        (1601.0, 128, "about 1700 along a side"),
+        (99.5, 64, "about 100 along a side"),
+        (7.2, 7, "about 8 along a side"),
+        (100.0, 128, "more than 128 along a side"),
+        (1e5, 128, "far out of reach"),
+    ],
+)
+def test_extrapolated_cells_are_rounded_up(needed, finest, words):
+    asked = Setting("one-way", "kalker", "force", 0.01, finest=finest, needed=needed)
+    assert precision_summary._needed(asked) == words
 
 
 def test_what_the_reference_may_be_off_by_counts():
@@ -477,6 +496,23 @@ def test_figures_are_as_fine_as_they_say_and_tell_their_tolerances():
                 tolerances_figure: ": 1e-03, 1e-05, 1e-07. Medians",
                 quantities_figure: "",
             }[draw] in texts
+
+
+def test_times_within_a_decade_have_labels_that_do_not_overlap():
+    """They were 3, 4 and 6 times powers of ten, one over the other."""
+    rows = [row(n, t, 0.1 / n + t, seconds=0.0002 * n) for n in (16, 32, 64, 128) for t in (1e-3, 1e-5)]
+    with style():
+        for draw in (work_precision, tolerances_figure, quantities_figure):
+            figure = draw(rows)
+            figure.draw_without_rendering()
+            ax = figure.axes[-1]
+            low, high = ax.get_xlim()
+            both = zip(ax.get_xticks(), ax.get_xticklabels(), strict=True)
+            labels = [label for tick, label in both if low <= tick <= high]
+            boxes = [label.get_window_extent() for label in labels]
+            assert len(boxes) > 1
+            assert not ax.get_xticklabels(minor=True)
+            assert all(one.x1 < other.x0 for one, other in pairwise(boxes))
 
 
 def test_figures_show_each_discretisation_once():
@@ -545,15 +581,15 @@ def test_what_one_way_coupling_neglects_is_told(tmp_path):
 
 @pytest.mark.heavy
 @pytest.mark.parametrize(
-    ("scene", "axes"),
+    ("scene", "axes", "figures"),
     [
-        ("", "tolerance: [{normal: 1.0e-3, tangential: 1.0e-3}, {normal: 1.0e-6, tangential: 1.0e-6}]"),
-        ("coupling: full, ", "mesh.cells: [[8, 8], [12, 12], [16, 16]]"),
-        ("", "method: [newton, paper-cg]"),
+        ("", "tolerance: [{normal: 1.0e-3, tangential: 1.0e-3}, {normal: 1.0e-6, tangential: 1.0e-6}]", ["tolerances"]),
+        ("coupling: full, ", "mesh.cells: [[8, 8], [12, 12], [16, 16]]", ["work_precision", "quantities"]),
+        ("", "method: [newton, paper-cg]", ["tolerances"]),
     ],
     ids=["one mesh", "full coupling", "two methods"],
 )
-def test_studies_that_leave_figures_without_cases(scene, axes, tmp_path):
+def test_figures_without_cases_are_neither_drawn_nor_linked(scene, axes, figures, tmp_path):
     path = tmp_path / "few.yaml"
     path.write_text(
         "study: few\nscene: {substrate: {E: 210000, nu: 0.3}, radius: 50, load: 100,\n"
@@ -561,4 +597,7 @@ def test_studies_that_leave_figures_without_cases(scene, axes, tmp_path):
         f"  {scene}mesh: {{size: [0.8, 0.8], cells: [16, 16]}}}}\ngrids: {{g: {{axes: {{{axes}}}}}}}\n"
     )
     written = accuracy.run(load_study(path), tmp_path / "report", formats=("png",))
-    assert {"work_precision.png", "quantities.png", "tolerances.png", "summary.md"} <= {p.name for p in written}
+    assert [p.stem for p in written if p.suffix == ".png"] == figures
+    summary = (tmp_path / "report" / "summary.md").read_text()
+    assert re.findall(r"!\[.*\]\((.*)\.png\)", summary) == figures
+    assert ("## Tolerance" in summary) is axes.startswith("tolerance:")  # else it was a table without rows

@@ -13,11 +13,14 @@ from rcstudy.report.style import DPI, WIDTH
 from rcstudy.report.views import GridView, short_number
 
 if TYPE_CHECKING:
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 _LINE = 0.155  # height of a line of the caption, inches
 _LEGEND = 0.28  # height of a legend of one line, inches: figures have room for it
 _LETTERS_PER_INCH = 19.5
+
+DECADE = 10.0
 
 GIVEN = ("load", "friction")
 """Numbers of a caption that the study gives, not computed ones: they keep all their digits."""
@@ -61,6 +64,22 @@ def outer_labels(axes: np.ndarray, x: str, y: str) -> None:
             ax.set_ylabel(y)
         else:
             ax.tick_params(labelleft=False)
+
+
+def log_ticks(axis: Axis, ends: tuple[float, float]) -> None:
+    """Give a logarithmic axis of less than two decades between its `ends` ticks with plain numbers.
+
+    Powers of ten are few there, and Matplotlib's labels between them overlap. Longer axes are left as they are.
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+
+    low, high = ends
+    if high >= DECADE**2 * low:
+        return
+    short = high < DECADE * low
+    axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]) if short else LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda tick, _: short_number(tick)))
+    axis.set_minor_locator(NullLocator())
 
 
 def legend(figure: Figure, looks: Mapping[str, Mapping[str, Any]], **spacing: Any) -> None:

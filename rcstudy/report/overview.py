@@ -15,7 +15,7 @@ from rcstudy.report import measures
 from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
-from rcstudy.report.layout import LINE_SPACING, caption, conditions, heighten, legend, panels
+from rcstudy.report.layout import DECADE, LINE_SPACING, caption, conditions, heighten, legend, log_ticks, panels
 from rcstudy.report.paper_figures import MAPS_SHOW, maps_figure, stretched
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
@@ -51,7 +51,6 @@ _LONG = 5  # letters of a tick's number; of longer ones panels have room for few
 
 _LEAST_DRAWN = 1e-100  # least value on a logarithmic axis, its inverse the largest: margins must be finite, too
 
-DECADE = 10.0
 ROUNDED = 1e-3
 """Relative difference of the logarithms of factors that count as equal: values of an axis are rounded to six digits."""
 
@@ -275,7 +274,7 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
 
     On a linear axis whole numbers have ticks at whole numbers, and long numbers have few ticks.
     """
-    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
+    from matplotlib.ticker import MaxNLocator
 
     values = np.unique(values[np.isfinite(values)])
     if not geometric(values):
@@ -285,13 +284,7 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
             ax.xaxis.set_major_locator(MaxNLocator(3 if long else 5, steps=[1, 2, 5, 10], integer=whole))
         return
     ax.set_xscale("log")
-    if values[-1] < DECADE**2 * values[0]:
-        short = values[-1] < DECADE * values[0]
-        ax.xaxis.set_major_locator(
-            MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]) if short else LogLocator(subs=(1.0, 2.0, 5.0))
-        )
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: short_number(tick)))
-        ax.set_xticks([], minor=True)
+    log_ticks(ax.xaxis, (values[0], values[-1]))
 
 
 def geometric(values: np.ndarray) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rcstudy.report.layout import caption, panels
+from rcstudy.report.layout import caption, log_ticks, panels
 from rcstudy.report.precision import (
     QUANTITIES,
     SOLVER,
@@ -33,15 +33,15 @@ _SCHEMES: dict[str, dict[str, Any]] = {
 }
 
 
-def work_precision(rows: Sequence[Row]) -> Figure:
-    """Error against the reference over seconds, a panel for each quantity.
+def work_precision(rows: Sequence[Row]) -> Figure | None:
+    """Error against the reference over seconds, a panel for each quantity; None without cases that have errors.
 
     Lines run along the meshes: medians over the problems of one discretisation and coupling. Dots: one-way problems.
     """
-    figure, axes = panels(2, 3, 4.6, sharex=True, sharey=True)
     rows = [r for r in rows if r.compared and (r.solved or r.method != "newton")]
     if not rows:
-        return _nothing_on(figure, axes.flat)
+        return None
+    figure, axes = panels(2, 3, 4.6, sharex=True, sharey=True)
     tolerances = {name: shown_tolerance([r for r in rows if r.scheme == name]) for name in schemes(rows)}
     for k, (ax, quantity) in enumerate(zip(axes.flat, _SHOWN, strict=True)):
         for scheme, tolerance in tolerances.items():
@@ -51,6 +51,7 @@ def work_precision(rows: Sequence[Row]) -> Figure:
         ax.set(xscale="log", yscale="log", ylim=(0.7 * _LEAST, 1.0))
         ax.set_title(f"({'abcdef'[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
+    log_ticks(axes[0, 0].xaxis, axes[0, 0].get_xlim())
     for ax in axes[1]:
         ax.set_xlabel(_SECONDS)
     for ax in axes[:, 0]:
@@ -104,13 +105,16 @@ def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[flo
     ax.annotate(f"{cells}", place, away, textcoords="offset points", **look)
 
 
-def tolerances_figure(rows: Sequence[Row]) -> Figure:
-    """Solver's error over seconds and products, along the tolerances: medians over the problems of one coupling."""
-    figure, (axes,) = panels(1, 2, 3.3, sharey=True)
+def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
+    """Solver's error over seconds and products, along the tolerances: medians over the problems of one coupling.
+
+    None without cases that have such an error.
+    """
     usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0]
     usable = [r for r in usable if r.coupling == shown_coupling(usable)]
     if not usable:
-        return _nothing_on(figure, axes)
+        return None
+    figure, (axes,) = panels(1, 2, 3.3, sharey=True)
     costs: tuple[Callable[[Row], float], ...] = (lambda r: r.seconds, lambda r: r.products)
     tolerances: dict[str, list[float]] = {}
     for scheme in schemes(usable):
@@ -129,6 +133,7 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure:
             named = True
     for ax, title, words in zip(axes, ("(a) time", "(b) products"), (_SECONDS, _PRODUCTS), strict=True):
         ax.set(xscale="log", yscale="log", xlabel=words)
+        log_ticks(ax.xaxis, ax.get_xlim())
         ax.set_title(title, loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
     axes[0].set_ylabel("error of the tractions, L2, against\nthe same mesh's tightest solution")
@@ -142,8 +147,8 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def quantities_figure(rows: Sequence[Row]) -> Figure:
-    """Worst error of each quantity over cells per radius, a panel for each discretisation.
+def quantities_figure(rows: Sequence[Row]) -> Figure | None:
+    """Worst error of each quantity over cells per radius, a panel for each discretisation; None without such errors.
 
     The worst is taken over the Newton method's problems with one-way coupling, or with full coupling if there are no
     others.
@@ -153,9 +158,9 @@ def quantities_figure(rows: Sequence[Row]) -> Figure:
     tolerance = shown_tolerance(newton)
     newton = [r for r in newton if r.tolerance == tolerance]
     names = schemes(newton)
-    figure, (axes,) = panels(1, max(len(names), 1), 3.4, sharey=True)
     if not names:
-        return _nothing_on(figure, axes)
+        return None
+    figure, (axes,) = panels(1, len(names), 3.4, sharey=True)
     for ax, name, letter in zip(axes, names, "abcd", strict=False):
         own = [r for r in newton if r.scheme == name]
         groups = [[r for r in own if r.cells == n] for n in sorted({r.cells for r in own})]
@@ -163,18 +168,11 @@ def quantities_figure(rows: Sequence[Row]) -> Figure:
         for k, (quantity, words) in enumerate(QUANTITIES.items()):
             ax.plot(x, [worst_of(r.error(quantity) for r in group) for group in groups], label=words, **_look(k))
         ax.set(xscale="log", yscale="log", xlabel="cells per contact radius, median")
+        log_ticks(ax.xaxis, ax.get_xlim())
         ax.set_title(f"({letter}) {name}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
     axes[0].set_ylabel(f"worst error, tolerance {tolerance:.0e}")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.6)
-    return figure
-
-
-def _nothing_on(figure: Figure, axes: Iterable[Axes]) -> Figure:
-    """The figure, saying that the study has no cases for it."""
-    for ax in axes:
-        ax.set_axis_off()
-    figure.text(0.5, 0.5, "no two cases of this study tell of it", ha="center", va="center")
     return figure
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
+from rcstudy.progress import counted
 from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.precision import (
     QUANTITIES,
@@ -22,6 +24,9 @@ from rcstudy.report.precision import (
     worst_of,
 )
 from rcstudy.report.writers import markdown_lines
+
+FIGURES = ("work_precision", "quantities", "tolerances")
+"""Names of the figures that the summary shows if they are drawn."""
 
 _MOST_CELLS = 10_000
 """Number of cells along a side beyond which no solve is feasible."""
@@ -55,8 +60,8 @@ def errors_table(rows: Sequence[Row]) -> Table:
     caption = (
         "Error of every case against the converged reference of its problem, and the solver's own error (against the "
         "tightest solution on the same mesh); products on all meshes, preconditioner included; processor time of the "
-        "whole solve. Empty where the case has no numbers or the quantity is nil; errors also on the mesh of the "
-        "reference, or where the problem has none; solver's errors also where the case is itself the tightest "
+        "whole solve. Empty where the case has no numbers or the quantity is zero by symmetry; errors also on the mesh "
+        "of the reference, or where the problem has none; solver's errors also where the case is itself the tightest "
         "solution, or there is none."
     )
     return caption, columns, listed
@@ -85,7 +90,7 @@ def settings_table(chosen: Sequence[Setting]) -> Table:
         if s.cells:
             row |= {
                 "cells": f"{s.cells} x {s.cells}",
-                "radius": f"{s.radius[0]:.0f} to {s.radius[1]:.0f}",
+                "radius": _range_of(s.radius, ".0f"),
                 "tolerance": s.tolerance,
                 "worst": s.worst,
                 "products": s.products,
@@ -94,8 +99,8 @@ def settings_table(chosen: Sequence[Setting]) -> Table:
         listed.append(row)
     caption = (
         "The coarsest mesh, and on it the loosest tolerance, that keeps every problem within the target, on that mesh "
-        "and all finer ones; medians over the problems. Errors include what the reference may be off by. About: none "
-        "of the meshes does; extrapolated by a power law."
+        "and all finer ones; medians over the problems. Errors include the estimated error of the reference. About: "
+        "none of the meshes does; extrapolated by a power law, rounded up."
     )
     return caption, columns, listed
 
@@ -111,27 +116,31 @@ def _needed(s: Setting) -> str:
     if s.needed > _MOST_CELLS:
         return "far out of reach"
     if s.needed > s.finest:
-        return f"about {float(f'{s.needed:.1g}'):.0f} along a side"
+        step = 10 ** max(len(str(int(s.needed))) - 2, 0)  # rounded up: all meshes that were tried are too coarse
+        return f"about {math.ceil(s.needed / step) * step:.0f} along a side"
     return f"more than {s.finest} along a side"
 
 
 def summary_text(
-    rows: Sequence[Row], chosen: Sequence[Setting], couplings: Sequence[tuple[str, dict[str, float]]]
+    rows: Sequence[Row],
+    chosen: Sequence[Setting],
+    couplings: Sequence[tuple[str, dict[str, float]]],
+    drawn: Collection[str] = FIGURES,
 ) -> str:
-    """The findings in words (Markdown)."""
+    """The findings in words (Markdown), with links to the figures `drawn`."""
     lines = [
         "# Speed against error",
         "",
         *_paragraph(
-            f"{len(rows)} cases of {len({r.problem for r in rows})} problems. Errors are differences from each "
+            f"{counted(len(rows), 'case')} of {_problems(rows)}. Errors are differences from each "
             "problem's reference, its solved case on the finest mesh with the tightest tolerance "
             f"({_references(rows)}), each relative to its own value (force: the vector, to its magnitude). Pressure "
             "and tractions are compared on the case's own mesh in the L2 norm, the reference's cells averaged over "
-            "each of its cells. The pressure does not depend on the discretisation of the slip, but for full coupling. "
-            "Aligned cells find their tractions on moved rows and store them at the mesh's own cell centres: what that "
-            "interpolation loses counts as their error. Forces, moment, friction power, slip area and largest traction "
-            "come from the moved rows themselves. Seconds are processor time of one whole solve, coefficients and "
-            "pressure included."
+            "each of its cells. The pressure does not depend on the discretisation of the slip, except with full "
+            "coupling. Aligned cells find their tractions on moved rows and store them at the mesh's own cell centres: "
+            "what that interpolation loses counts as their error. Forces, moment, friction power, slip area and "
+            "largest traction come from the moved rows themselves. Seconds are processor time of one whole solve, "
+            "coefficients and pressure included."
         ),
         "",
         "## Which setting",
@@ -140,10 +149,25 @@ def summary_text(
         *_recommended(chosen),
         "",
         *_paragraph(
-            "Errors in this choice include what the reference itself may be off by (below). Cells for targets that are "
-            "not reached are extrapolated by a power law. All settings: [settings.md](settings.md); all cases: "
-            "[errors.md](errors.md)."
+            "Errors in this choice include the estimated error of the reference (below). Cells for targets that are "
+            "not reached are extrapolated by a power law and rounded up. All settings: [settings.md](settings.md); all "
+            "cases: [errors.md](errors.md)."
         ),
+        *(_work_precision() if "work_precision" in drawn else []),
+        *_by_mesh(rows),
+        *(["", "![Worst error of each quantity](quantities.png)"] if "quantities" in drawn else []),
+        *_reference(rows),
+        *_tolerances(rows),
+        *(["", "![Error of the tractions along the tolerances](tolerances.png)"] if "tolerances" in drawn else []),
+        *_methods(rows),
+        *_couplings(couplings),
+        *_unsolved(rows),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _work_precision() -> list[str]:
+    return [
         "",
         "![Errors against seconds](work_precision.png)",
         "",
@@ -151,18 +175,17 @@ def summary_text(
             "Lines along the meshes (numbers: cells along a side): medians over the problems; dots: each problem with "
             "one-way coupling. Single errors can be small by chance, where two of opposite sign meet."
         ),
-        *_by_mesh(rows),
-        "",
-        "![Worst error of each quantity](quantities.png)",
-        *_reference(rows),
-        *_tolerances(rows),
-        "",
-        "![Error of the tractions along the tolerances](tolerances.png)",
-        *_methods(rows),
-        *_couplings(couplings),
-        *_unsolved(rows),
     ]
-    return "\n".join(lines) + "\n"
+
+
+def _problems(rows: Iterable[Row]) -> str:
+    return counted(len({r.problem for r in rows}), "problem")
+
+
+def _range_of(numbers: Iterable[float], form: str) -> str:
+    """Least and largest of `numbers` in a format, `9 to 18`; a single number if they are the same in it."""
+    found = list(numbers)
+    return " to ".join(dict.fromkeys(f"{end:{form}}" for end in (min(found), max(found))))
 
 
 def _references(rows: Sequence[Row]) -> str:
@@ -201,9 +224,9 @@ def _side_by_side(rows: Sequence[Row]) -> list[str]:
             worst = [[worst_of(r.error(quantity) for r in group) for group in pair] for pair in both]
             ratios = [kalker / aligned for kalker, aligned in worst if aligned > 0.0]
             if ratios and not np.allclose(ratios, 1.0, atol=0.05):
-                parts.append(f"{words} {min(ratios):.1f} to {max(ratios):.1f}")
+                parts.append(f"{words} {_range_of(ratios, '.1f')}")
         costs = _costs(coupled)
-        cost = f" `aligned` costs {min(costs):.2g} to {max(costs):.2g} times the time." if costs else ""
+        cost = f" `aligned` costs {_range_of(costs, '.2g')} times the time." if costs else ""
         lines += _paragraph(
             f"With {coupling} coupling, on the same mesh the worst errors of `kalker` are larger than those of "
             f"`aligned` by factors of: {'; '.join(parts)}.{cost}"
@@ -252,7 +275,7 @@ def _sentence(chosen: Sequence[Setting]) -> str:
     parts = []
     for (cells, tolerance), group in sorted(reached.items(), key=lambda item: (item[0][0], -item[0][1])):
         s = group[0]
-        where = f"{s.radius[0]:.0f} to {s.radius[1]:.0f} per contact radius"
+        where = f"{_range_of(s.radius, '.0f')} per contact radius"
         cost = f"{s.products:.0f} products, {1e3 * s.seconds:.3g} ms"
         parts.append(f"**{_names(group)}**: {cells} x {cells} cells ({where}), tolerance {tolerance:.0e}, {cost}")
     if missed:
@@ -284,26 +307,20 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     own = [r for r in own if r.tolerance == tolerance]
     columns = [[r for r in own if r.cells == n] for n in _meshes(own)]
     names = schemes(own)
-    heads = [f"{n} ({_radii(c)})" for n, c in zip(_meshes(own), columns, strict=True)]
+    heads = [f"{n} ({_range_of((r.radius for r in c), '.0f')})" for n, c in zip(_meshes(own), columns, strict=True)]
     table = []
     for quantity, words in QUANTITIES.items():
         if not any(np.isfinite(r.error(quantity)) for r in own):
-            continue  # nil by symmetry
+            continue  # zero by symmetry
         cells = [[worst_of(r.error(quantity) for r in c if r.scheme == n) for n in names] for c in columns]
         table.append([f"{words}, %", *_cells([[100.0 * e for e in c] for c in cells])])
     times = [[1e3 * median(r.seconds for r in c if r.scheme == n) for n in names] for c in columns]
     table.append(["processor time, ms", *_cells(times)])
     return [
-        f"Worst of {len({r.problem for r in own})} problems at tolerance {tolerance:.0e}, {' / '.join(names)}:",
+        f"Worst of {_problems(own)} at tolerance {tolerance:.0e}, {' / '.join(names)}:",
         "",
         *markdown_lines(["cells along a side (per contact radius)", *heads], table),
     ]
-
-
-def _radii(rows: Sequence[Row]) -> str:
-    """Range of the number of cells per contact radius; a single number if it is the same for all."""
-    ends = [f"{end(r.radius for r in rows):.0f}" for end in (min, max)]
-    return " to ".join(dict.fromkeys(ends))
 
 
 def _cells(numbers: Sequence[Sequence[float]]) -> list[str]:
@@ -325,8 +342,8 @@ def _reference(rows: Sequence[Row]) -> list[str]:
             "Largest differences of the references from the same discretisation on the next coarser mesh: "
             + "; ".join(f"{QUANTITIES[name]} {100 * worst_of(found):.2g} %" for name, found in known.items())
             + ". Errors of first order halve with the size of cells, so that against half as many along a side this is "
-            "what a reference may be off by, and errors much below it are not known. Of the two fields it is what the "
-            "finest mesh shows; averaged over larger cells it is less."
+            "the estimated error of the reference, and errors much below it are not known. That of the two fields is "
+            "given on the finest mesh; averaged over larger cells it is less."
         ),
     ]
 
@@ -352,6 +369,8 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
             cells.append([f"{tolerance:.0e}", name, solved, *texts, f"{products:.0f}"])
             if np.isfinite(numbers[:2]).all():
                 found[tolerance] = max(found.get(tolerance, 0.0), *numbers[:2])
+    if not cells:
+        return []
     reach = [
         f"{_per_cent(target)}: {max(t for t, e in found.items() if e <= target):.0e}"
         for target in TARGETS
@@ -396,8 +415,7 @@ def _methods(rows: Sequence[Row]) -> list[str]:
 
 
 def _range(errors: Iterable[float]) -> str:
-    found = list(errors)
-    return f"{100 * min(found):.2g} to {100 * max(found):.2g} %"
+    return f"{_range_of((100 * e for e in errors), '.2g')} %"
 
 
 def _couplings(couplings: Sequence[tuple[str, dict[str, float]]]) -> list[str]:
