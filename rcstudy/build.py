@@ -90,10 +90,13 @@ def scene_hertz(scene: Scene) -> Hertz:
 
 @lru_cache(maxsize=4096)
 def _coating(count: int, thickness: float, modulus: float, nu: float, es: float) -> tuple[Layer, ...]:
-    """`count` layers from the surface down; the k-th above the substrate has E = (modulus/Es)^k Es."""
+    """`count` layers from the surface down; the k-th above the substrate has E = (modulus/Es)^k Es.
+
+    For k = 1 that is `modulus` itself, to the last bit: a single layer is then the same case if given as `layers`.
+    """
     ratio = modulus / es
     try:
-        layers = tuple(Layer(ratio**k * es, nu, thickness) for k in range(count, 0, -1))
+        layers = tuple(Layer(modulus if k == 1 else ratio**k * es, nu, thickness) for k in range(count, 0, -1))
     except OverflowError as error:
         raise BuildError("modulus too extreme for so many layers") from error
     return tuple(map(_checked, layers))

@@ -130,6 +130,18 @@ def test_axis_of_one_creepage_keeps_the_others(load):
     assert alone.creepage == Creepage(0, 0, 0.02)
 
 
+def test_one_layer_of_a_coating_is_the_layer_that_is_given(load):
+    """1000 MPa over and times 210000 MPa is another number."""
+    moduli = ["1000", "0.1 Es", "333.3", "1.7 Es"]
+    layers = ", ".join(f"[{{E: {E}, nu: 0.3, thickness: 0.1}}]" for E in moduli)
+    study = load(
+        BASE + f"  g: {{coating: {{thickness: 0.1}}, axes: {{modulus: [{', '.join(moduli)}]}}}}\n"
+        f"  h: {{axes: {{layers: [{layers}]}}}}\n"
+    )
+    assert scenes(study) == scenes(study, 1)
+    assert scenes(study)[0].layers[0].E == 1000.0
+
+
 def test_case_list(load):
     study = load(
         BASE
