@@ -91,15 +91,19 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
 
 
 @contextlib.contextmanager
-def _opened(*paths: Path) -> Iterator[list[xr.DataTree]]:
-    """Cubes opened for reading; reports the grids whose numbers were changed after writing."""
-    from rcstudy.cube import changed_grids, open_cube, reading
+def _opened(*paths: Path, tell: Callable[[str], None] | None = None) -> Iterator[list[xr.DataTree]]:
+    """Cubes opened for reading; reports the grids and tables whose numbers were changed after writing.
+
+    `tell` takes the reports, each a line; by default they go to the user.
+    """
+    from rcstudy.check import changes
+    from rcstudy.cube import open_cube, reading
 
     with reading(*paths), contextlib.ExitStack() as stack:
         trees = [stack.enter_context(open_cube(path)) for path in paths]
         for path, tree in zip(paths, trees, strict=True):
-            for name in changed_grids(tree):
-                _say(f"{path}: grid {name}: checksum mismatch: its numbers were changed after writing")
+            for change in changes(tree):
+                (tell or _say)(f"{path}: {change}")
         yield trees
 
 
@@ -352,23 +356,23 @@ def plan(spec: SpecPath) -> None:
 def show(
     cube: CubePath,
     check: Annotated[
-        bool, typer.Option("--check", help="Read all fields too, and say which are damaged (exit code 2).")
+        bool,
+        typer.Option("--check", help="Read all fields too, and say what is damaged or missing (exit code 2)."),
     ] = False,
 ) -> None:
     """Print a summary of a cube. Its numbers are checked; fields, which may be large, only with --check."""
-    from rcstudy.cube import illegible
+    from rcstudy.check import damage
     from rcstudy.progress import announced_if_slow
     from rcstudy.show import summary
 
-    with _opened(cube) as (tree,):
+    told: list[str] = []
+    with _opened(cube, tell=told.append if check else _say) as (tree,):
+        if check:
+            with announced_if_slow(_say, f"reading all of {cube}"):
+                lines = damage(cube, tree, told)
+            if lines:
+                raise UserError("\n".join(lines))
         text = summary(tree, checked=check)
-    if check:
-        with announced_if_slow(_say, f"reading all of {cube}"):
-            faults = list(illegible(cube))
-        if faults:
-            listed = [f"  {fault}" for fault in faults[:_SHOWN_FAULTS]]
-            listed += [f"  {len(faults) - _SHOWN_FAULTS} more"] if len(faults) > _SHOWN_FAULTS else []
-            raise UserError("\n".join([f"{cube}: damaged, cannot be read:", *listed, _REPAIR]))
     print(text)
 
 

@@ -54,6 +54,7 @@ ORDER = [
     "rcstudy.status",
     "rcstudy.failures",
     "rcstudy.structure",
+    "rcstudy.check",
     "rcstudy.tolerances",
     "rcstudy.compare",
     "rcstudy.show",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import shutil
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import h5py
@@ -14,6 +15,7 @@ from typer.testing import CliRunner
 from rcstudy import cli
 from rcstudy.cube import grids as grids_of
 from rcstudy.cube import open_cube
+from rcstudy.errors import EXIT_BAD_INPUT
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result, Status
 from rcstudy.show import summary
@@ -148,3 +150,107 @@ def test_changed_numbers_are_told(tmp_path: Path, command: str, change: str) -> 
         dataset[first] = {"number": 1e300, "status": 1, "key": "0" * 64}[change]
     told = CliRunner().invoke(cli.app, words).output
     assert f"{path}: grid {name}: checksum mismatch: its numbers were changed after writing" in told
+
+
+def remove(*names: str) -> Callable[[h5py.File], None]:
+    """Damage: variables or groups are gone."""
+
+    def damage(file: h5py.File) -> None:
+        for name in names:
+            del file[name]
+
+    return damage
+
+
+def change(name: str, value: object) -> Callable[[h5py.File], None]:
+    """Damage: the first value of a variable is another."""
+
+    def damage(file: h5py.File) -> None:
+        file[name][(0,) * file[name].ndim] = value
+
+    return damage
+
+
+def change_text(file: h5py.File) -> None:
+    """Damage: the study's text is another."""
+    file.attrs["study_text"] = file.attrs["study_text"].replace("load: 100", "load: 200")
+
+
+CHECKED = (
+    BASE
+    + """\
+  g: {axes: {load: [50, 100], creepage: [{label: a, longitudinal: 0.001}]}}
+  h: {coating: {thickness: 0.5 a}, axes: {modulus: [0.5 Es, 2 Es]}}
+"""
+)
+
+
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cube of two grids."""
+    folder = tmp_path_factory.mktemp("checked")
+    run(load_text(folder, CHECKED), folder / "s.nc", workers=1)
+    return folder / "s.nc"
+
+
+TABLE, SUM = "table of all cases: ", "checksum mismatch: its numbers were changed after writing"
+LIKE, STATED = "not as in the grids, changed after writing", "not as its study states, changed after writing"
+
+
+@pytest.mark.parametrize(
+    ("damage", "told"),
+    [
+        (change("force_x", 5.0), [f"{TABLE}force_x: {LIKE}"]),
+        (change("status", 1), [f"{TABLE}status: {LIKE}"]),
+        (change("label", "x"), [f"{TABLE}label: {LIKE}"]),
+        (change("grid", "x"), [f"{TABLE}grid: {LIKE}"]),
+        (remove("force_x"), [f"{TABLE}force_x: {LIKE}", f"{TABLE}force_x: missing"]),
+        (remove("h"), [f"{TABLE}grid: {LIKE}", "grid h: missing"]),
+        (change("g/force_x", 5.0), [f"grid g: {SUM}", f"{TABLE}force_x: {LIKE}"]),
+        (remove("g/force_x"), [f"grid g: {SUM}", "grid g: force_x: missing"]),
+        (remove("g/slip_x", "g/state"), ["grid g: slip_x, state: missing"]),
+        (remove("h/pressure"), ["grid h: pressure: missing"]),
+        (change("g/friction", 5.0), [f"{TABLE}friction: {LIKE}", f"grid g: friction: {STATED}"]),
+        (change("h/layer_modulus", 5.0), [f"grid h: layer_modulus: {STATED}"]),
+        (change_text, ["the text of its study was changed after writing"]),
+    ],
+)
+def test_damage_that_can_be_read(
+    checked: Path, tmp_path: Path, damage: Callable[[h5py.File], None], told: list[str]
+) -> None:
+    """Of the table of all cases nothing was said, and the code was 0 for what was told."""
+    path = shutil.copy(checked, tmp_path / "c.nc")
+    with h5py.File(path, "r+") as file:
+        damage(file)
+    found = CliRunner().invoke(cli.app, ["show", str(path), "--check"])
+    *lines, repair = found.stderr.splitlines()
+    assert found.exit_code == EXIT_BAD_INPUT
+    assert lines == [f"{path}: {line}" for line in told]
+    assert repair.startswith(f"rcstudy sweep {'solves all cases' if SUM in found.stderr else 'writes the cube'} again")
+
+
+def test_a_changed_table_is_repaired_by_a_sweep(checked: Path, tmp_path: Path) -> None:
+    """As the message says: from the cube's own cases, once the study is edited."""
+    path = shutil.copy(checked, tmp_path / "c.nc")
+    with h5py.File(path, "r+") as file:
+        file["force_x"][0] = 5.0
+    study = load_text(tmp_path, CHECKED + "# edited\n")
+    assert run(study, path, workers=1).kept == 4
+    assert CliRunner().invoke(cli.app, ["show", str(path), "--check"]).exit_code == 0
+
+
+def test_a_cube_as_it_was_written_has_no_damage(checked: Path) -> None:
+    found = CliRunner().invoke(cli.app, ["show", str(checked), "--check"])
+    assert (found.exit_code, found.stderr) == (0, "")
+    assert "read, none is damaged" in found.stdout
+
+
+def test_figures_and_tables_of_changed_numbers_come_with_a_warning(checked: Path, tmp_path: Path) -> None:
+    """The altered number is in the table, and the code is 0."""
+    path = shutil.copy(checked, tmp_path / "c.nc")
+    with h5py.File(path, "r+") as file:
+        file["g/force_x"][0, 0] = 123.456
+    found = CliRunner().invoke(cli.app, ["tables", str(path), "-o", str(tmp_path / "t")])
+    assert found.exit_code == 0
+    assert f"{path}: grid g: {SUM}" in found.stderr
+    assert any("123.4" in table.read_text() for table in (tmp_path / "t").glob("*.csv"))
