@@ -33,11 +33,7 @@ if TYPE_CHECKING:
 
 _OTHER_FORMATS = (".csv", ".txt", ".yaml", ".yml", ".json", ".png", ".pdf")
 _SHOWN_FAILURES = 10
-_SHOWN_FAULTS = 20
-_REPAIR = (
-    "rcstudy sweep solves these cases again once the study file is edited, if only by a comment: all others are taken "
-    "from the cube"
-)
+_WORKERS_PER_CORE = 2  # at most: more only take memory and time
 
 app = typer.Typer(
     help="Batch parameter studies of rolling contact of bodies with elastic layers.",
@@ -134,7 +130,8 @@ def sweep(
         str | None,
         typer.Option(
             metavar="N",
-            help="Processes; default: one per processor, but this one alone if 15 s are enough for it.",
+            help="Processes, at most two per processor; default: one per processor, but this one alone if 15 s are "
+            "enough for it.",
         ),
     ] = None,
     scheduler: Annotated[
@@ -252,10 +249,14 @@ def _workers(text: str) -> int:
 
     if not re.fullmatch("[0-9]{1,9}", text) or int(text) < 1:
         raise UserError(f"--workers: {text[:40]}: must be a whole number of at least 1")
-    if int(text) > (cores := available_cores()):
+    workers, cores = int(text), available_cores()
+    if workers > cores:
+        most = min(workers, _WORKERS_PER_CORE * cores)
         usable = "only 1 processor is" if cores == 1 else f"only {cores} processors are"
-        _say(f"--workers: {text}: {usable} usable here: more workers than that make a sweep slower")
-    return int(text)
+        taken = f"; {most} are started, the most allowed" if most < workers else ""
+        _say(f"--workers: {text}: {usable} usable here: more workers than that make a sweep slower{taken}")
+        return most
+    return workers
 
 
 def _outcome(done: Summary, part: str = "") -> int:

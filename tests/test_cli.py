@@ -374,7 +374,22 @@ def test_more_workers_than_processors_are_warned_of(folder: Path, monkeypatch: p
     assert "usable" not in run("sweep", "quick.yaml", "--workers", "2").output
     done = run("sweep", "quick.yaml", "--workers", "40")
     assert done.exit_code == 0
-    assert "--workers: 40: only 2 processors are usable here: more workers than that make a sweep slower" in done.output
+    words = "--workers: {}: only 2 processors are usable here: more workers than that make a sweep slower"
+    assert words.format(40) + "; 4 are started, the most allowed\n" in done.output
+    assert words.format(4) + "\n" in run("sweep", "quick.yaml", "--workers", "4").output
+
+
+@pytest.mark.parametrize(("asked", "given"), [("1", 1), ("2", 2), ("4", 4), ("5", 4), ("1000", 4)])
+def test_workers_are_at_most_two_for_each_processor(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, asked: str, given: int
+) -> None:
+    """1000 on two cores started more than a hundred processes and took a hundred times as long."""
+    monkeypatch.setattr(threads, "available_cores", lambda: 2)
+    wanted: list[object] = []
+    monkeypatch.setattr(sweep, "run", lambda *_, workers, **__: wanted.append(workers) or sweep.Summary(folder / "c"))
+    (folder / "c").touch()
+    run("sweep", "quick.yaml", "--workers", asked)
+    assert wanted == [given]
 
 
 @pytest.mark.parametrize("name", ["x.csv", "x.txt", "x.yaml", "x.YML", "x.json", "x.png", "x.pdf"])
