@@ -132,6 +132,10 @@ class EarlierCube:
             path for group in names for name in sorted(names[group]) if (path := f"{group}/{name}") not in self._file
         ]
 
+    def is_whole(self, grid: int, flat: int, scene: Scene) -> bool:
+        """Whether the fields of a case, whose scene is `scene`, are there and hold all cells of its mesh."""
+        return self.grids[grid].is_whole(flat, scene.mesh)
+
     def record(self, grid: int, flat: int, scene: Scene, *, checked: bool = False) -> Record:
         """The record of a case, whose scene is `scene`. Raises DamagedRecord when there is something wrong with it.
 
@@ -171,6 +175,10 @@ class _EarlierGrid:
         if "pressure" not in self.fields:
             return Keep(fields=False)
         return Keep(precision="float64" if self.fields["pressure"].dtype == np.float64 else "float32")
+
+    def is_whole(self, flat: int, mesh: Mesh) -> bool:
+        index = tuple(map(int, np.unravel_index(flat, self.shape)))
+        return bool(self.fields) and self._region(index, mesh) == (0, mesh.cells[0], 0, mesh.cells[1])
 
     def record(self, flat: int, scene: Scene, checked: bool) -> Record:
         index = tuple(map(int, np.unravel_index(flat, self.shape)))

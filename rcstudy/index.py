@@ -93,9 +93,22 @@ class Index:
     def losses(self) -> str:
         """What is in the cube or the units and will not be in the next cube, in words; "" if nothing."""
         lost = [f"{len(self._leaving)} solved cases that the study no longer has"] if self._leaving else []
-        if self.cube is not None and not self.keep.fields and any(grid.keep.fields for grid in self.cube.grids):
+        kept = [] if self.cube is None else [grid.keep for grid in self.cube.grids if grid.keep.fields]
+        if kept and not self.keep.fields:
             lost.append("all fields")
+        elif any(keep.precision == "float64" for keep in kept) and self.keep.precision == "float32":
+            lost.append("fields in float64 (precision: float32)")
+        if self.keep.fields and self.keep.crop and self._holds_whole_windows():
+            lost.append("cells outside the contacts (crop: contact)")
         return " and ".join(lost)
+
+    def _holds_whole_windows(self) -> bool:
+        """Whether the cube has a case whose fields are not cropped."""
+        return any(
+            self.cube is not None and self.cube.is_whole(first, second, self._scenes[key])
+            for key, (status, unit, first, second) in self._places.items()
+            if unit < 0 and status == Status.SOLVED
+        )
 
     def check_cube(self) -> int:
         """Read all solved cases that are taken from the cube, and forget the damaged ones; how many those are."""

@@ -210,6 +210,7 @@ def test_outputs_that_hold_less_are_made_of_those_that_hold_more(
     # all were solved again without a word why
     told = [text for text in sweeps.told if "cannot be taken: outputs asks for fields in " in text]
     assert len(told) == (most == CASES and ranks[0] < ranks[1])
+    assert not any("will not contain" in text for text in sweeps.told) or most == CASES  # that is said of cubes alone
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
 
 
@@ -616,6 +617,35 @@ def test_units_of_another_study_are_not_removed(sweeps: Sweeps) -> None:
     assert len(sweeps.run()) == CASES
     assert any("the new cube will not contain 5 solved cases" in text for text in sweeps.told)
     assert sweep.run(mine, sweeps.output, workers=1, solve=workers.made_up).kept == 0
+
+
+DIGITS, CELLS = "fields in float64 (precision: float32)", "cells outside the contacts (crop: contact)"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "lost"),
+    [
+        (ALL, SINGLE, DIGITS),
+        (ALL, CROP, CELLS),
+        (ALL, BOTH, f"{DIGITS} and {CELLS}"),
+        (SINGLE, BOTH, CELLS),
+        (CROP, BOTH, DIGITS),
+        (ALL, NONE, "all fields"),
+        (CROP, ALL, ""),
+        (BOTH, SINGLE, ""),
+        (NONE, NONE, ""),
+    ],
+)
+def test_outputs_that_hold_less_tell_what_goes(sweeps: Sweeps, before: str, after: str, lost: str) -> None:
+    """Only of fields that go altogether was anything said; nothing is said twice."""
+    sweeps.write(f"{SWEPT}outputs: {before}\n")
+    sweeps.run()
+    sweeps.write(f"{SWEPT}outputs: {after}\n# edited\n")
+    for told in ([lost] if lost else [], []):
+        sweeps.run()
+        words = [text.partition(" will not contain ")[2] for text in sweeps.told if "will not contain" in text]
+        assert words == [f"{what}; to keep them, choose another --output" for what in told]
+        sweeps.write(f"{SWEPT}outputs: {after}\n# edited again\n")
 
 
 def test_a_merge_tells_what_goes(sweeps: Sweeps, tmp_path: Path) -> None:
