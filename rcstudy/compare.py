@@ -31,6 +31,7 @@ TABLE = "table of all cases"
 """Name, in reports, of the root table of a cube of several grids."""
 
 _FLOOR = 1e-6  # of a quantity's natural size: the smallest scale
+_IN_BOTH = " in both cubes"  # ends the note on a case that is not solved in either
 _BLOCK = 32  # cases whose fields are in memory at a time
 
 
@@ -56,6 +57,11 @@ class Difference:
         if self.value == 0.0:
             return 0.0
         return self.value / self.allowed if self.allowed > 0 else np.inf
+
+    @property
+    def unsolved(self) -> bool:
+        """Whether it is no difference but a case that is not solved in either cube, with the same status."""
+        return self.note.endswith(_IN_BOTH)
 
     @property
     def bad(self) -> bool:
@@ -109,6 +115,10 @@ class Comparison:
             lines += [f"  {_line(d)}" for d in within[:limit]]
         if self.flips:
             lines.append(f"{self.flips} cells at the bound stick in one cube and slip in the other (allowed)")
+        if unsolved := sum(d.unsolved for d in self.bad):
+            lines.append(
+                f"{counted(unsolved, 'case')} with the same failure in both cubes: --allow-unsolved accepts it"
+            )
         lines += [f"no case matches {pattern}: its tolerances are not used" for pattern in self.unmatched]
         found = "same" if self.same else "DIFFERENT"
         beyond = f"{counted(len(self.bad), 'value')} beyond tolerance"
@@ -154,7 +164,9 @@ def compare(
         if name in ours:
             outcome.cases += _compare_grid(name, ours[name], theirs[name], tolerances, outcome, allow_unsolved, slack)
     if outcome.cases == 0:
-        outcome.structure.append("no case is in both cubes: nothing was compared")
+        labels = [{(name, str(x)) for name in tree for x in tree[name][LABEL].values.flat} for tree in (ours, theirs)]
+        why = "no case is in both cubes" if labels[0].isdisjoint(labels[1]) else "cases cannot be matched"
+        outcome.structure.append(f"{why}: nothing was compared")
     if (GRID in cube.dataset) != (GRID in reference.dataset):
         outcome.structure.append("one cube has a table of all cases, the other has not")
     elif GRID in cube.dataset and not outcome.structure and not outcome.bad:
@@ -249,7 +261,7 @@ class _Grid:
             if here != there:
                 self._add(index, "status", np.inf, 0.0, 1.0, f"is {here}, in the reference {there}")
             elif here != Status.SOLVED.words and not allow_unsolved:
-                self._add(index, "status", np.inf, 0.0, 1.0, f"is {here} in both cubes")
+                self._add(index, "status", np.inf, 0.0, 1.0, f"is {here}{_IN_BOTH}")
 
     def compare_scalar(self, name: str) -> None:
         """Compare one number (or text, or number per layer) per case; of solver diagnostics only their presence."""

@@ -21,8 +21,11 @@ def align(
     """
     if our_dims != their_dims:
         return None, [f"dimensions are {_words(our_dims)}, in the reference {_words(their_dims)}"]
-    problems = []
+    cropped = _cropped(ours, theirs)
+    problems = [cropped] if cropped else []
     for dim in theirs.dims:
+        if cropped and dim in ("x", "y"):
+            continue
         if dim not in their_dims and ours.sizes.get(dim) != theirs.sizes[dim]:
             found = ours.sizes.get(dim, "missing")
             problems.append(f"dimension {dim}: {found}, in the reference {theirs.sizes[dim]}")
@@ -66,6 +69,19 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
                 problems.append(f"variable {name}: {attribute} {here!r}, in the reference {there!r}")
     problems += [f"variable {name}: not in the reference" for name in ours.data_vars if name not in theirs.data_vars]
     return problems, names
+
+
+def _cropped(ours: xr.Dataset, theirs: xr.Dataset) -> str:
+    """That the fields of one grid are cut to a part of the other's cells, in words; "" if they are not."""
+    cells = [tuple(grid.sizes.get(dim, 0) for dim in "xy") for grid in (ours, theirs)]
+    if cells[0] == cells[1] or not all(dim in grid.coords for dim in "xy" for grid in (ours, theirs)):
+        return ""
+    small, large = (ours, theirs) if cells[0] <= cells[1] else (theirs, ours)
+    if any(len(_matches(small, large, dim)[0]) < small.sizes[dim] for dim in "xy"):
+        return ""
+    here, there = (f"{nx} x {ny}" for nx, ny in cells)
+    part = "a part of the reference's" if small is ours else "of which the reference's are a part"
+    return f"x, y: fields on {here} cells, {part}, {there}: cropped in another way (outputs: crop)"
 
 
 def _kind(variable: xr.DataArray) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
+from studies import BASE, load_text
 
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Case
@@ -21,6 +22,7 @@ from rcstudy.errors import UserError
 from rcstudy.layout import MISSING
 from rcstudy.result import CellState, Result, Status
 from rcstudy.structure import _matches
+from rcstudy.sweep import run
 from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_option
 
 Change = Callable[[Case, Result], Result]
@@ -209,12 +211,40 @@ def test_no_case_in_common(tmp_path: Path, reference: Path, several: Path) -> No
     found = outcome(synthetic.write(tmp_path / "c.nc", some("bd")), reference)
     assert found.cases == 0
     assert not found.same
-    assert "nothing was compared" in found.text()
+    assert "no case is in both cubes: nothing was compared" in found.text()
     found = outcome(several, reference)
     assert found.cases == 0
     assert not found.same
     assert "tiny: missing in the cube" in found.text()
     assert "product: not in the reference" in found.text()
+
+
+def test_cropped_and_whole_fields(tmp_path: Path) -> None:
+    """All cases were said to be in one cube only."""
+    grid = "  g: {axes: {load: [50, 100]}}\n"
+    for name, crop in (("whole", "none"), ("part", "contact")):
+        study = load_text(tmp_path, BASE.replace("grids:", f"outputs: {{crop: {crop}}}\ngrids:") + grid)
+        run(study, tmp_path / f"{name}.nc", workers=1)
+    whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
+    with open_cube(part) as tree:
+        cells = f"{tree.sizes['x']} x {tree.sizes['y']}"
+    assert cells != "32 x 32"
+    last = "cases cannot be matched: nothing was compared"
+    how = "cropped in another way (outputs: crop)"
+    first = f"g: x, y: fields on {cells} cells, a part of the reference's, 32 x 32: {how}"
+    assert outcome(part, whole).structure == [first, last]
+    first = f"g: x, y: fields on 32 x 32 cells, of which the reference's are a part, {cells}: {how}"
+    assert outcome(whole, part).structure == [first, last]
+
+
+@pytest.mark.parametrize("mesh", ["size: [3, 3], cells: [16, 16]", "size: [2, 2], cells: [16, 16]"])
+def test_other_meshes_are_not_taken_for_crops(tmp_path: Path, mesh: str) -> None:
+    grid = "  g: {axes: {load: [50, 100]}}\n"
+    for name, text in (("one", BASE), ("other", BASE.replace("size: [2, 2], cells: [32, 32]", mesh))):
+        run(load_text(tmp_path, text + grid), tmp_path / f"{name}.nc", workers=1)
+    first, *_, last = outcome(tmp_path / "one.nc", tmp_path / "other.nc").structure
+    assert first == "g: dimension x: 32, in the reference 16"
+    assert last == "cases cannot be matched: nothing was compared"
 
 
 def test_a_dropped_grid_and_table(tmp_path: Path, several: Path) -> None:
@@ -264,6 +294,8 @@ def test_unsolved_in_both(tmp_path: Path) -> None:
     found = outcome(path, path)
     assert not found.same
     assert "is not converged in both cubes" in found.text()
+    assert "1 case with the same failure in both cubes: --allow-unsolved accepts it" in found.text()
+    assert "--allow-unsolved" not in outcome(path, path, allow_unsolved=True).text()
     assert outcome(path, path, allow_unsolved=True).same
 
 
