@@ -18,6 +18,16 @@ def test_the_solver_loads_no_data_frames_and_no_arrays_of_others():
     assert {"dask", "xarray", "pandas", "matplotlib", "scipy.special", "scipy.fft"}.isdisjoint(loaded)
 
 
+def test_the_error_of_the_package_is_there_without_what_solves():
+    code = """
+import sys, rcstudy
+print(rcstudy.UserError.__module__, issubclass(rcstudy.UserError, Exception), *sorted(sys.modules))
+"""
+    where, is_error, *loaded = run_python(code)
+    assert (where, is_error) == ("rcstudy.errors", "True")
+    assert {"numpy", "xarray", "pydantic", "rcstudy.solve"}.isdisjoint(loaded)
+
+
 def test_pyfftw_keeps_its_interfaces_for_those_who_ask():
     code = """
 import sys
