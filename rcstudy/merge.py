@@ -65,6 +65,8 @@ def merge(
 def _take_folder(index: Index, folder: Path) -> None:
     """Note all units of a folder, or of the folder that belongs to a cube of that name."""
     found = unit_paths(folder) or unit_paths(units_folder(folder))
+    if not found and not folder.exists():
+        raise UserError(f"{folder}: does not exist, nor does {folder}.units")
     if not found:
         raise UserError(f"{folder}: no units in it")
     for path in found:

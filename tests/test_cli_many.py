@@ -135,7 +135,7 @@ def test_merge_of_failed_cases(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["sweep", "many.yaml", "--shard", f"1/{'9' * 5000}"], "--shard: 1/9999"),
         (["sweep", "many.yaml", "--shard", "1/2", "--fresh"], "--fresh cannot be used with --shard"),
         (["merge", "many.yaml"], "8 of 8 cases are missing"),
-        (["merge", "many.yaml", "nowhere"], "nowhere: no units in it"),
+        (["merge", "many.yaml", "nowhere"], "nowhere: does not exist, nor does nowhere.units"),
         (["merge", "none.yaml"], "none.yaml"),
         (["status", "none.yaml"], "none.yaml"),
         (["failures", "none.nc"], "none.nc: no such file"),

@@ -695,8 +695,11 @@ def test_half_of_what_a_disk_cannot_hold(sweeps: Sweeps, monkeypatch: pytest.Mon
 
 
 def test_a_merge_refuses_what_does_not_belong(sweeps: Sweeps, tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="none: no units in it"):
+    with pytest.raises(UserError, match=r"none: does not exist, nor does .*none\.units$"):
         merge(sweeps.study, sweeps.output, [tmp_path / "none"])
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(UserError, match="empty: no units in it"):
+        merge(sweeps.study, sweeps.output, [tmp_path / "empty"])
     sweeps.run(8)
     other = tmp_path / "other.yaml"
     other.write_text(SWEPT.replace("[20, 40,", "[20, 41,"))
