@@ -21,6 +21,7 @@ from rcstudy.settings import unit_of
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RELATIVE = re.compile(rf"\s*({_NUMBER})?\s*(a|Es)\s*")
 _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*[^\W\d].*")
+_SEPARATED = re.compile(r"\s*[+-]?\d+[_,]\d.*")
 _UNITS = (
     f"numbers are written without units: lengths in {unit_of('thickness')}, forces in {unit_of('load')}, "
     f"moduli in {unit_of('modulus')}, spin in {unit_of('spin')}"
@@ -77,7 +78,9 @@ def as_quantity(value: Any) -> Quantity | None:
 
 
 def with_hint(allowed: str, value: Any) -> str:
-    """The words `allowed`, with a hint that units are not written if `value` is a number with a unit."""
+    """The words `allowed`, with a hint if `value` is a number with separators or with a unit, which are not written."""
+    if isinstance(value, str) and _SEPARATED.fullmatch(value):
+        return f"{allowed}; numbers have a decimal point and no thousands separators"
     if isinstance(value, str) and _WITH_UNIT.fullmatch(value) and not _RELATIVE.fullmatch(value):
         return f"{allowed}; {_UNITS}"
     return allowed

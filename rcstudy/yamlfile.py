@@ -234,7 +234,9 @@ class _Builder:
 
     def _scalar(self, event: Any) -> Any:
         tag, text = self._tag(event), event.value
-        bare = text.replace("_", "").lower()
+        if tag in ("int", "float") and "_" in text:  # numbers in YAML 1.1, but text in YAML 1.2
+            return text
+        bare = text.lower()
         if tag == "int":
             try:
                 return int(bare, 0) if bare.lstrip("+-")[:2] in ("0x", "0o", "0b") else int(bare)

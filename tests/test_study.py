@@ -106,12 +106,22 @@ def test_a_of_an_elliptic_contact_is_the_geometric_mean():
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("1e-3", 1e-3), ("1E-3", 1e-3), ("+1.5e2", 150.0), (".5", 0.5), ("7", 7.0), ("0x10", 16.0), ("1_000", 1000.0)],
+    [("1e-3", 1e-3), ("1E-3", 1e-3), ("+1.5e2", 150.0), (".5", 0.5), ("7", 7.0), ("0x10", 16.0)],
 )
 def test_numbers_are_read_as_yaml_1_2_writes_them(load, text, value):
     (scene,) = scenes(load(BASE + f"  g: {{axes: {{friction: [{text}]}}}}\n"))
     assert scene.friction == value
     assert type(scene.friction) is float
+
+
+@pytest.mark.parametrize("text", ["1_000", "1_000.5", "'1,000'", "0x1_0", "'0,5'"])
+def test_separators_are_no_part_of_numbers(refused, text):
+    """Underscores were taken, as in YAML 1.1."""
+    (line,) = refused(BASE + f"  g: {{axes: {{friction: [{text}]}}}}\n")
+    number = text.strip("'")
+    assert line.startswith(f"s.yaml:8:25: grids.g.axes.friction[0]: {number}: a number above 0")
+    hint = "; numbers have a decimal point and no thousands separators"
+    assert line.endswith(hint) or number == "0x1_0"
 
 
 def test_grid_overrides_the_shared_scene_key_by_key(load):
