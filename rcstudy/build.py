@@ -24,6 +24,9 @@ from rcstudy.spec import CoatingSpec, LayerSpec, SceneSpec
 
 COATING_KEYS = ("layer_count", "thickness", "modulus", "layer_nu")
 
+BOTH_COATINGS = "layers and coating are both given: only one of them may be"
+"""Reason why a scene with both is refused."""
+
 # Validated settings of one scene: the keys of SceneSpec, mappings as dicts, and "coating" (None for no coating).
 Parts = dict[str, Any]
 
@@ -167,7 +170,7 @@ def build_without_mesh(parts: Parts) -> Scene:
     a = uncoated_hertz(radius, parts["load"], substrate, counterbody).radius
     if (coating := parts["coating"]) is not None:
         if parts["layers"]:
-            raise BuildError("layers and coating are both given: only one of them may be")
+            raise BuildError(BOTH_COATINGS)
         nu = substrate.nu if coating["layer_nu"] is None else coating["layer_nu"]
         thickness, modulus = coating["thickness"].resolve(a), coating["modulus"].resolve(es)
         layers = _coating(coating["layer_count"], thickness, modulus, nu, es)

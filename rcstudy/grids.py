@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rcstudy.build import (
+    BOTH_COATINGS,
     COATING_KEYS,
     BuildError,
     Parts,
@@ -52,6 +53,7 @@ _NO_RANGE = (*_LABELLED, "layer_count", "coupling", "method", "discretisation", 
 # axes that matter neither to the size of the contact nor to how a scene is built
 _HARMLESS = ("creepage", "friction", "spin_point", "tolerance")
 _HERTZ = ("substrate", "counterbody", "radius", "load")  # axes that the uncoated contact depends on
+_LAYERED = ("layers", *COATING_KEYS)  # those that only a contact with layers depends on
 
 
 def _axis_paths() -> tuple[str, ...]:
@@ -137,6 +139,7 @@ class GridReader:
         self.coating: Node | None = inside.get("coating")
         self.axes: Node | None = self._with_ranges(inside.get("axes"))
         self.cases: Node | None = inside.get("cases")
+        self._unsuitable: set[tuple[Any, ...]] = set()  # meshes that were reported, with the reason
 
     def _with_ranges(self, axes: Node | None) -> Node | None:
         """`axes` with every range {first, last, count, spacing} replaced by the list of its values."""
@@ -182,7 +185,15 @@ class GridReader:
     def _parts(self, scene: Node, coating: Node | None) -> Parts | None:
         """Validated settings of one expanded tree."""
         valid = validate(SceneSpec, scene, self.problems)
-        coated = None if coating is None else validate(CoatingSpec, coating, self.problems)
+        coated = None
+        if coating is not None:
+            layers = scene.value.get("layers") if scene.is_mapping else None
+            both = layers is not None and layers.is_list and bool(layers.value)
+            both |= self.axes is not None and self.axes.is_mapping and "layers" in self.axes.value
+            # beside layers it is of no interest what the coating lacks
+            coated = validate(CoatingSpec, coating, self.problems, partial=both)
+            if both and coated is None:
+                self.problems.add(coating.at_key(), BOTH_COATINGS, value="")
         if valid is None or (coating is not None and coated is None):
             return None
         return parts_of(valid, coated)
@@ -208,7 +219,8 @@ class GridReader:
             parts = self._parts(scene, coating)
             if parts is None or label is None:
                 continue
-            self._check_case(parts, scene, node, {"mesh": [label], "scene": [label]}, node.value, self.problems)
+            words = {what: [label] for what in ("uncoated", "mesh", "scene")}
+            self._check_case(parts, scene, node, words, node.value, self.problems)
             labels.append(label)
             values.append(parts)
         if spec is None or len(values) < len(self.cases.value):
@@ -270,7 +282,10 @@ class GridReader:
         return plan
 
     def _overlapping(self, axes: Mapping[str, Node]) -> set[str]:
-        """The axes that set a part of what another axis sets. Reports these and other axes that exclude each other."""
+        """The axes that set a part of what another axis sets, and those of a coating beside an axis of layers.
+
+        Reports these and other axes that exclude each other.
+        """
         assert self.axes is not None
         found = set()
         if len(axes) > MAX_AXES:
@@ -289,6 +304,7 @@ class GridReader:
                 )
             elif "layers" in (one, other) and (one in COATING_KEYS or other in COATING_KEYS):
                 self.problems.add(place, "either layers or a coating (layer_count, thickness, ...)", value="axis")
+                found.add(one if one in COATING_KEYS else other)
         return found
 
     def _entries(self, path: str, node: Node) -> list[_Entry]:
@@ -365,12 +381,15 @@ class GridReader:
             if len(found.found) >= _MAX_COUNTED:
                 break
             mesh = self.scene
-            words: dict[str, list[str]] = {"mesh": [], "scene": []}
+            words: dict[str, list[str]] = {"uncoated": [], "mesh": [], "scene": []}
             for axis, head, i, used in zip(plan.axes, heads, index, matters, strict=True):
                 if used and head != "mesh":
-                    words["scene"].append(f"{axis.name}={axis.labels[i]}")
+                    word = f"{axis.name}={axis.labels[i]}"
+                    words["scene"].append(word)
                     if head in _HERTZ:
-                        words["mesh"].append(words["scene"][-1])
+                        words["uncoated"].append(word)
+                    if head in _HERTZ + _LAYERED:
+                        words["mesh"].append(word)
                 if head == "mesh":
                     mesh = with_entry(mesh, axis.path.split("."), entries[axis.path][i].value)
             self._check_case(plan.parts(index), mesh, self.node.at_key(), words, heads, found)
@@ -394,16 +413,18 @@ class GridReader:
     ) -> None:
         """Report a case that cannot be built (at `place`) or whose mesh in the tree `scene` does not suit its contact.
 
-        `words` name the case of a product in messages: by the values that affect its mesh ("mesh"), or by all that
-        affect how it is built ("scene"). `varied`: keys of the scene that differ from case to case. Conflicts of other
-        keys are reported once, where the keys stand in the file.
+        `words` name the case of a product in messages: by the values that affect the size of its contact, with layers
+        ("mesh") or without ("uncoated"), or by all that affect how it is built ("scene"). `varied`: keys of the scene
+        that differ from case to case. Conflicts of other keys are reported once, where the keys stand in the file, and
+        so is a mesh that is unsuitable for the same reason in several cases that differ in their layers alone.
         """
 
         def case(what: str) -> str:
             return f" (case {', '.join(words[what])})" if words.get(what) else ""
 
         try:
-            key, reason = window_problem(parts, build(parts))
+            built = build(parts)
+            key, reason = window_problem(parts, built)
         except BuildError as error:
             for key, reason in error.conflicts.items():
                 if {"method", key} & set(varied):
@@ -414,7 +435,11 @@ class GridReader:
                 problems.add(place, f"{error}{case('scene')}", value="")
             return
         if reason:
-            problems.add(find(scene, ("mesh", key)), reason + case("mesh"))
+            node = find(scene, ("mesh", key))
+            problem = (node.line, node.column, reason, *words["uncoated"])
+            if problem not in self._unsuitable:
+                self._unsuitable.add(problem)
+                problems.add(node, reason + case("mesh" if built.layers else "uncoated"))
 
 
 def _identity(value: Any, parts: Parts) -> str:

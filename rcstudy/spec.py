@@ -352,14 +352,24 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
             owner, _ = _model_at(model, location)
             problems.add(at.at_key(), suggest(str(location[-1]), keys_of(owner)), value="unknown key")
         elif one["type"] == "allowed":
-            problems.add(at, one["msg"])
+            problems.add(at, one["msg"] + _axis_hint(model, location, at))
         else:
             owner, key = _model_at(model, location)
             words = allowed_at(owner, key)
             if location and isinstance(location[-1], int) and (inner := submodel(owner, key)):
                 words = f"a mapping with keys {', '.join(keys_of(inner))}"
-            problems.add(at, words)
+            problems.add(at, words + _axis_hint(model, location, at))
     return None
+
+
+def _axis_hint(model: type[Spec], location: Sequence[str | int], node: Node) -> str:
+    """A hint that several values make an axis, where the refused `node` of a study's scene or coating is a list."""
+    path = ".".join(map(str, location))
+    # no hint for layers, which are a list, nor within the values of an axis of that name
+    fits = node.is_list and node.value and node.line and path != "layers" and not node.path.endswith("]")
+    if not fits or model not in (SceneSpec, CoatingSpec) or any(isinstance(token, int) for token in location):
+        return ""
+    return f"; several values are given as an axis: axes: {{{path}: [...]}}"
 
 
 # stands for required settings of a scene that only the axes of a grid give

@@ -421,6 +421,55 @@ def test_bad_grids(refused, grid, line):
     assert any(one.startswith(f"s.yaml:{line}") for one in found), found
 
 
+LAYERS = "[{E: 1, nu: 0, thickness: 1}]"
+BOTH = "layers and coating are both given: only one of them may be"
+
+
+@pytest.mark.parametrize(
+    ("grid", "line"),
+    [
+        (f"coating: {{thickness: 1}}, axes: {{layers: [{LAYERS}]}}", f"8:7: grids.g.coating: {BOTH}"),
+        (f"coating: {{thickness: 1}}, axes: {{layers: [[], {LAYERS}]}}", f"8:7: grids.g.coating: {BOTH}"),
+        (f"scene: {{layers: {LAYERS}}}, axes: {{thickness: [1]}}", f"8:55: grids.g.coating: {BOTH}"),
+        (
+            f"coating: {{thickness: 1}}, cases: [{{label: x, layers: {LAYERS}}}]",
+            f"8:7: grids.g.coating: {BOTH}",
+        ),
+        (
+            f"axes: {{layers: [[], {LAYERS}], thickness: [1]}}",
+            "8:59: grids.g.axes.thickness: axis: either layers or a coating (layer_count, thickness, ...)",
+        ),
+    ],
+)
+def test_layers_beside_a_part_of_a_coating(refused, grid, line):
+    """What the coating lacks was said to be missing."""
+    assert refused(BASE + f"  g: {{{grid}}}\n") == [f"s.yaml:{line}"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "grid", "path"),
+    [
+        ("load: [1, 2]", "axes: {friction: [1]}", "load"),
+        ("load: 1", "axes: {creepage: [{longitudinal: [0.1, 0.2]}]}", "creepage.longitudinal"),
+        ("load: 1", "scene: {coupling: [one-way, full]}, axes: {friction: [1]}", "coupling"),
+        ("load: 1", "coating: {thickness: 1, modulus: [1, 2]}, axes: {friction: [1]}", "modulus"),
+        ("load: 1", "axes: {load: [[1, 2]]}", ""),
+        ("load: 1", "scene: {mesh: {size: [1, 2, 3]}}, axes: {load: [[1, 2]]}", "mesh.size"),
+    ],
+)
+def test_several_values_where_one_stands_are_told_of_axes(refused, scene, grid, path):
+    found = refused(BASE.replace("load: 100", scene) + f"  g: {{{grid}}}\n")
+    hint = f"; several values are given as an axis: axes: {{{path}: [...]}}"
+    assert sum(line.endswith(hint) for line in found) == bool(path)
+    assert sum("given as an axis" in line for line in found) == bool(path)
+
+
+def test_no_axes_are_mentioned_where_there_are_none():
+    with pytest.raises(UserError) as error:
+        scene_from_mapping({**SCENE, "load": [1, 2]})
+    assert str(error.value) == "load: [1, 2]: a number above 0, in N"
+
+
 @pytest.mark.parametrize(
     "axes",
     [
@@ -533,6 +582,19 @@ def test_window_is_checked_for_every_combination(refused):
     found = refused(text)
     assert [line.split(": ")[0] for line in found] == ["s.yaml:8:70", "s.yaml:8:78"]
     assert all("along y (case radius=50 x 800, load=1000)" in line for line in found)
+
+
+def test_window_of_contacts_that_differ_in_their_layers_alone(refused):
+    """One line was repeated with other numbers, and no case was named; equal reasons are given once."""
+    grid = "  g: {coating: {modulus: 0.25 Es}, axes: {thickness: [50, 100], load: [9000, 9001], friction: [1, 2]}}\n"
+    text = BASE.replace("size: [2, 2]", "size: [1, 1]")
+    found = refused(text + "  g: {coating: {thickness: 0.5 a}, axes: {modulus: [0.5 Es, 2 Es], load: [5000]}}\n")
+    assert [line.rpartition(" (case ")[2] for line in found] == [
+        "modulus=0.5 Es, load=5000)",
+        "modulus=2 Es, load=5000)",
+    ]
+    found = refused(text + grid)
+    assert [line.rpartition(" (case ")[2] for line in found] == ["thickness=50, load=9000)", "thickness=50, load=9001)"]
 
 
 def test_window_of_a_contact_between_moduli_of_both_kinds(load):
