@@ -360,7 +360,7 @@ def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Pat
     )
 
 
-LABELS = """
+SMALL_BALL = """
 study: s
 scene:
   substrate: {E: 210000, nu: 0.3}
@@ -369,6 +369,11 @@ scene:
   mesh: {size: auto, cells: [16, 16]}
   creepage: {longitudinal: 0.01}
 grids:
+"""
+
+LABELS = (
+    SMALL_BALL
+    + """\
   bodies:
     axes:
       counterbody: [rigid, {label: steel, E: 210000, nu: 0.28}, {E: 1 Es, nu: 0.25}]
@@ -385,6 +390,7 @@ grids:
       counterbody.nu: [0.3, 0.4]
     scene: {counterbody: {E: 1 Es, nu: 0.3}}
 """
+)
 
 
 def test_captions_explain_labels_of_bodies_meshes_and_tolerances(tmp_path: Path) -> None:
@@ -415,15 +421,9 @@ def test_each_sentence_of_a_caption_begins_with_a_capital(tmp_path: Path) -> Non
         assert conditions(grid).replace(KEEP, " ") == "Cells of 0.0625 mm × 0.08333 mm."
 
 
-RUBBER = """
-study: s
-scene:
-  substrate: {E: 210000, nu: 0.3}
-  radius: 50
-  load: 20
-  mesh: {size: auto, cells: [16, 16]}
-  creepage: {longitudinal: 0.01}
-grids:
+RUBBER = (
+    SMALL_BALL
+    + """\
   rubber:
     coating: {thickness: 1, modulus: 20, layer_nu: 0.49}
     axes: {friction: [0.3, 0.5]}
@@ -434,6 +434,7 @@ grids:
     coating: {thickness: 1, modulus: 20}
     axes: {layer_nu: [0.4, 0.49], friction: [0.3, 0.5]}
 """
+)
 
 
 def test_poissons_ratios_of_layers_are_told(tmp_path: Path) -> None:
