@@ -320,5 +320,6 @@ class _Case:
         bars["force_y"] += _OF_CORRECTION * abs(slip.force_y)
         bars["moment_z"] += _OF_CORRECTION * abs(slip.moment_z)
         bars["friction_power"] += _OF_CORRECTION * (slip.doubtful_force * self.fastest + slip.doubtful_power)
-        bars["traction_max"] += 0.5 * slip.doubtful_force / self.finest["contact_area"]
+        if not self.at_peak:
+            bars["traction_max"] += 0.5 * slip.doubtful_force / self.finest["contact_area"]
         bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.doubtful_area

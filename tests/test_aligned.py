@@ -393,6 +393,16 @@ def test_slip_under_pressure_is_what_a_long_contact_shows():
     np.testing.assert_allclose(per_pressure[steep], contact.influence.slip_under_pressure, rtol=0.12)
 
 
+def test_slip_under_tractions_of_half_spaces():
+    """(1 - nu)/G along waves and 1/G across them, summed over the bodies; so Dundurs' beta of a rigid body on steel."""
+    shear = 210000.0 / 2.6
+    influence = AlignedContact(solve_normal(steel(Mesh((1.0, 1.0), (8, 8)), counterbody=None))).influence
+    np.testing.assert_allclose(influence.slip_under_tractions, (0.7 / shear, 1.0 / shear), rtol=1e-12)
+    assert influence.slip_by_pressure_over_tractions == pytest.approx(0.2 / 0.7, rel=1e-12)
+    both = AlignedContact(solve_normal(steel(Mesh((1.0, 1.0), (8, 8))))).influence.slip_under_tractions
+    np.testing.assert_allclose(both, (1.4 / shear, 2.0 / shear), rtol=1e-12)
+
+
 def test_friction_power_takes_slip_by_pressure_at_the_cells_centres():
     """The mean of those half a cell ahead and behind, looked up cell by cell; the last cell of a row has its own."""
     scene = steel(window((hertz_of(counterbody=None).a[0],) * 2, (11.0, 11.0)), creepage=SLOPING, counterbody=None)

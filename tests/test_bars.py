@@ -309,6 +309,17 @@ def test_estimate_of_the_largest_traction_where_cells_show_little_slip() -> None
         assert (found == pytest.approx(expected, rel=1e-9)) == near
 
 
+def test_estimate_of_the_largest_traction_where_the_pressures_peak_slips() -> None:
+    """It follows from the pressure there; what slips unseen at the edge has no part in it."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), friction=0.5)
+    hidden = Hidden(slip=Unseen(doubtful_force=3.0))
+    for traction, at_peak in ((50.0, True), (49.0, False)):
+        level = MIDDLING | {"traction_max": traction, "force_x": -90.0, "force_y": 1.0, "moment_z": 1.0}
+        found = error_estimates(scene, 314, [level | {"friction_power": 0.2}] * 2, hidden)
+        of_peak = 0.5 * found["pressure_max_error"]
+        assert (found["traction_max_error"] == pytest.approx(of_peak, rel=1e-12)) == at_peak
+
+
 def test_estimate_of_the_slip_area_where_some_is_hidden() -> None:
     """Where all slips nothing slips unseen, unless some of that area is made up."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation="aligned")

@@ -714,7 +714,7 @@ def test_contacts_of_two_rows_keep_their_chords() -> None:
 # --- slip at the centres of cells ---
 
 
-NOTHING_LOCAL = np.zeros((4, 0))
+NOTHING_LOCAL = np.zeros((5, 0))
 
 
 class MovedCells:
@@ -735,21 +735,45 @@ class MovedCells:
         self.rng = rng
 
 
+def slip_at_edge(first: float, second: float) -> float:
+    """a + b sqrt(r) at r = 0 through values at 1/4 and 5/4, between zero and the first of them."""
+    at_edge = np.linalg.solve([[1.0, math.sqrt(0.25)], [1.0, math.sqrt(1.25)]], [first, second])[0]
+    return float(np.clip(at_edge, 0.0, first))
+
+
+def test_slip_at_leading_edge() -> None:
+    seen = set()
+    for s in np.random.default_rng(6).normal(size=(30, 2, 2)):
+        one, two = np.linalg.norm(s, axis=1)
+        found = centring.slip_at_leading_edge(s, 0, 1)
+        assert found == pytest.approx(slip_at_edge(one, two), rel=1e-12, abs=1e-12)
+        seen.add("zero" if found == 0.0 else "first" if found == pytest.approx(one) else "between")
+    assert len(seen) == 3
+
+
+def test_known_slip_of_a_cell_without_slip() -> None:
+    """It has no direction, so that the local slip is left out; nothing becomes nan."""
+    s, local = np.zeros((2, 2)), np.ones((5, 2))
+    weight, out = np.full((3, 2), np.nan), np.full((2, 2), np.nan)
+    centring.centre(s, np.ones(2, dtype=np.bool_), np.array([[0, 0], [1, 1]]), local, weight, out)
+    assert (out == 0.0).all()
+
+
 @pytest.mark.parametrize("known", [False, True])
 def test_centre(known: bool) -> None:
     """By the polynomial through the points there are, half a cell ahead of the cells, at a cell's own centre.
 
     At a trailing end through the second point ahead, too, if all slip. A stick cell is used by the slip cell behind it
     only. At least half of a cell's slip is left where it turns round. Stick cells' slip stays. The polynomial of the
-    part that is known is replaced by its known value. A slip that is linear along x comes out right at the centres,
-    half a cell behind.
+    part that is known is replaced by its known value, by less where slip is small. A slip that is linear along x comes
+    out right at the centres, half a cell behind.
     """
     seen = set()
     for seed in range(10 if known else 5):
         c = MovedCells(seed)
         c.s *= c.rng.uniform(0.1, 1.0, size=(c.m, 1))
         weight, out = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
-        local = c.rng.normal(size=(4, c.m)) if known else NOTHING_LOCAL
+        local = c.rng.normal(size=(5, c.m)) if known else NOTHING_LOCAL
         centring.centre(c.s, c.slip, c.neighbours, local, weight, out)
         np.testing.assert_array_equal(weight[:, ~c.slip], 0.0)
         np.testing.assert_array_equal(out[~c.slip], c.s[~c.slip])
@@ -766,7 +790,11 @@ def test_centre(known: bool) -> None:
             added = by_polynomial
             if known:
                 pressures = [local[2, k], *(local[2, others[step]] for step in there)]
-                added = added + local[:2, k] * (local[3, k] - np.polyfit(points, pressures, points.size - 1)[-1])
+                missing = local[:2, k] * (local[3, k] - np.polyfit(points, pressures, points.size - 1)[-1])
+                first = c.leading[k] and not c.last[k]
+                size = np.linalg.norm(c.s[k])
+                speed = slip_at_edge(size, np.linalg.norm(c.s[others[-1]])) if first else size
+                added = added + speed**2 / (speed**2 + local[4, k] ** 2) * missing
             along, square = added @ c.s[k], c.s[k] @ c.s[k]
             capped = bool(along < -0.5 * square)
             part = -0.5 * square / along if capped else 1.0
@@ -927,7 +955,7 @@ def test_local_slip() -> None:
         index[:n, j] = count[:j].sum() + np.arange(n)
     p, angle, leading, kappa = rng.uniform(1.0, 5.0, 12), rng.uniform(-1.0, 1.0, (2, 4)), 0.03, -0.2
     normals, trailing = (np.array([np.cos(a), np.sin(a)]) for a in angle)
-    out = np.zeros((4, 12))
+    out = np.zeros((5, 12))
     centring.local_slip(p, index, count, normals, trailing, kappa, leading, out)
     for j in range(1, 4):
         cells = index[: count[j], j]
@@ -937,8 +965,8 @@ def test_local_slip() -> None:
         expected[0] -= leading * p[cells[0]]
         np.testing.assert_allclose(out[2, cells], expected, rtol=1e-14)
         direction = np.zeros((2, cells.size))
-        direction[:, -1], direction[:, 0] = (kappa * n[0, j] ** 4 * n[:, j] for n in (trailing, normals))
+        direction[:, -1], direction[:, 0] = (kappa * n[0, j] * n[:, j] for n in (trailing, normals))
         if cells.size == 1:
-            direction[:, 0] = kappa * normals[0, j] ** 4 * normals[:, j]
+            direction[:, 0] = kappa * normals[0, j] * normals[:, j]
         np.testing.assert_allclose(out[:2, cells], direction, rtol=1e-14)
-    assert (out[3] == 0.0).all()
+    assert (out[3:] == 0.0).all()

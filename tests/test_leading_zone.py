@@ -149,7 +149,7 @@ def test_slip_by_pressure_at_centres_of_leading_cells() -> None:
 
     x, y = contact.centres
     dx = scene.mesh.spacing[0]
-    local = contact.local_slip
+    local = contact.local_slip(scene.friction)
     assert local is not None
     s, rows = contact.slip_by_pressure[:, 0], contact.rows
     errors = []
@@ -165,6 +165,24 @@ def test_slip_by_pressure_at_centres_of_leading_cells() -> None:
     straight_off, known_off = np.abs(errors).mean(axis=0) / abs(s).max()
     assert straight_off > 0.03
     assert known_off < 0.3 * straight_off
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.4])
+def test_local_slip_of_a_half_space(friction: float) -> None:
+    """(1 - 2 nu)/(2 G) n_x n of the pressure, of which 0.8 counts; cancelled where slip is small."""
+    scene = rigid_ball(26, Creepage(0.0, 0.01))
+    contact = AlignedContact(solve_normal(scene))
+    nu, shear = scene.substrate.nu, 0.5 * scene.substrate.E / (1.0 + scene.substrate.nu)
+    local = contact.local_slip(friction)
+    assert local is not None
+    rows = contact.rows
+    held = rows.count > 1
+    leading, n = rows.index[0, held], rows.normals[:, held]
+    np.testing.assert_allclose(local[:2, leading], 0.8 * (0.5 - nu) / shear * n[0] * n, rtol=1e-12)
+    assert ((local[0] != 0.0).sum(), len(leading)) == (2 * held.sum(), held.sum())
+    begins = 0.12 * math.hypot(friction * (1.0 - nu), 0.5 - nu) / shear
+    np.testing.assert_allclose(local[4], begins * rows.weighted, rtol=1e-12)
+    np.testing.assert_array_equal(local[3], rows.weighted)
 
 
 @pytest.mark.heavy

@@ -60,10 +60,10 @@ _SPIN_POINT = 0.5  # in cells ahead of the centre
 # large.
 _LEADING = 0.0264
 # At an oblique leading edge the discrete equations underestimate the slip across the tractions of the leading cells.
-# The slip added per unit traction is this fraction of n_x n_y (c - d)/dx: n is the edge's normal, and c and d are the
-# responses (mm/MPa) to tractions along and across a wave of wave number 1/dx. A value of 0.09 removes the first-order
-# errors of moments under lateral creepage and of lateral forces under spin (round contacts, nu 0.3 to 0.5); 0.07 leaves
-# smaller errors of second order at ten to twenty cells per radius.
+# The slip added per unit traction is this fraction of n_x n_y (c - d): n is the edge's normal, and c and d are those of
+# `Influence.slip_under_tractions`. A value of 0.09 removes the first-order errors of moments under lateral creepage and
+# of lateral forces under spin (round contacts, nu 0.3 to 0.5); 0.07 leaves smaller errors of second order at ten to
+# twenty cells per radius.
 _CROSS = 0.07
 _MOST_SLIPPING = 16  # slip cells at the leading end of a row, from which on what they miss of the zone is nothing
 
@@ -140,8 +140,7 @@ class AlignedContact(NormalContact):
         """Numbers [n] of the rows' leading cells, and the extra slip across a unit traction there [n] (1/MPa)."""
         rows = self.rows
         held = rows.count > 0
-        dx = self.scene.mesh.spacing[0]
-        along, across = self.influence.traction_responses(np.array([1.0 / dx]))[:, 0] / dx
+        along, across = self.influence.slip_under_tractions
         return rows.index[0, held], _CROSS * (along - across) * rows.normals[:, held].prod(axis=0)
 
     def cross_slip(self, q: np.ndarray) -> np.ndarray:
@@ -238,12 +237,9 @@ class AlignedContact(NormalContact):
         """Rigid slip [m, 2], spin being taken half a cell ahead of the centres; `spin_point` is not used."""
         return super().rigid_slip(creepage, _SPIN_POINT)
 
-    @cached_property
-    def local_slip(self) -> np.ndarray | None:
-        """The part [4, m] of the slip by pressure that is known at the cells' centres (`local_slip.py`)."""
-        if not self.scene.moves_by_pressure:
-            return None
-        return local_slip(self.rows, self.influence.slip_under_pressure, _LEADING)
+    def local_slip(self, friction: float) -> np.ndarray | None:
+        """The part [5, m] of the slip by pressure that is known at the cells' centres (`local_slip.py`)."""
+        return local_slip(self.rows, self.influence, friction, _LEADING) if self.scene.moves_by_pressure else None
 
     @cached_property
     def _slip_by_pressure_at_centres(self) -> np.ndarray:

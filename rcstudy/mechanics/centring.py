@@ -28,7 +28,7 @@ _PATIENCE = 4  # updates in a row, none of which halves the least residual, afte
 class Centring:
     """The correction that moves the slip of slip cells to their centres, updated from the slip or frozen.
 
-    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `local` [4, m]: the
+    `neighbours` [2, m]: numbers of the cells ahead and behind, a cell's own where there is none; `local` [5, m]: the
     part of the slip that is known at the centres (`local_slip.py`), if there is one; `weight` [3, m]: interpolation
     weights of the cells ahead, behind and second ahead, from the last update; `frozen` [m, 2]: the frozen correction,
     None as long as it is updated.
@@ -36,7 +36,7 @@ class Centring:
 
     def __init__(self, neighbours: np.ndarray, local: np.ndarray | None = None) -> None:
         self.weight = np.zeros((3, neighbours.shape[1]))
-        self.neighbours, self._local = neighbours, np.zeros((4, 0)) if local is None else local
+        self.neighbours, self._local = neighbours, np.zeros((5, 0)) if local is None else local
         self.restart()
 
     def restart(self) -> None:

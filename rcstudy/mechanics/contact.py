@@ -130,9 +130,8 @@ class NormalContact:
         """None; on aligned cells, where slips are taken at centres: numbers [2, m] of the cells ahead and behind."""
         return None
 
-    @cached_property
-    def local_slip(self) -> np.ndarray | None:
-        """None; on aligned cells: the part [4, m] of slip by pressure that is known at centres (`local_slip.py`)."""
+    def local_slip(self, friction: float) -> np.ndarray | None:
+        """None; on aligned cells: the part [5, m] of slip by pressure that is known at centres (`local_slip.py`)."""
         return None
 
     @cached_property
@@ -344,7 +343,8 @@ def solve_rolling(
     elif guess is None and neighbour is not None:
         guess = neighbour.q
     operator, cells = contact.operator, contact.cells_of_operator
-    rolling = solve_tractions(operator, cells, bound, w, tolerance, guess, contact.neighbours, contact.local_slip)
+    local = contact.local_slip(scene.friction)
+    rolling = solve_tractions(operator, cells, bound, w, tolerance, guess, contact.neighbours, local)
     rolling.coarser, rolling.interpolated = coarse, interpolated
     return rolling
 

@@ -184,15 +184,23 @@ class Influence:
         return self.once("slip under pressure", made)
 
     @property
+    def slip_under_tractions(self) -> tuple[float, float]:
+        """alpha times the responses to tractions along and across a wave (1/MPa), at wave number alpha = 1/dx.
+
+        On half-spaces the first is (1 - nu)/G, summed over the bodies, the second 1/G.
+        """
+
+        def made() -> tuple[float, float]:
+            alpha = 1.0 / self.spacing[0]
+            along, across = (alpha * self.traction_responses(np.array([alpha]))[:, 0]).tolist()
+            return along, across
+
+        return self.once("slip under tractions", made)
+
+    @property
     def slip_by_pressure_over_tractions(self) -> float:
-        """Dundurs' constant beta: `slip_under_pressure` over the like response to tractions, alpha c(alpha)."""
-
-        def made() -> float:
-            dx = self.spacing[0]
-            by_traction = float(self.traction_responses(np.array([1.0 / dx]))[0, 0]) / dx
-            return self.slip_under_pressure / by_traction
-
-        return self.once("beta", made)
+        """Dundurs' constant beta: `slip_under_pressure` over the like response to tractions along waves."""
+        return self.slip_under_pressure / self.slip_under_tractions[0]
 
     @property
     def top_thickness(self) -> float:
@@ -208,16 +216,6 @@ class Influence:
         alpha = np.array([2.0 / length, 1.0 / self.spacing[0]])
         far, near = (alpha * self.traction_responses(alpha)[0]).tolist()
         return min(math.sqrt(far / near), 1.0)
-
-    @property
-    def along_over_across(self) -> float:
-        """Response to tractions along the wave vector over that to tractions across it, at wave number 1/dx."""
-
-        def made() -> float:
-            along, across = self.traction_responses(np.array([1.0 / self.spacing[0]]))[:, 0]
-            return float(along / across)
-
-        return self.once("along over across", made)
 
     def quadrant(self, nx: int, ny: int) -> np.ndarray:
         """Coefficients at offsets i dx, j dy, i = 0..nx-1, j = 0..ny-1: array [6, >= nx, >= ny] in mm/MPa.

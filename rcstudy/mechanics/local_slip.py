@@ -14,28 +14,51 @@ x of mild contacts are a tenth closer, but Newton's method takes 2 to 5 % more p
 with low friction gain, as their slip changes its direction towards the edge. A steel ball with friction 0.15 on a rigid
 plane that slips everywhere has forces 0.0 to 0.2 % of mu P off at ten cells a radius, without it 0.1 to 0.35 %.
 
-Oblique edges: what rows of cells make of them is known less well, so the part is reduced by n_x^3 there (150 random
-contacts with up to three layers: forces along x have errors larger by a tenth without that).
+Tractions cancel it where slip is small. They turn until what they cause across the slip S themselves makes up for the
+slip by pressure there, and then nothing like a root is left. For small turns tractions q across the slip follow from
+
+    S q/(mu p) + C H q = -kappa p,      H: Hilbert transform, C: compliance to tractions (`slip_under_tractions`).
+
+With p = sqrt(r) (1 - r/40)^1.5 the first of 40 cells needs this part of the local slip, for forces as on 16 and 32
+times as many cells:
+
+    S/(mu C), p being 1 at r = 1      0.03   0.1    0.3    0.6    1      2      4      10     30
+    part                              0.06   0.28   0.48   0.56   0.56   0.53   0.57   0.66   0.73
+
+which is 0.57 S^2/(S^2 + (0.12 mu C p)^2), p the cell's weighted pressure and S the slip at the edge: if slip grows from
+zero there, the part is zero or less. In contacts 0.8 is used for 0.57: with their edges at all angles
+bodies unlike in kappa are closer for it, and those of the paper hardly farther off (docs/experiments.md). What lies
+along the slip turns nothing and is reduced all the same, as Newton's method then takes an eighth less products. In
+place of mu C stands the root of (mu C)^2 + kappa^2: with next to no friction the part would else be a switch between 0
+and 0.8, for slip that grows from about zero, and directions of slip did not settle.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import centring as kernel
 from rcstudy.mechanics.moved_rows import MovedRows
 
+_MOST = 0.8  # largest part of the local slip that counts
+_BEGINS = 0.12  # slip at which half of the largest part counts, over mu C p
 
-def local_slip(rows: MovedRows, slip_under_pressure: float, leading: float) -> np.ndarray:
-    """The local slip by pressure on the cells of `rows`, [4, m], as `kernels/centring.centre` needs it.
 
-    Components along x and y of the slip per unit pressure (1/MPa), zero but in the outermost cells of rows; the
-    pressures (MPa) that it has half a cell ahead of the cells' centres, by differences of displacements; those at the
-    centres, weighted means over the cells. `slip_under_pressure`: kappa (1/MPa); `leading`: the part by which the slip
-    is reduced in leading cells (`aligned.py`).
+def local_slip(rows: MovedRows, influence: Influence, friction: float, leading: float) -> np.ndarray:
+    """The local slip by pressure on the cells of `rows`, [5, m], as `kernels/centring.centre` needs it.
+
+    Components along x and y of the slip per unit pressure (1/MPa), as far as it counts, zero but in the outermost cells
+    of rows; the pressures (MPa) that it has half a cell ahead of the cells' centres, by differences of displacements;
+    those at the centres, weighted means over the cells; the slips at which tractions begin to cancel it. `leading`: the
+    part by which the slip is reduced in leading cells (`aligned.py`).
     """
-    local = np.zeros((4, rows.pressure.size))
+    local = np.zeros((5, rows.pressure.size))
     local[3] = rows.weighted
-    edges = rows.normals, rows.trailing_normals
-    kernel.local_slip(rows.pressure, rows.index, rows.count, *edges, slip_under_pressure, leading, local)
+    kappa, compliance = influence.slip_under_pressure, influence.slip_under_tractions[0]
+    local[4] = _BEGINS * math.hypot(friction * compliance, kappa) * rows.weighted
+    of_rows = rows.index, rows.count, rows.normals, rows.trailing_normals
+    kernel.local_slip(rows.pressure, *of_rows, _MOST * kappa, leading, local)
     return local

@@ -68,11 +68,10 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
     result = contact.rigid_slip(scene.creepage, scene.spin_point)
     result += contact.corrected_at_leading_edge(slip(contact.displacement_by_pressure))
     result += slip(contact.displacement.on_box(rolling.q, contact.cells)) + contact.cross_slip(rolling.q)
-    return (
-        result
-        if contact.neighbours is None
-        else slip_at_centres(result, rolling.slip, contact.neighbours, contact.local_slip, rolling.frozen_correction)
-    )
+    if contact.neighbours is None:
+        return result
+    local = contact.local_slip(scene.friction)
+    return slip_at_centres(result, rolling.slip, contact.neighbours, local, rolling.frozen_correction)
 
 
 def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:

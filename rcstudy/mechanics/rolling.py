@@ -290,7 +290,7 @@ def solve_tractions(
 
     `cells` [m, 2]: indices in the operator's box; `bound` [m]: mu p > 0 (MPa); `w` [m, 2]: rigid slip plus slip by
     pressure; `guess` [m, 2]: tractions (MPa) to start from; `neighbours` [2, m]: numbers of the cells ahead and behind;
-    if given, the direction of slip is taken at the centres of slip cells, `local` [4, m] being the part of the slip
+    if given, the direction of slip is taken at the centres of slip cells, `local` [5, m] being the part of the slip
     that is known there (`centring.py`). The residual, to be less than `tolerance`, is ||q - Proj(q - rho s)|| over the
     smallest of ||q||, ||mu p|| and rho ||w||, 1/rho being the diagonal of B: tractions and slip are then right to about
     that fraction of their own size.

@@ -112,7 +112,8 @@ def unseen_slip(
     if influence.layered:
         zones = zones[: max(2, int(_PER_THICKNESS * influence.top_thickness / dx)) + 1]
     of_cells = *centres, q, slip, pressure, by_pressure
-    of_bodies = friction, k, influence.along_over_across
+    along, across = influence.slip_under_tractions
+    of_bodies = friction, k, along / across
     leading_slip.hidden_leading_slip(*rows, *of_cells, *of_bodies, dx, theta, zones, reach, sums)
     force_x, force_y, moment, work, force, area, missing = (float(value) * dx * dy for value in sums)
     if abs(missing) < _NOTHING * dx * dy:

@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rcstudy.mechanics.jit import jit
+
+
+@jit
+def slip_at_leading_edge(s: np.ndarray, first: int, second: int) -> float:
+    """Magnitude of the slips s [m, 2] at the edge, from a row's first and second cell; at most that of the first.
+
+    By a root through the two, a quarter and five quarters of a cell behind the edge; zero if that is negative.
+    """
+    size = math.sqrt(s[first, 0] ** 2 + s[first, 1] ** 2)
+    behind = math.sqrt(s[second, 0] ** 2 + s[second, 1] ** 2)
+    at_edge = size - (behind - size) / (math.sqrt(5.0) - 1.0)
+    return min(max(at_edge, 0.0), size)
 
 
 @jit
@@ -27,9 +41,10 @@ def centre(
     The correction is reduced so that at least half of s remains along s. neighbours [2, m]: numbers of the cells ahead
     and behind, a cell's own where there is none.
 
-    local [4, m], or [4, 0] if there is none: the part of s that is proportional to the pressure is not interpolated but
+    local [5, m], or [5, 0] if there is none: the part of s that is proportional to the pressure is not interpolated but
     known. Components along x and y of that slip per unit pressure (1/MPa), pressures that it has in s, and those at the
-    centres (MPa): see `local_slip.py`.
+    centres (MPa), and the slip s0 at which tractions begin to cancel it: see `local_slip.py`. The part
+    S^2/(S^2 + s0^2) of it counts, S being the slip, that at the leading edge if the cell is the first of several.
     """
     for m in range(s.shape[0]):
         x, y = s[m, 0], s[m, 1]
@@ -46,13 +61,16 @@ def centre(
                 of_ahead, of_behind = -0.5, 0.0
             more_x = of_ahead * (s[ahead, 0] - x) + of_behind * (s[behind, 0] - x) + of_second * (s[second, 0] - x)
             more_y = of_ahead * (s[ahead, 1] - y) + of_behind * (s[behind, 1] - y) + of_second * (s[second, 1] - y)
-            if local.shape[1] > 0:
+            square = x**2 + y**2
+            if local.shape[1] > 0 and square > 0.0 and (local[0, m] != 0.0 or local[1, m] != 0.0):
                 at, of_s = local[3, m], local[2]
                 more = of_ahead * (of_s[ahead] - of_s[m]) + of_behind * (of_s[behind] - of_s[m])
                 missing = at - of_s[m] - more - of_second * (of_s[second] - of_s[m])
-                more_x += missing * local[0, m]
-                more_y += missing * local[1, m]
-            square = x**2 + y**2
+                first = ahead == m and behind != m
+                there = slip_at_leading_edge(s, m, behind) if first else math.sqrt(square)
+                factor = there**2 / (there**2 + local[4, m] ** 2) if there > 0.0 else 0.0
+                more_x += factor * missing * local[0, m]
+                more_y += factor * missing * local[1, m]
             along = more_x * x + more_y * y
             part = 1.0 if along >= -0.5 * square else -0.5 * square / along
             weight[0, m], weight[1, m], weight[2, m] = part * of_ahead, part * of_behind, part * of_second
@@ -71,7 +89,7 @@ def local_slip(
     leading: float,
     out: np.ndarray,
 ) -> None:
-    """The first three rows of out [4, m], see `local_slip.local_slip`; those that are zero are left alone.
+    """The first three rows of out [5, m], see `local_slip.local_slip`; those that are zero are left alone.
 
     pressure [m] (MPa): of the cells; index [most, ny], count [ny]: as in `row_cells.number_cells`; normals,
     trailing_normals [2, ny]: of the rows' edges.
@@ -90,5 +108,5 @@ def local_slip(
             out[2, first] -= leading * pressure[first]
             for side in range(2):
                 m, normal = (last, trailing_normals) if side == 0 else (first, normals)
-                part = slip_under_pressure * normal[0, j] ** 4  # n_x of the slip along x, and n_x^3 of oblique edges
+                part = slip_under_pressure * normal[0, j]  # n_x: of the slip, only what is along x
                 out[0, m], out[1, m] = part * normal[0, j], part * normal[1, j]

@@ -1,0 +1,68 @@
+"""The part of the local slip by pressure that a strip's leading cell needs, against which `local_slip.py` was set."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rcstudy.mechanics.aligned import _LEADING
+from rcstudy.mechanics.kernels import centring
+from rcstudy.mechanics.local_slip import _BEGINS
+from rcstudy.mechanics.moved_rows import EDGE
+
+LENGTH = 40.0  # of the strip, in cells
+OF_THEORY = 0.57  # largest part that counts in strips
+
+
+def pressure(r: np.ndarray) -> np.ndarray:
+    """A root at the leading edge, and so smooth at the trailing one that nothing is to be corrected there."""
+    return np.asarray(np.sqrt(r) * np.maximum(1.0 - r / LENGTH, 0.0) ** 1.5)
+
+
+def means(cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Means [cells] of the pressure over the cells, and those weighted with the pressure."""
+    edges = np.append(0.0, np.arange(1, cells + 1) + EDGE - 0.5) * LENGTH / cells
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    a, b = np.sqrt(edges[:-1, None]), np.sqrt(edges[1:, None])  # smooth in the root of r
+    t = 0.5 * (b - a) * nodes + 0.5 * (a + b)
+    p, weights = pressure(t * t), (b - a) * weights * t
+    force = (weights * p).sum(axis=1)
+    return force * cells / LENGTH, (weights * p * p).sum(axis=1) / np.maximum(force, 1e-300)
+
+
+def force_across(cells: int, slip: float, part: float) -> float:
+    """Force of the tractions across the slip, mu, C and kappa being 1; `part` of the first cell's local slip counts.
+
+    The rows of `aligned.py` for small turns: across the slip, that at the cells' centres is -slip q/(mu p).
+    """
+    p, weighted = means(cells)
+    m = np.arange(cells)
+    out, edges = np.zeros((5, cells)), np.array([[1.0], [0.0]])
+    centring.local_slip(p, m[:, None], np.array([cells]), edges, edges, 1.0, _LEADING, out)
+    by_tractions = -1.0 / (math.pi * (m[:, None] - m - 0.5))
+    ahead, behind = np.maximum(m - 1, 0), np.minimum(m + 1, cells - 1)
+    weight, slips = np.empty((3, cells)), np.ones((cells, 2))
+    centring.centre(slips, slips[:, 0] > 0.0, np.array([ahead, behind]), np.zeros((5, 0)), weight, slips.copy())
+    to_centres = np.diag(1.0 - weight.sum(axis=0))
+    for of_neighbour, neighbour in zip(weight, (ahead, behind, ahead[ahead]), strict=True):
+        to_centres[m, neighbour] += of_neighbour
+    local = to_centres @ out[2]
+    local[0] += part * (weighted[0] - local[0])
+    law = np.diag(slip / np.maximum(p, 1e-12))
+    return float(np.linalg.solve(to_centres @ by_tractions + law, -local).sum()) * LENGTH / cells
+
+
+@pytest.mark.heavy
+def test_part_of_the_local_slip_in_strips() -> None:
+    """The part of `local_slip.py` but for its largest value, to a tenth; table in its docstring to the last digit."""
+    table = {0.03: 0.06, 0.1: 0.28, 0.3: 0.48, 0.6: 0.56, 1.0: 0.56, 2.0: 0.53, 4.0: 0.57, 10.0: 0.66, 30.0: 0.73}
+    weighted = means(40)[1][0]
+    for slip, part in table.items():
+        fine, finest = (force_across(cells, slip, OF_THEORY) for cells in (640, 1280))
+        without, whole = (force_across(40, slip, part) for part in (0.0, 1.0))
+        found = (finest + 0.6 * (finest - fine) - without) / (whole - without)  # errors like h^1.4
+        assert found == pytest.approx(part, abs=0.006)
+        if slip < 30.0:
+            assert OF_THEORY * slip**2 / (slip**2 + (_BEGINS * weighted) ** 2) == pytest.approx(part, abs=0.1)
