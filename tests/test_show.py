@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -212,6 +213,8 @@ LIKE, STATED = "not as in the grids, changed after writing", "not as its study s
         (remove("h/pressure"), ["grid h: pressure: missing"]),
         (change("g/friction", 5.0), [f"{TABLE}friction: {LIKE}", f"grid g: friction: {STATED}"]),
         (change("h/layer_modulus", 5.0), [f"grid h: layer_modulus: {STATED}"]),
+        (change("g/x", 5.0), [f"grid g: x: {STATED}"]),
+        (change("g/y", math.nan), [f"grid g: y: {STATED}"]),
         (change_text, ["the text of its study was changed after writing"]),
     ],
 )
