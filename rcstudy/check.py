@@ -97,8 +97,8 @@ def damage(path: Path, tree: xr.DataTree, changed: Sequence[str]) -> list[str]:
 def _unlike_study(tree: xr.DataTree) -> list[str]:
     """Whatever is missing from an opened cube, or other than its study's text states, in words; no fields are read.
 
-    Of what the text states, the numbers of settings, axes and cells' centres are compared. Nothing is known of a cube with a text that
-    this version does not understand.
+    Of what the text states, the numbers of settings and axes and the cells' centres are compared. Nothing is known of a
+    cube with a text that this version does not understand.
     """
     text = str(tree.attrs.get("study_text", ""))
     try:
