@@ -87,6 +87,7 @@ class AlignedContact(NormalContact):
         self.outline = Outline(p, contact.scene.mesh.spacing, contact.influence)
         self.rows: MovedRows = MovedRows(self.solution.p, box, self.outline, None if like is None else like.rows)
         self.cells, self.pressure, self.carrying = self.rows.cells, self.rows.pressure, self.rows.carrying
+        self._local_slip: tuple[float, np.ndarray] | None = None  # and the coefficient of friction that it is for
 
     @cached_property
     def centres(self) -> tuple[np.ndarray, np.ndarray]:
@@ -239,7 +240,11 @@ class AlignedContact(NormalContact):
 
     def local_slip(self, friction: float) -> np.ndarray | None:
         """The part [5, m] of the slip by pressure that is known at the cells' centres (`local_slip.py`)."""
-        return local_slip(self.rows, self.influence, friction, _LEADING) if self.scene.moves_by_pressure else None
+        if not self.scene.moves_by_pressure:
+            return None
+        if self._local_slip is None or self._local_slip[0] != friction:  # creepages of one friction share it
+            self._local_slip = friction, local_slip(self.rows, self.influence, friction, _LEADING)
+        return self._local_slip[1]
 
     @cached_property
     def _slip_by_pressure_at_centres(self) -> np.ndarray:
