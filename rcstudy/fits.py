@@ -107,21 +107,21 @@ FITS: dict[str, Fit] = {
 
 # cells aligned with the edge of the contact (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
 ALIGNED: dict[str, Fit] = {
-    "force_x": Fit(0.5, 0.0, 0.075, (0.13, 3.0), rest=0.0056, excess=0.055, coupled=0.006),
+    "force_x": Fit(0.5, 0.0, 0.04, (0.06, 3.0), rest=0.0056, excess=0.055, coupled=0.006),
     "force_y": Fit(0.36, 0.0, 0.034, (0.13, 2.5), rest=0.0105, excess=0.03, coupled=0.005),
-    "moment_z": Fit(0.165, 0.0, 0.042, (0.07, 2.0), rest=0.012, excess=0.05),
-    "pressure_max": Fit(0.055, 0.0, 0.09, (0.0, 1.0), rest=0.026, excess=0.12, order=2.0),
+    "moment_z": Fit(0.165, 0.0, 0.048, (0.08, 2.0), rest=0.012, excess=0.05),
+    "pressure_max": Fit(0.055, 0.0, 0.07, (0.0, 1.0), rest=0.026, excess=0.12, order=2.0),
     "contact_area": Fit(0.05, 0.0, 0.15, (0.0, 1.0), rest=0.0235, excess=0.65),
-    "slip_area": Fit(0.25, 0.085, 0.0, (0.32, 1.5), slip=0.4, excess=0.5),
+    "slip_area": Fit(0.25, 0.085, 0.0, (0.22, 1.5), slip=0.4, excess=0.5),
     "contact_radius": Fit(0.05, 0.0, 0.07, (0.0, 1.0), rest=0.0118, excess=0.65),
-    "approach": Fit(0.1, 0.0, 0.0, (0.05, 1.5), rest=0.017, excess=0.1),
-    "traction_max": Fit(0.3, 0.02, 0.2, (0.32, 2.0), stick=1.0, slip=-1.0, rest=0.006, excess=1.0, coupled=0.03),
-    "friction_power": Fit(0.3, 0.0035, 0.15, (0.0, 1.0), slip=2.0, rest=0.012, excess=0.04, coupled=0.007),
+    "approach": Fit(0.115, 0.0, 0.0, (0.05, 1.5), rest=0.0195, excess=0.115),
+    "traction_max": Fit(0.3, 0.02, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.006, excess=1.0, coupled=0.03),
+    "friction_power": Fit(0.3, 0.0035, 0.12, (0.0, 1.0), slip=2.0, rest=0.012, excess=0.04, coupled=0.007),
 }
 # quasi-identical bodies: without slip by pressure tractions rise from zero at the leading edge, and errors are smaller
 ALIKE = ALIGNED | {
-    "force_x": Fit(0.12, 0.003, 0.075, (0.13, 3.0), stick=1.0, rest=0.0075),
-    "slip_area": Fit(0.12, 0.048, 0.0, (0.32, 1.5), stick=-0.35, excess=0.35),
-    "moment_z": Fit(0.1, 0.021, 0.042, (0.07, 2.0), stick=1.0, rest=0.002, excess=0.5),
-    "friction_power": Fit(0.17, 0.0065, 0.15, (0.0, 1.0), stick=1.0, rest=0.0085),
+    "force_x": Fit(0.12, 0.003, 0.04, (0.06, 3.0), stick=1.0, rest=0.0075),
+    "slip_area": Fit(0.12, 0.048, 0.0, (0.22, 1.5), stick=-0.35, excess=0.35),
+    "moment_z": Fit(0.1, 0.021, 0.048, (0.08, 2.0), stick=1.0, rest=0.002, excess=0.5),
+    "friction_power": Fit(0.17, 0.0065, 0.12, (0.0, 1.0), stick=1.0, rest=0.0085),
 }

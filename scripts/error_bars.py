@@ -14,6 +14,8 @@ judged: `kalker` on cells four times finer still has a quarter of the error (`--
 - `films`: soft films, thinner or thicker than cells, some of them nearly incompressible or under stiff skins;
 - `unlike`: steel, in half of the cases with a layer, under a rigid or elastic ball, with friction from 0.05 to 0.3;
 - `few`: contacts of `mild` and `engineering` on 5 to 18 cells along the window, against eight times as many;
+- `coarse`: contacts of `mild`, `engineering` and `unlike` on 10 to 30 cells along the window, most of which have one
+  coarser mesh, against eight times as many;
 - `sticking`: contacts of `mild` and `alike` at 0.003 to 0.3 of their creepages;
 - `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip.
 
@@ -39,7 +41,7 @@ from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
 
 STEEL = Material(210000.0, 0.3)
-_FINER = {"few": 8}  # times as many cells along each side for the truth; 4 for the others
+_FINER = {"few": 8, "coarse": 8}  # times as many cells along each side for the truth; 4 for the others
 CREEPAGES = (
     (0.002, 0.0, 0.0),
     (0.002, 0.001, 0.0),
@@ -224,7 +226,17 @@ def film_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 def few_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     """A contact of `mild` or `engineering` on 5 to 18 cells along the longer side of its window."""
     scene = (mild_scene if rng.random() < 0.5 else engineering_scene)(rng, discretisation)
-    cells = int(rng.integers(5, 19))
+    return _on_cells(scene, int(rng.integers(5, 19)))
+
+
+def coarse_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """A contact of `mild`, `engineering` or `unlike` on 10 to 30 cells along the longer side of its window."""
+    kind = (mild_scene, engineering_scene, unlike_scene)[rng.integers(3)]
+    return _on_cells(kind(rng, discretisation), int(rng.integers(10, 31)))
+
+
+def _on_cells(scene: Scene, cells: int) -> Scene:
+    """The scene with this number of cells along the longer side of its window, at least 4 along the other."""
     most = max(scene.mesh.cells)
     nx, ny = (max(4, round(cells * n / most)) for n in scene.mesh.cells)
     return replace(scene, mesh=Mesh(scene.mesh.size, (nx, ny)))
@@ -348,13 +360,14 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "films": film_scene,
     "unlike": unlike_scene,
     "few": few_scene,
+    "coarse": coarse_scene,
     "sticking": sticking_scene,
     "sliding": sliding_scene,
 }
 
 
 def main() -> None:
-    """Solve each contact on its own mesh and on one four (`few`: eight) times finer, and compare."""
+    """Solve each contact on its own mesh and on one four (`few`, `coarse`: eight) times finer, and compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=64)
     parser.add_argument("--seed", type=int, default=1)

@@ -167,6 +167,21 @@ def test_one_coarser_mesh_of_few_cells_tells_less(discretisation: Any, times: fl
         assert bar == pytest.approx(factor * told, rel=1e-6)
 
 
+@pytest.mark.parametrize(("discretisation", "times"), [("kalker", 1.0), ("aligned", 1.75)])
+def test_one_coarser_mesh_tells_less_of_the_largest_pressure(discretisation: Any, times: float) -> None:
+    """On more cells than six a radius as well, with `aligned`."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation=discretisation)
+    scene = replace(scene, tolerance=Tolerance(1e-12, 1e-12))
+    fit = (ALIKE | ALIGNED if discretisation == "aligned" else FITS)["pressure_max"]
+    for meshes, factor in ((2, times), (3, 1.0)):
+        values = [100.0, 101.0, 102.0][:meshes]
+        bar = error_estimates(scene, 400, [MIDDLING | {"pressure_max": value} for value in values])[
+            "pressure_max_error"
+        ]
+        told = fit.by_meshes(values, 100.0, math.sqrt(400 / math.pi), MIDDLING["slip_area"], 0.0)
+        assert bar == pytest.approx(factor * told, rel=1e-6)
+
+
 def test_estimate_of_power_of_bodies_alike_on_aligned_cells() -> None:
     """Friction takes what creepages put in, so it is no more uncertain than forces times these where no cell slips."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(-0.003, 0.004, 0.01), discretisation="aligned")
