@@ -70,7 +70,7 @@ def least_over_largest(slip: np.ndarray) -> float:
 # contacts 21 to 23 cells across hardly differ from those on half as many (1400 contacts).
 _FEW = 6.0
 _ON_FEW = {"kalker": 1.15, "aligned": 1.4}
-_PEAK_ON_TWO = 1.75
+_PEAK_ON_TWO = 1.85
 _FEW_ACROSS = 3  # cells across the narrower side, up to which long contacts count as too narrow
 _FEWEST = 5  # number of cells below which a contact may be of any size below that of its cells
 
