@@ -122,10 +122,14 @@ def _unlike_study(tree: xr.DataTree) -> list[str]:
 def _cells_among(stored: np.ndarray, whole: np.ndarray, rtol: float) -> bool:
     """Whether the cells' centres `stored` [..., n] of each case are neighbours among those of its `whole` window.
 
-    Which cells are stored depends on results. Missing ones are nan, at the end.
+    Which cells are stored depends on results, but not on the case if windows are the same. Missing ones, of windows
+    with fewer cells than others, are nan, at the end.
     """
-    if stored.dtype.kind != "f" or stored.shape[:-1] != whole.shape[:-1]:
+    if stored.dtype.kind != "f" or stored.shape[:-1] != whole.shape[:-1] or not stored.size:
         return False
+    if np.isnan(stored[..., -1]).all():
+        return False
+    of_window: dict[bytes, np.ndarray] = {}
     for row, centres in zip(stored.reshape(-1, stored.shape[-1]), whole.reshape(-1, whole.shape[-1]), strict=True):
         held = row[: row.size - int(np.isnan(row).sum())]
         if not held.size or np.isnan(held).any():
@@ -134,6 +138,8 @@ def _cells_among(stored: np.ndarray, whole: np.ndarray, rtol: float) -> bool:
         expected = centres[first : first + held.size]
         spacing = float(np.ptp(centres[:2]))
         if expected.size < held.size or not np.allclose(held, expected, rtol=rtol, atol=rtol * spacing):
+            return False
+        if not np.array_equal(of_window.setdefault(centres.tobytes(), row), row, equal_nan=True):
             return False
     return True
 

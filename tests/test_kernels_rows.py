@@ -752,11 +752,15 @@ def test_slip_at_leading_edge() -> None:
 
 
 def test_known_slip_of_a_cell_without_slip() -> None:
-    """It has no direction, so that the local slip is left out; nothing becomes nan."""
-    s, local = np.zeros((2, 2)), np.ones((5, 2))
+    """It has no direction, so that the local slip is left out; nor has one without slip at the edge. Nothing is nan."""
+    local = np.ones((5, 2))
+    local[4] = 0.0
     weight, out = np.full((3, 2), np.nan), np.full((2, 2), np.nan)
-    centring.centre(s, np.ones(2, dtype=np.bool_), np.array([[0, 0], [1, 1]]), local, weight, out)
-    assert (out == 0.0).all()
+    for s, expected in (([[0.0, 0.0], [0.0, 0.0]], [0.0, 0.0]), ([[0.1, 0.0], [9.0, 0.0]], [4.55, 0.0])):
+        slips = np.array(s)
+        centring.centre(slips, np.ones(2, dtype=np.bool_), np.array([[0, 0], [1, 1]]), local, weight, out)
+        np.testing.assert_allclose(out[0], expected, rtol=1e-14)
+        assert np.isfinite(out).all()
 
 
 @pytest.mark.parametrize("known", [False, True])

@@ -169,10 +169,14 @@ def test_slip_by_pressure_at_centres_of_leading_cells() -> None:
 
 @pytest.mark.parametrize("friction", [0.1, 0.4])
 def test_local_slip_of_a_half_space(friction: float) -> None:
-    """(1 - 2 nu)/(2 G) n_x n of the pressure, of which 0.8 counts; cancelled where slip is small."""
+    """(1 - 2 nu)/(2 G) n_x n of the pressure, of which 0.8 counts; cancelled where slip is small.
+
+    One contact serves several coefficients of friction.
+    """
     scene = rigid_ball(26, Creepage(0.0, 0.01))
     contact = AlignedContact(solve_normal(scene))
     nu, shear = scene.substrate.nu, 0.5 * scene.substrate.E / (1.0 + scene.substrate.nu)
+    contact.local_slip(0.2)
     local = contact.local_slip(friction)
     assert local is not None
     rows = contact.rows

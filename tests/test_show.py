@@ -163,11 +163,11 @@ def remove(*names: str) -> Callable[[h5py.File], None]:
     return damage
 
 
-def change(name: str, value: object) -> Callable[[h5py.File], None]:
-    """Damage: the first value of a variable is another."""
+def change(name: str, value: object, place: int = 0) -> Callable[[h5py.File], None]:
+    """Damage: the first value of a variable, or that at `place` along each dimension, is another."""
 
     def damage(file: h5py.File) -> None:
-        file[name][(0,) * file[name].ndim] = value
+        file[name][(place,) * file[name].ndim] = value
 
     return damage
 
@@ -215,6 +215,7 @@ LIKE, STATED = "not as in the grids, changed after writing", "not as its study s
         (change("h/layer_modulus", 5.0), [f"grid h: layer_modulus: {STATED}"]),
         (change("g/x", 5.0), [f"grid g: x: {STATED}"]),
         (change("g/y", math.nan), [f"grid g: y: {STATED}"]),
+        (change("g/y", math.nan, -1), [f"grid g: y: {STATED}"]),
         (change_text, ["the text of its study was changed after writing"]),
     ],
 )
@@ -230,6 +231,22 @@ def test_damage_that_can_be_read(
     assert found.exit_code == EXIT_BAD_INPUT
     assert lines == [f"{path}: {line}" for line in told]
     assert repair.startswith(f"rcstudy sweep {'solves all cases' if SUM in found.stderr else 'writes the cube'} again")
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value"),
+    [("x_centre", (0, 0), 5.0), ("x_centre", (1, -1), math.nan), ("y_centre", (0, 0, -1), math.nan)],
+)
+def test_centres_of_cells_of_several_meshes(tmp_path: Path, name: str, place: tuple[int, ...], value: float) -> None:
+    """Those of smaller windows end in nan, the same for all cases with such a window."""
+    text = BASE + "  g: {axes: {mesh.cells: [[12, 16], [16, 12]], load: [50, 100]}}\n"
+    run(load_text(tmp_path, text), tmp_path / "c.nc", workers=1)
+    show = ["show", str(tmp_path / "c.nc"), "--check"]
+    assert CliRunner().invoke(cli.app, show).exit_code == 0
+    with h5py.File(tmp_path / "c.nc", "r+") as file:
+        file[name][place] = value
+    found = CliRunner().invoke(cli.app, show)
+    assert (found.exit_code, f"grid g: {name}: {STATED}" in found.stderr) == (EXIT_BAD_INPUT, True)
 
 
 def test_a_changed_table_is_repaired_by_a_sweep(checked: Path, tmp_path: Path) -> None:

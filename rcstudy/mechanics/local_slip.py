@@ -8,8 +8,8 @@ from the edge, which `centring.py` cannot interpolate. With p = sqrt(r), r in ce
     the first cell's slip, by a straight line between them:           0.786,
     the mean over that cell, weighted with p, to 5/4 behind the edge: 0.838.
 
-So in the outermost cells of a row this part is taken out of the slips before these are interpolated, and its mean over
-the cell, weighted with the traction that it directs, is put in its place. (In the next two cells as well: forces along
+So in the outermost cells of a row this part, or as much of it as counts (below), is taken out of the slips before these
+are interpolated, and its mean over the cell, weighted with the traction that it directs, is put in its place. (In the next two cells as well: forces along
 x of mild contacts are a tenth closer, but Newton's method takes 2 to 5 % more products.) Bodies unlike in kappa and
 with low friction gain, as their slip changes its direction towards the edge. A steel ball with friction 0.15 on a rigid
 plane that slips everywhere has forces 0.0 to 0.2 % of mu P off at ten cells a radius, without it 0.1 to 0.35 %.
@@ -25,12 +25,12 @@ times as many cells:
     S/(mu C), p being 1 at r = 1      0.03   0.1    0.3    0.6    1      2      4      10     30
     part                              0.06   0.28   0.48   0.56   0.56   0.53   0.57   0.66   0.73
 
-which is 0.57 S^2/(S^2 + (0.12 mu C p)^2), p the cell's weighted pressure and S the slip at the edge: if slip grows from
-zero there, the part is zero or less. In contacts 0.8 is used for 0.57: with their edges at all angles
-bodies unlike in kappa are closer for it, and those of the paper hardly farther off (docs/experiments.md). What lies
-along the slip turns nothing and is reduced all the same, as Newton's method then takes an eighth less products. In
-place of mu C stands the root of (mu C)^2 + kappa^2: with next to no friction the part would else be a switch between 0
-and 0.8, for slip that grows from about zero, and directions of slip did not settle.
+which is 0.57 S^2/(S^2 + (0.12 mu C p)^2) to 0.03 or 0.05 up to S/(mu C) = 4. p is the cell's weighted pressure and S
+the slip at the edge: if slip grows from zero there, the part is zero or less. In contacts 0.8 is used for 0.57: with
+their edges at all angles bodies unlike in kappa are closer for it, and those of the paper hardly farther off
+(docs/experiments.md). What lies along the slip turns nothing and is reduced all the same, as Newton's method then takes
+an eighth fewer products. In place of mu C stands the root of (mu C)^2 + kappa^2: otherwise, with next to no friction,
+the part would switch between 0 and 0.8 where slip grows from about zero, and directions of slip would not settle.
 """
 
 from __future__ import annotations
