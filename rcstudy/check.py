@@ -15,7 +15,7 @@ import xarray as xr
 from rcstudy.cases import expand
 from rcstudy.cube import case_dims, changed_grids, grids, illegible
 from rcstudy.errors import UserError
-from rcstudy.layout import CASE_KEY, GRID, LABEL, MISSING, SETTINGS, Layout, lay_out
+from rcstudy.layout import CASE_KEY, GRID, LABEL, MISSING, SETTINGS, Layout, cells_of_centres, lay_out
 from rcstudy.result import VARIABLES
 from rcstudy.structure import COORDINATE_RTOL
 from rcstudy.study import study_from_text
@@ -127,21 +127,12 @@ def _cells_among(stored: np.ndarray, whole: np.ndarray, rtol: float) -> bool:
     """
     if stored.dtype.kind != "f" or stored.shape[:-1] != whole.shape[:-1] or not stored.size:
         return False
-    if np.isnan(stored[..., -1]).all():
-        return False
-    of_window: dict[bytes, np.ndarray] = {}
-    for row, centres in zip(stored.reshape(-1, stored.shape[-1]), whole.reshape(-1, whole.shape[-1]), strict=True):
-        held = row[: row.size - int(np.isnan(row).sum())]
-        if not held.size or np.isnan(held).any():
+    of_window: dict[bytes, tuple[int, int]] = {}
+    for centres, window in zip(stored.reshape(-1, stored.shape[-1]), whole.reshape(-1, whole.shape[-1]), strict=True):
+        cells = cells_of_centres(centres, window, rtol)
+        if cells is None or of_window.setdefault(window.tobytes(), cells) != cells:
             return False
-        first = int(np.nanargmin(np.abs(centres - held[0])))
-        expected = centres[first : first + held.size]
-        spacing = float(np.ptp(centres[:2]))
-        if expected.size < held.size or not np.allclose(held, expected, rtol=rtol, atol=rtol * spacing):
-            return False
-        if not np.array_equal(of_window.setdefault(centres.tobytes(), row), row, equal_nan=True):
-            return False
-    return True
+    return max(last - first for first, last in of_window.values()) == stored.shape[-1]
 
 
 def _unlike(where: str, group: xr.Dataset, layout: Layout) -> Iterator[str]:

@@ -18,7 +18,7 @@ import numpy as np
 from rcstudy.cube_writer import checksum
 from rcstudy.deflate import compress
 from rcstudy.errors import UserError, first_line
-from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Layout
+from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Layout, cells_of_centres
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
@@ -201,16 +201,13 @@ class _EarlierGrid:
         """The cells of the window that a case's fields hold, from the coordinates of their centres."""
         if mesh in self._regions:
             return self._regions[mesh]
-        found = []
+        found: list[int] = []
         for k, dim in enumerate("xy"):
             own = self._centres.get(f"{dim}_centre")
-            centres = self.group[dim][...] if own is None else own[index]
-            centres = centres[~np.isnan(centres)]
-            window = mesh.centres[k]
-            first = int(np.searchsorted(window, centres[0]))
-            if not np.array_equal(window[first : first + centres.size], centres):
+            cells = cells_of_centres(self.group[dim][...] if own is None else own[index], mesh.centres[k])
+            if cells is None:
                 raise DamagedRecord("its coordinates are not those of its mesh")
-            found += [first, first + centres.size]
+            found += cells
         i0, i1, j0, j1 = found
         if not self._centres:  # else the centres of another case of that mesh may be different
             self._regions[mesh] = i0, i1, j0, j1

@@ -208,6 +208,23 @@ def _centres(mesh: Mesh, region: Region, k: int) -> np.ndarray:
     return mesh.centres[k][region[2 * k] : region[2 * k + 1]]
 
 
+def cells_of_centres(centres: np.ndarray, window: np.ndarray, rtol: float = 0.0) -> tuple[int, int] | None:
+    """The first cell of a `window` that is stored, and the one after the last, from the stored `centres` along an axis.
+
+    None if these are no neighbours among the window's; nan at the end of either is left out. `rtol`: how far centres
+    may be off, over themselves and over the cells' length.
+    """
+    centres, window = (values[: values.size - int(np.isnan(values).sum())] for values in (centres, window))
+    if not centres.size or np.isnan(centres).any():
+        return None
+    first = int(np.argmin(np.abs(window - centres[0])))
+    expected = window[first : first + centres.size]
+    atol = rtol * float(np.ptp(window[:2]))
+    if expected.size < centres.size or not np.allclose(centres, expected, rtol=rtol, atol=atol):
+        return None
+    return first, first + centres.size
+
+
 def _most(stored: Mapping[Mesh, Region], k: int) -> int:
     """The largest number of cells along x (k = 0) or y that is stored of any mesh."""
     return max(region[2 * k + 1] - region[2 * k] for region in stored.values())

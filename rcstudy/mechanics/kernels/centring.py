@@ -62,7 +62,7 @@ def centre(
             more_x = of_ahead * (s[ahead, 0] - x) + of_behind * (s[behind, 0] - x) + of_second * (s[second, 0] - x)
             more_y = of_ahead * (s[ahead, 1] - y) + of_behind * (s[behind, 1] - y) + of_second * (s[second, 1] - y)
             square = x**2 + y**2
-            if local.shape[1] > 0 and square > 0.0 and (local[0, m] != 0.0 or local[1, m] != 0.0):
+            if local.shape[1] > 0 and (local[0, m] != 0.0 or local[1, m] != 0.0):
                 at, of_s = local[3, m], local[2]
                 more = of_ahead * (of_s[ahead] - of_s[m]) + of_behind * (of_s[behind] - of_s[m])
                 missing = at - of_s[m] - more - of_second * (of_s[second] - of_s[m])
