@@ -597,6 +597,25 @@ def test_scatter_traction(shape: tuple[int, int]) -> None:
     assert not c.elsewhere(out).any()
 
 
+@pytest.mark.parametrize("shape", BOXES)
+def test_slip_across_leading_tractions(shape: tuple[int, int]) -> None:
+    """Tractions of some cells add to the slip across them, by displacements of the cells ahead."""
+    c = Contact(shape)
+    leading = np.flatnonzero(c.rng.random(c.m) < 0.4)
+    part, q = c.rng.normal(size=leading.size), c.vectors(c.v)
+    for m in range(c.m):
+        assert tractions.traction_of(c.v, m, c.slip, c.normal, c.unit) == pytest.approx(tuple(q[m]), rel=1e-13)
+    field = c.rng.normal(size=(2, shape[0] + 1, shape[1] + 3))
+    after, ahead = field.copy(), c.places[leading] + shape[1] + 3
+    tractions.add_cross_slip(c.v, leading, c.slip, c.normal, c.unit, part, ahead, c.flat(after))
+    expected = np.zeros((c.m, 2))
+    expected[leading] = part[:, None] * q[leading, ::-1]
+    change = (after - field)[:, 1:, :]
+    np.testing.assert_allclose(-c.at(change), expected, atol=1e-13)
+    assert not c.elsewhere(change).any()
+    assert not (after - field)[:, 0].any()
+
+
 def test_slip_row() -> None:
     """Slip along the bound's direction counts for nothing, slip across it as c, a traction across it as (1 - c) b."""
     nx, ny = math.cos(0.7), math.sin(0.7)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rcstudy.mechanics import leading_zone
-from rcstudy.mechanics.kernels import leading_slip, trailing_stick
+from rcstudy.mechanics.kernels import leading_slip, stick
 
 THETA, REACH = 0.748, 0.7
 ZONES = leading_zone.numbers(4, THETA, 0.0264)
@@ -153,9 +153,9 @@ def test_rows_that_stick_to_their_end(seed: int) -> None:
     ends = np.array([np.zeros(9), counts + rng.uniform(-0.5, 0.5, 9)])
     q, slip = rng.normal(size=(cells, 2)), rng.random(cells) < 0.4
     widths, expected = np.zeros(9), np.full(9, np.nan)
-    trailing_stick.hidden_widths(index, counts, ends, q, slip, pressure, 0.3, widths)
+    stick.hidden_widths(index, counts, ends, q, slip, pressure, 0.3, widths)
     found, total = np.zeros(3), np.zeros(3)
-    trailing_stick.ending_rows(index, counts, ends, widths, x, y, q, 0.1, THETA, found)
+    stick.ending_rows(index, counts, ends, x, y, q, slip, pressure, 0.3, 0.1, THETA, found)
     for j, row, length, amplitude, width in endings(index, ends, q, slip, pressure, 0.3):
         expected[j] = width
         force = 0.5 * np.pi * amplitude * (length - row.size - 0.5 * width) / np.sqrt(length)

@@ -234,21 +234,6 @@ def test_correct_leading_cells() -> None:
     np.testing.assert_array_equal(normals[:, [0, 5, 6]].T, [[1.0, 0.0]] * 3)  # no cells, or a row alone
 
 
-def test_slip_across_leading_tractions() -> None:
-    """Tractions of some cells add to the slip across them, by displacements of the cells ahead."""
-    rng = np.random.default_rng(6)
-    field, places, part = rng.normal(size=(2, 30)), np.array([4, 11, 20]), rng.normal(size=3)
-    q = np.full((2, 3), np.nan)
-    row_cells.tractions_at(field, places, q)
-    np.testing.assert_array_equal(q, field[:, places])
-    after = field.copy()
-    row_cells.add_cross_slip(q, part, places + 1, after)
-    slips = (after[:, places] - after[:, places + 1]) - (field[:, places] - field[:, places + 1])
-    np.testing.assert_allclose(slips, part * q[::-1], atol=1e-14)
-    others = np.setdiff1d(np.arange(30), places + 1)
-    np.testing.assert_array_equal(after[:, others], field[:, others])
-
-
 # --- moments ---
 
 
@@ -582,6 +567,17 @@ def test_peak_at_borders(seed: int) -> None:
         squares = rng.uniform(size=len(borders)).tolist()
     found = rows.peak_at_borders(np.array(squares), np.array(borders, dtype=float))
     assert found == pytest.approx(naive_rows.peak_at_borders(squares, borders), rel=1e-11)
+
+
+def test_largest_pressure_at_borders() -> None:
+    """Of a border that runs along y, in a contact whose pressure is largest between rows 3 and 4."""
+    p = np.sqrt(np.maximum(ellipse((16, 9), (7.3, 3.6), (6.4, 3.9)), 0.0))
+    low, high, edges = found_edges(p)
+    borders = np.array([(5.0, j) for j in range(1, 7)])
+    found = rows.largest_at_borders(*found_profiles(p, low, high, edges), borders)
+    squares = [np.interp(5.0, *naive_rows.profile(p[:, j], *edges[:, j], *LINES)) for j in range(1, 7)]
+    assert found == pytest.approx(naive_rows.peak_at_borders(squares, [(5.0, j) for j in range(1, 7)]), rel=1e-11)
+    assert found == pytest.approx(math.sqrt(1.0 - (2.3 / 6.4) ** 2), rel=5e-3)
 
 
 def test_top_of_parabola() -> None:

@@ -30,7 +30,7 @@ def points(terms: np.ndarray, n: int, seed: int = 0) -> tuple[np.ndarray, np.nda
 
 def test_waves() -> None:
     out = np.zeros(TERMS)
-    smooth.waves(0.7, out)
+    smooth.waves(2.0 * math.cos(0.7), 2.0 * math.sin(0.7), out)
     orders = np.arange(1, TERMS // 2 + 1) * 0.7
     np.testing.assert_allclose(out[0::2][1:], np.sin(orders), atol=1e-15)
     np.testing.assert_allclose(out[1::2], np.cos(orders), atol=1e-15)
@@ -39,7 +39,8 @@ def test_waves() -> None:
 
 def test_squared_radius() -> None:
     for angle in (-2.0, 0.0, 0.7):
-        assert smooth.squared_radius(egg(3), angle) == pytest.approx(naive_rows.radius(egg(3), angle) ** 2, rel=1e-14)
+        found = smooth.squared_radius(egg(3), 3.0 * math.cos(angle), 3.0 * math.sin(angle), np.zeros(TERMS))
+        assert found == pytest.approx(naive_rows.radius(egg(3), angle) ** 2, rel=1e-14)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -68,7 +69,7 @@ def test_normal_equations() -> None:
     smooth.normal_equations(u, v, matrix, right)
     columns = np.zeros((25, TERMS))
     for k in range(25):
-        smooth.waves(math.atan2(v[k], u[k]), columns[k])
+        smooth.waves(u[k], v[k], columns[k])
     np.testing.assert_allclose(matrix, columns.T @ columns, atol=1e-12)
     np.testing.assert_allclose(right, columns.T @ (u**2 + v**2), atol=1e-12)
 
@@ -81,21 +82,21 @@ def test_few_points_tell_no_outline() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_where_an_outline_crosses_a_line(seed: int) -> None:
     """Tips, and crossings of lines between them; near a tip the outline runs along the line."""
-    terms = egg(seed)
+    terms, wave = egg(seed), np.zeros(TERMS)
 
     def height(angle: float) -> float:
         return float(naive_rows.radius(terms, angle) * math.sin(angle))
 
     top = minimize_scalar(lambda t: -height(t), bounds=(1.0, 2.2), method="bounded", options={"xatol": 1e-9})
     bottom = minimize_scalar(height, bounds=(-2.2, -1.0), method="bounded", options={"xatol": 1e-9})
-    assert smooth.tip_position(terms, 1.0) == pytest.approx(-top.fun, abs=1e-6)
-    assert smooth.tip_position(terms, -1.0) == pytest.approx(bottom.fun, abs=1e-6)
+    assert smooth.tip_position(terms, 1.0, wave) == pytest.approx(-top.fun, abs=1e-6)
+    assert smooth.tip_position(terms, -1.0, wave) == pytest.approx(bottom.fun, abs=1e-6)
     for v in (0.9 * bottom.fun, -0.3, 0.0, 0.5, -0.9 * top.fun):
         front = brentq(lambda t, v=v: height(t) - v, bottom.x, top.x, xtol=1e-14)
         back = brentq(lambda t, v=v: height(t) - v, top.x, bottom.x + 2.0 * math.pi, xtol=1e-14)
         for angle, side in ((front, 1.0), (back, -1.0)):
             expected = float(naive_rows.radius(terms, angle) * math.cos(angle))
-            assert smooth.crossing(terms, v, side) == pytest.approx(expected, abs=2e-4)
+            assert smooth.crossing(terms, v, side, wave) == pytest.approx(expected, abs=2e-4)
 
 
 @pytest.mark.parametrize("height", [5.5, 5.3005])
@@ -172,8 +173,8 @@ def contact(seed: int) -> dict[str, np.ndarray]:
     return {"border": border, "length": length, "ends": ends, "slopes": slopes, "leading_slips": length == 0.0}
 
 
-def widths_of(rows: dict[str, np.ndarray], aspect: float, bow: float) -> np.ndarray | None:
-    """What the kernel finds; borders are numbered from the last row on, cells at random."""
+def numbered(rows: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Borders, from the last row on, and their numbers in rows; slip flags of cells, and numbers of leading ones."""
     border, slips = rows["border"], rows["leading_slips"]
     ny = border.size
     with_border = np.flatnonzero(~np.isnan(border))[::-1]
@@ -182,7 +183,13 @@ def widths_of(rows: dict[str, np.ndarray], aspect: float, bow: float) -> np.ndar
     leading = np.random.default_rng(0).permutation(ny)
     slip = np.zeros(ny, dtype=np.bool_)
     slip[leading] = slips
-    borders, widths = np.column_stack([border[with_border], with_border]), np.zeros(ny)
+    return np.column_stack([border[with_border], with_border]), last, slip, leading
+
+
+def widths_of(rows: dict[str, np.ndarray], aspect: float, bow: float) -> np.ndarray | None:
+    """What the kernel finds."""
+    borders, last, slip, leading = numbered(rows)
+    widths = np.zeros(last.size)
     of_rows = borders, last, rows["length"], rows["ends"], rows["slopes"], slip, leading
     return widths if smooth.slip_widths(*of_rows, aspect, bow, widths) else None
 
@@ -240,3 +247,72 @@ def test_a_bad_outermost_row_hardly_counts() -> None:
     assert before is not None
     assert after is not None
     assert 0.0 < after[low] - before[low] < 0.1
+
+
+def test_outermost() -> None:
+    assert smooth.outermost(np.array([0.0, 0.0, 2.0, 0.0, 3.0, 0.0])) == (2, 4)
+    assert smooth.outermost(np.array([1.0, 2.0])) == (0, 1)
+    assert smooth.outermost(np.array([0.0, 1.0, 0.0])) == (1, 1)
+
+
+@pytest.mark.parametrize("width", [0.3, 2.0, 7.0])
+def test_area_of_slip_in_strips(width: float) -> None:
+    """As much of each row of an elliptic contact slips, as far as it has it (Haines and Ollerton, 1963).
+
+    Widths of rows beyond the contact mean nothing.
+    """
+    half, y = 9.4, np.arange(21.0) - 0.2
+    inside = np.abs(y - 10.0) < half
+    chords = np.where(inside, 14.0 * np.sqrt(np.maximum(1.0 - ((y - 10.0) / half) ** 2, 0.0)), 0.0)
+    tips = np.array([10.0 - half, 10.0 + half]) + 0.2
+    edge = half * math.sqrt(1.0 - (width / 14.0) ** 2)  # rows farther out have less
+    angle = math.acos(edge / half)
+    expected = 2.0 * (width * edge + 14.0 * half * 0.5 * (angle - math.sin(angle) * math.cos(angle)))
+    found = smooth.area_of_slip(chords, tips, np.where(inside, width, 99.0))
+    assert found == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_area_of_slip(seed: int) -> None:
+    """Any widths, in a contact with tips close to its outermost rows and far from them."""
+    rng = np.random.default_rng(seed)
+    chords = np.zeros(14)
+    chords[2:12] = np.sort(rng.uniform(2.0, 6.0, 10))[[0, 2, 4, 6, 8, 9, 7, 5, 3, 1]]
+    tips = np.array([1.0 + rng.uniform(0.1, 1.4), 12.0 - rng.uniform(0.1, 1.4)])
+    widths = rng.uniform(0.0, 4.0, 14)
+    found = smooth.area_of_slip(chords, tips, widths)
+    assert found == pytest.approx(naive_rows.slipping(chords, tips, widths), rel=2e-3)
+
+
+def test_shorten_tips() -> None:
+    """As much of an outermost row slips as of the one beside it, be there a stick zone or not; no row gains."""
+    chords = np.array([0.0, 2.0, 5.0, 6.0, 5.0, 3.0, 0.0])
+    length = np.array([0.0, 1.7, 3.5, 4.5, 4.0, 1.0, 0.0])
+    smooth.shorten_tips(length, chords)
+    np.testing.assert_allclose(length, [0.0, 0.5, 3.5, 4.5, 4.0, 1.0, 0.0], atol=1e-15)
+    length = np.array([0.0, 1.7, 1.0, 0.0, 4.0, 2.5, 0.0])
+    smooth.shorten_tips(length, chords)
+    np.testing.assert_allclose(length, [0.0, 0.0, 1.0, 0.0, 4.0, 2.0, 0.0], atol=1e-15)
+    two = np.array([0.0, 1.5, 1.2, 0.0])
+    smooth.shorten_tips(two, np.array([0.0, 2.0, 3.0, 0.0]))
+    np.testing.assert_array_equal(two, [0.0, 1.5, 1.2, 0.0])
+
+
+@pytest.mark.parametrize("seed", [0, 5, 7, 9])
+def test_area_behind(seed: int) -> None:
+    """Of the widths above; nan where these do not follow from the stick zone."""
+    of_rows = contact(seed)
+    if seed == 7:
+        of_rows["length"] *= 1.9 / of_rows["length"].max()
+    ends, slopes = of_rows["ends"], of_rows["slopes"]
+    chords, tips = np.nan_to_num(ends[1] - ends[0]), np.array([0.3, slopes.size - 1.3])
+    borders, last, slip, leading = numbered(of_rows)
+    arguments = borders, last, of_rows["length"], ends, slopes, chords, tips, slip, leading
+    found = smooth.area_behind(*arguments, 0.8, 0.01)
+    expected = naive_rows.slip_widths(*of_rows.values(), 0.8, 0.01)
+    if seed == 7:
+        assert expected is None
+        assert math.isnan(found)
+    else:
+        assert expected is not None
+        assert found == pytest.approx(naive_rows.slipping(chords, tips, expected), rel=2e-3)

@@ -213,50 +213,32 @@ def test_stick_rows(seed: int) -> None:
     assert borders == expected_borders
 
 
-def test_outermost() -> None:
-    assert stick.outermost(np.array([0.0, 0.0, 2.0, 0.0, 3.0, 0.0])) == (2, 4)
-    assert stick.outermost(np.array([1.0, 2.0])) == (0, 1)
-    assert stick.outermost(np.array([0.0, 1.0, 0.0])) == (1, 1)
-
-
-@pytest.mark.parametrize("width", [0.3, 2.0, 7.0])
-def test_area_of_slip_in_strips(width: float) -> None:
-    """As much of each row of an elliptic contact slips, as far as it has it (Haines and Ollerton, 1963).
-
-    Widths of rows beyond the contact mean nothing.
-    """
-    half, y = 9.4, np.arange(21.0) - 0.2
-    inside = np.abs(y - 10.0) < half
-    chords = np.where(inside, 14.0 * np.sqrt(np.maximum(1.0 - ((y - 10.0) / half) ** 2, 0.0)), 0.0)
-    tips = np.array([10.0 - half, 10.0 + half]) + 0.2
-    edge = half * math.sqrt(1.0 - (width / 14.0) ** 2)  # rows farther out have less
-    angle = math.acos(edge / half)
-    expected = 2.0 * (width * edge + 14.0 * half * 0.5 * (angle - math.sin(angle) * math.cos(angle)))
-    found = stick.area_of_slip(chords, tips, np.where(inside, width, 99.0))
-    assert found == pytest.approx(expected, rel=2e-3)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_area_of_slip(seed: int) -> None:
-    """Any widths, in a contact with tips close to its outermost rows and far from them."""
+@pytest.mark.parametrize("seed", range(4))
+def test_stick_zone(seed: int) -> None:
+    """From tractions and slips: what `stick_rows` makes of rooms and speeds, and of zones hidden behind last cells."""
     rng = np.random.default_rng(seed)
-    chords = np.zeros(14)
-    chords[2:12] = np.sort(rng.uniform(2.0, 6.0, 10))[[0, 2, 4, 6, 8, 9, 7, 5, 3, 1]]
-    tips = np.array([1.0 + rng.uniform(0.1, 1.4), 12.0 - rng.uniform(0.1, 1.4)])
-    widths = rng.uniform(0.0, 4.0, 14)
-    found = stick.area_of_slip(chords, tips, widths)
-    assert found == pytest.approx(naive_rows.slipping(chords, tips, widths), rel=2e-3)
+    count = rng.integers(0, 9, 7)
+    m, ny = int(count.sum()), count.size
+    index = np.full((max(1, count.max()), ny), -1)
+    for j in range(ny):
+        index[: count[j], j] = np.arange(m)[count[:j].sum() : count[: j + 1].sum()]
+    start = rng.uniform(9.0, 10.0, ny)
+    ends = np.array([start - count + rng.uniform(0.0, 1.0, ny), start + 0.8])
+    slip, pressure, friction, angle = rng.random(m) < 0.4, rng.uniform(1.0, 2.0, m), 0.3, rng.uniform(0.0, 7.0, m)
+    size = friction * pressure * np.where(slip, 1.0, rng.uniform(0.0, 0.9, m))
+    q, s = (size * np.array([np.cos(angle), np.sin(angle)])).T.copy(), rng.normal(size=(m, 2))
+    (room, speed), widths = np.zeros((2, m)), np.zeros(ny)
+    expected = stick.rooms_and_speeds(q, s, slip, friction, pressure, room, speed)
+    stick.hidden_widths(index, count, ends, q, slip, pressure, friction, widths)
 
+    def empty() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * m, 2))
 
-def test_shorten_tips() -> None:
-    """As much of an outermost row slips as of the one beside it, be there a stick zone or not; no row gains."""
-    chords = np.array([0.0, 2.0, 5.0, 6.0, 5.0, 3.0, 0.0])
-    length = np.array([0.0, 1.7, 3.5, 4.5, 4.0, 1.0, 0.0])
-    stick.shorten_tips(length, chords)
-    np.testing.assert_allclose(length, [0.0, 0.5, 3.5, 4.5, 4.0, 1.0, 0.0], atol=1e-15)
-    length = np.array([0.0, 1.7, 1.0, 0.0, 4.0, 2.5, 0.0])
-    stick.shorten_tips(length, chords)
-    np.testing.assert_allclose(length, [0.0, 0.0, 1.0, 0.0, 4.0, 2.0, 0.0], atol=1e-15)
-    two = np.array([0.0, 1.5, 1.2, 0.0])
-    stick.shorten_tips(two, np.array([0.0, 2.0, 3.0, 0.0]))
-    np.testing.assert_array_equal(two, [0.0, 1.5, 1.2, 0.0])
+    of_rows, layers = (index, start, count, ends), (0.2, -0.1)
+    zone, all_at_once, all_widths = empty(), empty(), np.zeros(ny)
+    borders = stick.stick_rows(room, speed, slip, *of_rows, widths, 0.5, *layers, *zone)
+    found = stick.stick_zone(q, s, slip, friction, pressure, *of_rows, 0.5, *layers, all_widths, *all_at_once)
+    assert found == (borders, *expected)
+    assert borders > 0
+    for ours, theirs in zip((all_widths, *all_at_once), (widths, *zone), strict=True):
+        np.testing.assert_array_equal(ours, theirs)

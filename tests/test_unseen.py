@@ -12,7 +12,7 @@ from rcstudy.mechanics import leading_zone
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
-from rcstudy.mechanics.unseen import Unseen, unseen_slip
+from rcstudy.mechanics.unseen import Unseen, UnseenSlip
 from rcstudy.solve import solve_scene
 
 HARDLY_SLIPPING = pytest.mark.parametrize(
@@ -115,10 +115,10 @@ def test_hidden_force_is_across_the_edge_on_oblong_cells(counterbody: Material |
         np.array([[1.0], [-1.0]]) * np.full(rows, 0.5**0.5),
     )
     pressure = np.linspace(100.0, 200.0, rows)
-    cells = np.zeros((rows, 2)), np.zeros(rows, dtype=bool), pressure, np.zeros((rows, 2))
     zones = leading_zone.numbers(3, 0.748, 0.0264)
     of_rows = (index, np.ones(rows, dtype=int), ends, normals), (number, number)
-    found = unseen_slip(*of_rows, *cells, 1.5, 0.748, zones, 1.0, influence)
+    unseen = UnseenSlip(*of_rows, pressure, np.zeros((rows, 2)), 0.748, zones, 1.0, influence)
+    found = unseen.of(np.zeros((rows, 2)), np.zeros(rows, dtype=bool), 1.5)
     assert found.force_y == pytest.approx(-found.force_x, rel=1e-12)
     assert np.hypot(found.force_x, found.force_y) == pytest.approx(0.5 * np.pi * found.doubtful_force, rel=1e-12)
     assert found.doubtful_power == pytest.approx(

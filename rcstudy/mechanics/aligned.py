@@ -49,7 +49,7 @@ from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SlipOperator
 from rcstudy.mechanics.slip_zone import SlipZones
 from rcstudy.mechanics.trailing import Ending, ending_of_rows
-from rcstudy.mechanics.unseen import Unseen, unseen_slip
+from rcstudy.mechanics.unseen import Unseen, UnseenSlip
 
 _SPIN_POINT = 0.5  # in cells ahead of the centre
 # The local slip due to pressure is proportional to the pressure (Johnson 1985, 2.25a), so it also varies like the root
@@ -209,7 +209,7 @@ class AlignedContact(NormalContact):
         """The slip operator of the moved rows, for the cells along x that these occupy (`MovedRows.reach`)."""
         leading, part = self._cross_slip_terms
         operator = SlipOperator.of(self.influence, self.rows.reach, sharp=True)
-        return operator.moved(self._phase, self.cells_of_operator[leading], part)
+        return operator.moved(self._phase, self.cells_of_operator, leading, part)
 
     @cached_property
     def cells_of_operator(self) -> np.ndarray:
@@ -307,10 +307,14 @@ class AlignedContact(NormalContact):
         """Effects of slip zones at the leading edge that are narrower than a cell (`unseen.py`)."""
         if not self.scene.moves_by_pressure:
             return Unseen()
+        return self._unseen_slip.of(rolling.q, rolling.slip, friction)
+
+    @cached_property
+    def _unseen_slip(self) -> UnseenSlip:
         of_rows = self.rows.index, self.rows.count, self.outline.far_field_ends, self.rows.normals
-        of_cells = rolling.q, rolling.slip, self.pressure, self._slip_by_pressure_at_centres
+        of_cells = self.centres, self.pressure, self._slip_by_pressure_at_centres
         zones = leading_zone.numbers(_MOST_SLIPPING, EDGE, _LEADING)
-        return unseen_slip(of_rows, self.centres, *of_cells, friction, EDGE, zones, self._reach, self.influence)
+        return UnseenSlip(of_rows, *of_cells, EDGE, zones, self._reach, self.influence)
 
     @cached_property
     def _reach(self) -> float:

@@ -99,6 +99,8 @@ _AVERAGED = np.where(np.abs(_N) == _ALIASES, 0.5, 1.0)
 _SEEN = _AVERAGED * np.sinc(_K / (2.0 * math.pi)) / np.abs(_K)
 _OF_HALF_SPACE = _SEEN.sum(axis=1)
 _SIN = 2.0 * np.sin(0.5 * _T)
+_COSINES = np.cos(np.arange(3)[:, None] * _T)
+_WAVES = np.concatenate(([_LONG], np.abs(_K).ravel(), _FAR, [math.pi * 2.0**_FARTHEST]))
 _OF_CONTACTS = int(np.argmin(np.abs(_T - 0.25)))  # the wave that represents contacts some ten cells wide
 
 
@@ -125,14 +127,13 @@ def _half_line(
 
     B is A divided by `point_sources` [n], the response of the reference at the nodes `_T`; `shift`: its own shift.
     """
-    k = np.concatenate(([_LONG], np.abs(_K).ravel(), _FAR, [math.pi * 2.0**_FARTHEST]))
-    g = k * response(k / spacing)
+    g = _WAVES * response(_WAVES / spacing)
     g /= g[0]
     near, far = g[1 : 1 + _K.size].reshape(_K.shape), g[1 + _K.size : -1]
     own = near[:, _ALIASES]
     seen = np.maximum((_SEEN * near).sum(axis=1), _LEAST * own / _T)
     log_b = np.log(seen / point_sources)
-    c0, c1, c2 = (float(_WEIGHTS @ (log_b * np.cos(n * _T))) / math.pi for n in range(3))
+    c0, c1, c2 = (float(_WEIGHTS @ (log_b * cosine)) / math.pi for cosine in _COSINES)
     below = float(_WEIGHTS @ (log_b / _SIN**2 - np.log(own) / _T**2))
     beyond = float(_FAR_WEIGHTS @ (np.log(far) / _FAR**2)) + math.log(g[-1]) / (math.pi * 2.0 ** (_FARTHEST - 1))
     at = _OF_CONTACTS

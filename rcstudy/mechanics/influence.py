@@ -49,6 +49,7 @@ _LOW, _HIGH = 1e-24, 2e4  # range of alpha, in units of 1/(total thickness) and 
 _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in polar coordinates
 _ANGLES, _PIECE = 16, 1.0  # Gauss points per piece of the angular variable, and the largest length of a piece
 _RINGS = {0.0: 6, 6.5: 5, 9.0: 4, 18.0: 3, 50.0: 2}  # distance in (larger) cell sides: Gauss points along each side
+_TOGETHER = np.array([1.0, -1.0, 1.0, 1.0])  # signs with which body 2's responses a, b, c, d add to body 1's
 _KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 7, more if its box has to be enlarged
 
 
@@ -121,9 +122,7 @@ class Influence:
 
     def normal_response(self, alpha: np.ndarray) -> np.ndarray:
         """Frequency response [n] of u_z to p (mm/MPa), both bodies together, at wave numbers `alpha` [n] (1/mm)."""
-        response: np.ndarray = frequency_response(self._substrate, self._layers, alpha)[0]
-        if self._counterbody is not None:
-            response = response + half_space_response(self._counterbody)[0] / alpha
+        response: np.ndarray = self._responses(alpha)[0]
         return response
 
     def traction_responses(self, alpha: np.ndarray) -> np.ndarray:
@@ -131,22 +130,42 @@ class Influence:
 
         The displacements are those in the direction of the tractions; `alpha` [n]: wave numbers (1/mm).
         """
-        responses: np.ndarray = frequency_response(self._substrate, self._layers, alpha)[2:]
+        responses: np.ndarray = self._responses(alpha)[2:]
+        return responses
+
+    def _responses(self, alpha: np.ndarray) -> np.ndarray:
+        """Frequency responses a, b, c, d [4, n] (mm/MPa) of both bodies together at `alpha` [n] (1/mm): `layered.py`.
+
+        That of u_x to p (b) is body 1's less body 2's, as their surfaces face each other.
+        """
+        responses = frequency_response(self._substrate, self._layers, alpha)
         if self._counterbody is not None:
-            responses = responses + half_space_response(self._counterbody)[2:, None] / alpha
+            responses += (_TOGETHER * half_space_response(self._counterbody))[:, None] / alpha
         return responses
 
     def half_line(self, side: float) -> HalfLine:
         """Discrete half-line of pressures, for an edge across cells of length `side` (mm)."""
         if not self.layered:
             return HALF_SPACE
-        return self.once(("half-line", side), lambda: for_pressure(self.normal_response, side))
+        return self.once(("half-line", side), lambda: for_pressure(lambda k: self._in_plane(k, side)[0], side))
 
     def half_line_of_tractions(self, side: float) -> HalfLine:
         """Discrete half-line of tractions normal to a stick-slip border, in aligned cells of length `side` (mm)."""
         if not self.layered:
             return OF_NO_LAYERS
-        return self.once(("border", side), lambda: for_tractions(lambda k: self.traction_responses(k)[0], side))
+        return self.once(("border", side), lambda: for_tractions(lambda k: self._in_plane(k, side)[1], side))
+
+    def _in_plane(self, alpha: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray]:
+        """Frequency responses [n] to pressure and to tractions along waves, made once for both half-lines.
+
+        `alpha` [n]: the wave numbers (1/mm) of the half-lines for cells of length `side` (mm).
+        """
+
+        def made() -> tuple[np.ndarray, np.ndarray]:
+            normal, _, along, _ = self._responses(alpha)
+            return normal, along
+
+        return self.once(("in plane", side), made)
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """Result of `make` (for instance symbols on some box), computed at the first call with `key` and cached.
@@ -178,8 +197,7 @@ class Influence:
 
         def made() -> float:
             alpha = 1.0 / self.spacing[0]
-            one = alpha * float(frequency_response(self._substrate, self._layers, np.array([alpha]))[1, 0])
-            return one - (0.0 if self._counterbody is None else float(half_space_response(self._counterbody)[1]))
+            return alpha * float(self._responses(np.array([alpha]))[1, 0])
 
         return self.once("slip under pressure", made)
 

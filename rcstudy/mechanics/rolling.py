@@ -206,8 +206,12 @@ class NewtonSystem:
     def _multiply(self, v: np.ndarray, slip: np.ndarray) -> None:
         """Displacements by unknowns `v` [2 m], those of slip cells being flagged in `slip` [m], into `plan.real`."""
         self.products += 1
-        tractions.scatter_traction(v, self.places, slip, self.normal, self.unit, self.operator.plan.flat)
-        self.operator.multiply()
+        operator, of_unknowns = self.operator, (slip, self.normal, self.unit)
+        tractions.scatter_traction(v, self.places, *of_unknowns, operator.plan.flat)
+        operator.multiply()
+        if operator.cross is not None:
+            leading, cross, ahead = operator.cross
+            tractions.add_cross_slip(v, leading, *of_unknowns, cross, ahead, operator.plan.flat)
 
     def precondition(self, v: np.ndarray, out: np.ndarray, turn: int = _PLAIN) -> None:
         """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick cells, then slip cells with the rest."""

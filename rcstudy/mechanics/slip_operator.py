@@ -21,7 +21,7 @@ from rcstudy.mechanics.convolution import (
     transform,
 )
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.kernels import arrays, row_cells
+from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.wrapped import positive_tractions
 
 SHIFT = 2.0
@@ -71,23 +71,23 @@ class SlipOperator:
         self.torus_edge = from_leading_edge(self.torus_inverse, torus) if torus[0] >= _LONG else None
         self._torus, self._difference = torus, difference
         self._shifted: dict[int, np.ndarray] = {}
-        # for moved rows: places of the leading cells and of those ahead, `cross` (see `moved`), a buffer for tractions
-        self._cross_slip_terms: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
+        self.cross: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None  # see `moved`
         self.torus_plan = pair_transform(torus)
         self.edge = np.zeros((torus[1], 2))
 
-    def moved(self, phase: np.ndarray, leading: np.ndarray, cross: np.ndarray) -> SlipOperator:
+    def moved(self, phase: np.ndarray, cells: np.ndarray, leading: np.ndarray, cross: np.ndarray) -> SlipOperator:
         """A sharp operator for rows moved by `phase` (`row_phases`); the preconditioner is that for rows not moved.
 
-        `leading` [n, 2]: cells whose tractions cause additional slip: along x `cross` [n] (1/MPa) times q_y, along y
-        `cross` times q_x. Raises TypeError if this operator is not sharp.
+        `leading` [n]: numbers of those of the `cells` [m, 2] whose tractions cause additional slip: along x `cross` [n]
+        (1/MPa) times q_y, along y `cross` times q_x. This is not part of `multiply`; the result's `cross` has what
+        `tractions.add_cross_slip` needs for it: `leading`, `cross` and the places ahead. Raises TypeError if this
+        operator is not sharp.
         """
         if not isinstance(self.plan, ShiftedTransform):
             raise TypeError("rows can be moved in a sharp operator")
         other = copy(self)
         other.plan = self.plan.shifted(phase)
-        places = other.plan.places(leading)
-        other._cross_slip_terms = places, places + other.ahead, cross, np.zeros((2, len(places)))
+        other.cross = leading, cross, other.plan.places(cells[leading]) + other.ahead
         return other
 
     def torus_shifted(self, power: int) -> np.ndarray:
@@ -103,15 +103,9 @@ class SlipOperator:
 
         The slip in a cell is its displacement minus that of the cell ahead, which is `ahead` places on in `plan.flat`.
         """
-        if self._cross_slip_terms is not None:
-            leading, _, _, q = self._cross_slip_terms
-            row_cells.tractions_at(self.plan.flat, leading, q)
         self.plan.forward()
         arrays.multiply_2x2(self.plan.numbers, self.symbol)
         self.plan.backward()
-        if self._cross_slip_terms is not None:
-            _, ahead, cross, q = self._cross_slip_terms
-            row_cells.add_cross_slip(q, cross, ahead, self.plan.flat)
 
 
 def _inverse(pair: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:

@@ -8,6 +8,7 @@ to the leading edge, the slip zone lies behind it, with a width that hardly chan
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +18,7 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import rows, smooth, stick
 from rcstudy.mechanics.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.trailing import NARROW, hidden_widths
+from rcstudy.mechanics.trailing import NARROW
 
 # `stick.border_behind` puts a curved border too far back (cells) by (_BOW - _BOW_BY_PRESSURE s) times the curvature of
 # the contact's outline (cells per row squared). s = beta/mu times the mean of -q_x/|q| in slip cells: the slip due to
@@ -31,7 +32,9 @@ class SlipZones:
     """Slip zones of contacts with the same `cells` and `outline`, between bodies with `influence`."""
 
     def __init__(self, cells: MovedRows, outline: Outline, influence: Influence) -> None:
-        self._cells, self._outline, self._influence = cells, outline, influence
+        self._cells, self._outline = cells, outline
+        self._line = influence.half_line_of_tractions(outline.spacing[0])
+        self._by_pressure = influence.slip_by_pressure_over_tractions
 
     def area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Area of the slip zone (mm^2), with its border found between cells, and the largest traction (MPa).
@@ -39,39 +42,34 @@ class SlipZones:
         Tractions are largest at that border, where they equal mu p, or at the largest pressure, if it lies in slip.
         """
         slip, cells, outline = rolling.slip, self._cells, self._outline
-        room, speed = np.zeros((2, slip.size))
-        of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
-        largest, backwards = stick.rooms_and_speeds(*of_cells, room, speed)
-        ends = outline.far_field_ends
-        widths = hidden_widths(cells, ends, rolling.q, slip, friction)
         ny = cells.count.size
-        length, last, borders = np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * slip.size, 2))
-        line = self._influence.half_line_of_tractions(outline.spacing[0])
-        of_rows = cells.index, cells.start, cells.count, ends, widths, NARROW, line.b1, line.shift
-        found = stick.stick_rows(room, speed, slip, *of_rows, length, last, borders)
+        widths, length, last = np.empty(ny), np.empty(ny), np.empty(ny, dtype=np.int64)
+        borders = np.empty((2 * slip.size, 2))
+        of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
+        of_rows = cells.index, cells.start, cells.count, outline.far_field_ends
+        limits = NARROW, self._line.b1, self._line.shift
+        found, largest, backwards = stick.stick_zone(*of_cells, *of_rows, *limits, widths, length, last, borders)
         most = friction * outline.summit[0]
         # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
-        peaks = [most if slip[self._top].any() else largest]
+        peak = most if any(slip[m] for m in self._top) else largest
         if found:
-            squares = rows.squares_at_borders(*cells.profiles, borders[:found])
-            peaks.append(friction * rows.peak_at_borders(squares, borders[:found]))
+            peak = max(peak, friction * rows.largest_at_borders(*cells.profiles, borders[:found]))
+        peak = min(peak, most)  # no border has a larger traction than mu times the largest pressure
         if not slip.any():
             dx, dy = outline.spacing
-            return min(float(np.nansum(widths)) * dx * dy, outline.within), min(max(peaks), most)
+            return min(float(np.nansum(widths)) * dx * dy, outline.within), peak
         area = self._area_behind((borders, last, length), slip, backwards / friction)
-        if area is None:
-            area = self._area_around(length)
-        # no border has a larger traction than mu times the largest pressure
-        return area, min(max(peaks), most)
+        return self._area_around(length) if area is None else area, peak
 
     @cached_property
-    def _top(self) -> np.ndarray:
+    def _top(self) -> list[int]:
         """Numbers of the cells closest to the largest pressure: two if it lies halfway between two rows."""
         cells, (_, x, y) = self._cells, self._outline.summit
-        nearest = sorted({round(y - TIE), round(y + TIE)})
-        j = np.array([row for row in nearest if cells.count[row] > 0], dtype=np.int64)
-        k = np.clip(np.rint(cells.start[j] - x).astype(np.int64), 0, cells.count[j] - 1)
-        numbers: np.ndarray = cells.index[k, j]
+        numbers = []
+        for row in {round(y - TIE), round(y + TIE)}:
+            count = int(cells.count[row])
+            if count > 0:
+                numbers.append(int(cells.index[min(max(round(cells.start[row] - x), 0), count - 1), row]))
         return numbers
 
     def _area_behind(
@@ -88,20 +86,17 @@ class SlipZones:
             return None
         ends, slopes, chords, tips, curvature = outline.smooth
         dx, dy = outline.spacing
-        by_pressure = backwards * self._influence.slip_by_pressure_over_tractions
-        bow = curvature * (_BOW - _BOW_BY_PRESSURE * by_pressure)
-        widths = np.zeros(slopes.size)
-        if not smooth.slip_widths(*of_rows, ends, slopes, slip, self._cells.index[0], dx / dy, bow, widths):
-            return None
-        slips = stick.area_of_slip(chords, tips, widths)
-        return self._slipping_part(float(slips) / outline.within_in_cells)
+        bow = curvature * (_BOW - _BOW_BY_PRESSURE * backwards * self._by_pressure)
+        of_cells = slip, self._cells.index[0]
+        slips = smooth.area_behind(*of_rows, ends, slopes, chords, tips, *of_cells, dx / dy, bow)
+        return None if math.isnan(slips) else self._slipping_part(slips / outline.within_in_cells)
 
     def _area_around(self, length: np.ndarray) -> float:
         """Area of the slip zone (mm^2) around a stick zone with lengths length [ny] (cells) in the rows.
 
         Rows and borders refer to the same edges, so their ratio is the fraction of the contact that sticks.
         """
-        stick.shorten_tips(length, self._outline.chords[0])
+        smooth.shorten_tips(length, self._outline.chords[0])
         # what chords miss of the contact's area they also miss of the stick zone's
         return self._slipping_part(1.0 - float(rows.area_under(length, _NOT_KNOWN)) / self._outline.area_by_rows)
 

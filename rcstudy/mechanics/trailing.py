@@ -38,7 +38,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from rcstudy.mechanics.kernels import trailing_stick
+from rcstudy.mechanics.kernels import stick
 
 if TYPE_CHECKING:
     from rcstudy.mechanics.moved_rows import MovedRows
@@ -57,16 +57,6 @@ class Ending(NamedTuple):
     moment_z: float = 0.0
 
 
-def hidden_widths(rows: MovedRows, ends: np.ndarray, q: np.ndarray, slip: np.ndarray, friction: float) -> np.ndarray:
-    """Widths w [ny] (in cells) of the slip zones behind rows whose last cell sticks; nan in all other rows.
-
-    Arguments as in `ending_of_rows`.
-    """
-    widths = np.zeros(rows.count.size)
-    trailing_stick.hidden_widths(rows.index, rows.count, ends, q, slip, rows.pressure, friction, widths)
-    return widths
-
-
 def ending_of_rows(
     rows: MovedRows,
     ends: np.ndarray,
@@ -83,6 +73,6 @@ def ending_of_rows(
     cells, of sides `spacing` (mm); `theta`: distance from the centre of a leading cell to the edge (in cells).
     """
     (dx, dy), sums = spacing, np.zeros(3)
-    widths = hidden_widths(rows, ends, q, slip, friction)
-    trailing_stick.ending_rows(rows.index, rows.count, ends, widths, *centres, q, dx, theta, sums)
+    of_cells = *centres, q, slip, rows.pressure, friction
+    stick.ending_rows(rows.index, rows.count, ends, *of_cells, dx, theta, sums)
     return Ending(*(_IN_CONTACTS * dx * dy * sums).tolist())

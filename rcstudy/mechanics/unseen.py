@@ -83,40 +83,49 @@ class Unseen(NamedTuple):
     doubtful_power: float = 0.0
 
 
-def unseen_slip(
-    rows: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
-    centres: tuple[np.ndarray, np.ndarray],
-    q: np.ndarray,
-    slip: np.ndarray,
-    pressure: np.ndarray,
-    by_pressure: np.ndarray,
-    friction: float,
-    theta: float,
-    zones: np.ndarray,
-    reach: float,
-    influence: Influence,
-) -> Unseen:
-    """Corrections for tractions `q` [m, 2] (MPa) with slip flags `slip` [m] and pressures `pressure` [m] (MPa).
+class UnseenSlip:
+    """Corrections for narrow slip zones under one pressure, for any tractions.
 
-    `by_pressure` [m, 2]: slip by pressure at the centres of the cells; `rows`: the numbers [most, ny] of the cells of
-    each row from the leading one on, the number of cells [ny], the trailing and leading edges [2, ny] (in cells), and
-    the normal [2, ny] of the latter; `centres`: coordinates x, y [m] (mm) of the cells; `theta`: distance from the
-    centre of a leading cell to the edge (in cells); `zones` [n, 7]: `leading_zone.numbers`; `reach`:
-    `influence.Influence.reach_of_tractions`. All zero for quasi-identical bodies.
+    `rows`: the numbers [most, ny] of the cells of each row from the leading one on, the number of cells [ny], the
+    trailing and leading edges [2, ny] (in cells), and the normal [2, ny] of the latter; `centres`: coordinates x, y [m]
+    (mm) of the cells; `pressure` [m] (MPa); `by_pressure` [m, 2]: slip by pressure at the centres of the cells;
+    `theta`: distance from the centre of a leading cell to the edge (in cells); `zones` [n, 7]: `leading_zone.numbers`;
+    `reach`: `influence.Influence.reach_of_tractions`.
     """
-    dx, dy = influence.spacing
-    k = influence.slip_by_pressure_over_tractions / (math.pi * friction)
-    if abs(k) < _LEAST:
-        return Unseen()
-    sums = np.zeros(7)
-    if influence.layered:
-        zones = zones[: max(2, int(_PER_THICKNESS * influence.top_thickness / dx)) + 1]
-    of_cells = *centres, q, slip, pressure, by_pressure
-    along, across = influence.slip_under_tractions
-    of_bodies = friction, k, along / across
-    leading_slip.hidden_leading_slip(*rows, *of_cells, *of_bodies, dx, theta, zones, reach, sums)
-    force_x, force_y, moment, work, force, area, missing = (float(value) * dx * dy for value in sums)
-    if abs(missing) < _NOTHING * dx * dy:
-        missing = 0.0
-    power = force * _BY_PRESSURE * abs(influence.slip_under_pressure) * float(pressure.max())
-    return Unseen(force_x, force_y, moment, _WORK * work, _MISSED * missing, force, area, power)
+
+    def __init__(
+        self,
+        rows: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+        centres: tuple[np.ndarray, np.ndarray],
+        pressure: np.ndarray,
+        by_pressure: np.ndarray,
+        theta: float,
+        zones: np.ndarray,
+        reach: float,
+        influence: Influence,
+    ) -> None:
+        dx, dy = influence.spacing
+        if influence.layered:
+            zones = zones[: max(2, int(_PER_THICKNESS * influence.top_thickness / dx)) + 1]
+        along, across = influence.slip_under_tractions
+        self._of_rows = *rows, *centres
+        self._of_cells = pressure, by_pressure
+        self._along_over_across, self._dx = along / across, dx
+        self._zones = theta, zones, reach
+        self._beta = influence.slip_by_pressure_over_tractions
+        self._cell = dx * dy
+        # slip for the uncertainty of the power
+        self._slip = _BY_PRESSURE * abs(influence.slip_under_pressure) * float(pressure.max())
+
+    def of(self, q: np.ndarray, slip: np.ndarray, friction: float) -> Unseen:
+        """Corrections for tractions `q` [m, 2] (MPa) with slip flags `slip` [m]; zero for quasi-identical bodies."""
+        k = self._beta / (math.pi * friction)
+        if abs(k) < _LEAST:
+            return Unseen()
+        sums = np.zeros(7)
+        of_cells, of_bodies = (q, slip, *self._of_cells), (friction, k, self._along_over_across)
+        leading_slip.hidden_leading_slip(*self._of_rows, *of_cells, *of_bodies, self._dx, *self._zones, sums)
+        force_x, force_y, moment, work, force, area, missing = (self._cell * sums).tolist()
+        if abs(missing) < _NOTHING * self._cell:
+            missing = 0.0
+        return Unseen(force_x, force_y, moment, _WORK * work, _MISSED * missing, force, area, force * self._slip)

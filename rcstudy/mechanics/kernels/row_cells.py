@@ -100,27 +100,6 @@ def correct_leading_cells(
 
 
 @jit
-def tractions_at(field: np.ndarray, places: np.ndarray, out: np.ndarray) -> None:
-    """Tractions out [2, n] at places [n] of two padded arrays, field [2, size]."""
-    for k in range(places.size):
-        out[0, k] = field[0, places[k]]
-        out[1, k] = field[1, places[k]]
-
-
-@jit
-def add_cross_slip(q: np.ndarray, part: np.ndarray, places: np.ndarray, field: np.ndarray) -> None:
-    """Add part [n] q_y to the slips along x and part q_x to those along y, in place; q [2, n]: tractions (MPa).
-
-    field [2, size]: displacements; the slip of a cell is its own displacement less that of the cell ahead, so the
-    latter is reduced. places [n]: of the cells ahead of those that carry q; the slip of these cells themselves is not
-    used.
-    """
-    for k in range(places.size):
-        field[0, places[k]] -= part[k] * q[1, k]
-        field[1, places[k]] -= part[k] * q[0, k]
-
-
-@jit
 def resultant(
     q: np.ndarray,
     slip: np.ndarray,

@@ -333,8 +333,11 @@ def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray
     """p^2 [n] (MPa^2) at borders [n, 2] (x and row j), interpolated between the knots of `row_profiles`."""
     out = np.zeros(borders.shape[0])
     for k in range(out.size):
-        j = int(borders[k, 1])
-        out[k] = np.interp(borders[k, 0], knots[j, : known[j]], squares[j, : known[j]])
+        x, j = borders[k, 0], int(borders[k, 1])
+        m = min(max(np.searchsorted(knots[j, : known[j]], x), 1), known[j] - 1)
+        low, high = knots[j, m - 1], knots[j, m]
+        part = 1.0 if x >= high else ((x - low) / (high - low) if x > low else 0.0)
+        out[k] = squares[j, m - 1] + part * (squares[j, m] - squares[j, m - 1])
     return out
 
 
@@ -367,6 +370,12 @@ def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
             y[found], value[found] = row if side == 1 else -row, squares[reached[side]]
             found += 1
     return math.sqrt(max(top_of_parabola(y[:found], value[:found]), 0.0))
+
+
+@jit
+def largest_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray, borders: np.ndarray) -> float:
+    """Largest pressure (MPa) at borders, by `squares_at_borders` and `peak_at_borders`."""
+    return peak_at_borders(squares_at_borders(knots, squares, known, borders), borders)
 
 
 @jit

@@ -1,5 +1,7 @@
 """Smooth lines through values of single rows and columns that scatter: the contact's outline, the slip zone's width.
 
+From the width follows the slip zone's area.
+
 Edges scatter by some 0.03 of a cell, borders of the stick zone by 0.02, and by ten times as much in its outermost rows,
 while the outline and the width of the slip zone have little curvature from row to row. Positions are in cells.
 """
@@ -14,9 +16,10 @@ from rcstudy.mechanics.jit import jit
 
 
 @jit
-def waves(angle: float, out: np.ndarray) -> None:
-    """Fill out [n], n being odd, with 1, cos(angle), sin(angle), cos(2 angle), and so on."""
-    c, s = math.cos(angle), math.sin(angle)
+def waves(u: float, v: float, out: np.ndarray) -> None:
+    """Fill out [n], n being odd, with 1, cos(angle), sin(angle), cos(2 angle), ... of the direction of (u, v)."""
+    r = math.sqrt(u * u + v * v)
+    c, s = (u / r, v / r) if r > 0.0 else (1.0, 0.0)
     out[0] = 1.0
     a, b = 1.0, 0.0
     for m in range((out.size - 1) // 2):
@@ -31,7 +34,7 @@ def normal_equations(u: np.ndarray, v: np.ndarray, matrix: np.ndarray, right: np
     matrix[:, :] = 0.0
     right[:] = 0.0
     for k in range(u.size):
-        waves(math.atan2(v[k], u[k]), wave)
+        waves(u[k], v[k], wave)
         square = u[k] * u[k] + v[k] * v[k]
         for a in range(wave.size):
             right[a] += wave[a] * square
@@ -40,43 +43,45 @@ def normal_equations(u: np.ndarray, v: np.ndarray, matrix: np.ndarray, right: np
 
 
 @jit
-def squared_radius(terms: np.ndarray, angle: float) -> float:
-    """r^2 of an outline at this angle: the sum of `waves` times terms [n]."""
-    wave = np.zeros(terms.size)
-    waves(angle, wave)
-    return float(np.sum(terms * wave))
+def squared_radius(terms: np.ndarray, u: float, v: float, wave: np.ndarray) -> float:
+    """r^2 of an outline in the direction from 0 to (u, v): the sum of `waves` times terms [n]; wave [n]: work array."""
+    waves(u, v, wave)
+    total = 0.0
+    for m in range(terms.size):
+        total += terms[m] * wave[m]
+    return total
 
 
 @jit
 def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
     """Root mean square radial distance of points u, v [n] from an outline, see `squared_radius`."""
-    off = 0.0
+    off, wave = 0.0, np.zeros(terms.size)
     for k in range(u.size):
         square = u[k] * u[k] + v[k] * v[k]
-        off += (squared_radius(terms, math.atan2(v[k], u[k])) - square) ** 2 / (4.0 * square)
+        off += (squared_radius(terms, u[k], v[k], wave) - square) ** 2 / (4.0 * square)
     return math.sqrt(off / u.size)
 
 
 @jit
-def tip_position(terms: np.ndarray, side: float) -> float:
+def tip_position(terms: np.ndarray, side: float, wave: np.ndarray) -> float:
     """Coordinate v of the tip of an outline, see `squared_radius`, on the side (1 or -1) along v."""
     at, height = 0.5 * math.pi * side, np.zeros(3)
     for step in (0.1, 0.01):
         for k in range(3):
-            angle = at + (k - 1) * step
-            height[k] = math.sqrt(max(squared_radius(terms, angle), 0.0)) * math.sin(angle) * side
+            c, s = math.cos(at + (k - 1) * step), math.sin(at + (k - 1) * step)
+            height[k] = math.sqrt(max(squared_radius(terms, c, s, wave), 0.0)) * s * side
         bend = 2.0 * height[1] - height[0] - height[2]
         if bend > 0.0:
             at += min(max(0.5 * (height[2] - height[0]) / bend, -1.0), 1.0) * step
-    return math.sqrt(max(squared_radius(terms, at), 0.0)) * math.sin(at)
+    return math.sqrt(max(squared_radius(terms, math.cos(at), math.sin(at), wave), 0.0)) * math.sin(at)
 
 
 @jit
-def crossing(terms: np.ndarray, v: float, side: float) -> float:
+def crossing(terms: np.ndarray, v: float, side: float, wave: np.ndarray) -> float:
     """Coordinate u where an outline, see `squared_radius`, crosses the line of this v, on the side (1, -1) along u."""
     u = side * math.sqrt(max(terms[0] - v * v, 0.0))
     for _ in range(6):  # converges fast, as r^2 hardly depends on the angle
-        u = side * math.sqrt(max(squared_radius(terms, math.atan2(v, u)) - v * v, 0.0))
+        u = side * math.sqrt(max(squared_radius(terms, u, v, wave) - v * v, 0.0))
     return u
 
 
@@ -124,13 +129,14 @@ def smooth_ends(
     slopes: of the first end, in cells per row, as of an ellipse of these half axes. Both are nan in rows it does not
     reach.
     """
-    low, high = y0 + height * tip_position(terms, -1.0), y0 + height * tip_position(terms, 1.0)
+    wave = np.zeros(terms.size)
+    low, high = y0 + height * tip_position(terms, -1.0, wave), y0 + height * tip_position(terms, 1.0, wave)
     for j in range(slopes.size):
         ends[0, j] = ends[1, j] = slopes[j] = math.nan
         if low < j < high:
             v = (j - y0) / height
-            back = crossing(terms, v, -1.0)
-            ends[0, j], ends[1, j] = x0 + width * back, x0 + width * crossing(terms, v, 1.0)
+            back = crossing(terms, v, -1.0, wave)
+            ends[0, j], ends[1, j] = x0 + width * back, x0 + width * crossing(terms, v, 1.0, wave)
             # at least a quarter of a cell from the middle, as a guard: near a tip the end may lie at the middle or
             # beyond it, where the slope would be infinite
             slopes[j] = width / height * v / max(-back, 0.25 / width)
@@ -239,3 +245,87 @@ def slip_widths(
         elif not first <= j <= end and not math.isnan(slopes[j - 1] + slopes[j] + slopes[j + 1]):
             widths[j] = max(widths[j], ends[1, j] - ends[0, j])
     return True
+
+
+@jit
+def outermost(chords: np.ndarray) -> tuple[int, int]:
+    """First and last row of a contact with chords [ny], zero in rows that it does not reach."""
+    low, high = 0, chords.size - 1
+    while low < high and chords[low] == 0.0:
+        low += 1
+    while high > low and chords[high] == 0.0:
+        high -= 1
+    return low, high
+
+
+@jit
+def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray) -> float:
+    """Area (cells) of the slip zone behind a stick zone that extends to the contact's leading edge.
+
+    chords [ny]: of the contact, which lies between the rows tips [2]; widths [ny]: of the slip zone in each row. The
+    width is linear from row to row and beyond the outermost rows to the tips, as it hardly changes (in strips not at
+    all, Haines and Ollerton 1963); the squares of chords are parabolas. The width is limited to the chord.
+    """
+    parts = 32  # points of the midpoint rule from row to row
+    first, end = outermost(chords)
+    n = end - first + 1
+    at, square = np.zeros(n + 2), np.zeros(n + 2)
+    for k in range(n):
+        at[k + 1], square[k + 1] = first + k, chords[first + k] ** 2
+    at[0], at[n + 1] = min(tips[0], first - 1e-6), max(tips[1], end + 1e-6)
+    total = 0.0
+    for k in range(n + 1):
+        step = at[k + 1] - at[k]
+        bend, known = 0.0, 0
+        for m in (k, k + 1):
+            if 0 < m < n + 1:
+                after = (square[m + 1] - square[m]) / (at[m + 1] - at[m])
+                before = (square[m] - square[m - 1]) / (at[m] - at[m - 1])
+                bend += (after - before) / (at[m + 1] - at[m - 1])
+                known += 1
+        bend /= max(known, 1)
+        for part in range(parts):
+            t = (part + 0.5) / parts
+            y = at[k] + t * step
+            v = square[k] + t * (square[k + 1] - square[k]) - bend * t * (1.0 - t) * step * step
+            j = min(max(math.floor(y), first), end - 1)
+            width = widths[j] + (y - j) * (widths[j + 1] - widths[j])
+            total += min(max(width, 0.0), math.sqrt(max(v, 0.0))) * step / parts
+    return total
+
+
+@jit
+def shorten_tips(length: np.ndarray, chords: np.ndarray) -> None:
+    """Correct the chords length [ny] of the stick zone, in place, in outermost rows, whose cells are too inaccurate.
+
+    chords [ny]: those of the contact. At least as much of an outermost row slips as of the one beside it.
+    """
+    low, high = outermost(chords)
+    if high - low < 2:
+        return
+    for outer, inner in ((low, low + 1), (high, high - 1)):
+        length[outer] = max(0.0, min(length[outer], chords[outer] - (chords[inner] - length[inner])))
+
+
+@jit
+def area_behind(
+    borders: np.ndarray,
+    last: np.ndarray,
+    length: np.ndarray,
+    ends: np.ndarray,
+    slopes: np.ndarray,
+    chords: np.ndarray,
+    tips: np.ndarray,
+    slip: np.ndarray,
+    leading: np.ndarray,
+    aspect: float,
+    bow: float,
+) -> float:
+    """Area (cells) of the slip zone behind a stick zone by `slip_widths` and `area_of_slip`; nan if it is not found so.
+
+    Arguments as there.
+    """
+    widths = np.zeros(slopes.size)
+    if not slip_widths(borders, last, length, ends, slopes, slip, leading, aspect, bow, widths):
+        return math.nan
+    return area_of_slip(chords, tips, widths)

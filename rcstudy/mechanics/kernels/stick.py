@@ -1,5 +1,7 @@
 """Stick zone of cells in rows that begin at the edge of the contact (`slip_zone.py`): its borders between cells.
 
+And rows that stick up to their trailing end: slip zones hidden there, and forces that cells miss (`trailing.py`).
+
 Room: mu p - |q|, how far the traction of a stick cell stays below its bound.
 """
 
@@ -104,6 +106,36 @@ def rooms_and_speeds(
 
 
 @jit
+def hidden_widths(
+    index: np.ndarray,
+    count: np.ndarray,
+    ends: np.ndarray,
+    q: np.ndarray,
+    slip: np.ndarray,
+    pressure: np.ndarray,
+    friction: float,
+    out: np.ndarray,
+) -> None:
+    """Width out [ny] (cells) of the slip zone hidden behind the last cell, if it sticks, of each row; else nan.
+
+    See `trailing.py`. index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them;
+    ends [2, ny]: trailing and leading edge of each row (cells); pressure [m] (MPa), slip [m] (flags), q [m, 2] (MPa):
+    of the cells.
+    """
+    for j in range(count.size):
+        length = ends[1, j] - ends[0, j]
+        if count[j] == 0 or length <= 0.0 or slip[index[count[j] - 1, j]]:
+            out[j] = math.nan
+        else:
+            largest = 0.0
+            for step in range(count[j]):
+                largest = max(largest, pressure[index[step, j]])
+            last = index[count[j] - 1, j]
+            size = math.hypot(q[last, 0], q[last, 1])
+            out[j] = size * math.sqrt(length / math.pi) / (friction * largest)
+
+
+@jit
 def stick_rows(
     room: np.ndarray,
     speed: np.ndarray,
@@ -177,60 +209,64 @@ def stick_rows(
 
 
 @jit
-def outermost(chords: np.ndarray) -> tuple[int, int]:
-    """First and last row of a contact with chords [ny], zero in rows that it does not reach."""
-    low, high = 0, chords.size - 1
-    while low < high and chords[low] == 0.0:
-        low += 1
-    while high > low and chords[high] == 0.0:
-        high -= 1
-    return low, high
+def stick_zone(
+    q: np.ndarray,
+    s: np.ndarray,
+    slip: np.ndarray,
+    friction: float,
+    pressure: np.ndarray,
+    index: np.ndarray,
+    start: np.ndarray,
+    count: np.ndarray,
+    edges: np.ndarray,
+    narrow: float,
+    b1: float,
+    shift: float,
+    widths: np.ndarray,
+    length: np.ndarray,
+    last: np.ndarray,
+    borders: np.ndarray,
+) -> tuple[int, float, float]:
+    """`stick_rows`, with its rooms and speeds found by `rooms_and_speeds` and its widths by `hidden_widths`.
+
+    Arguments as there; widths [ny] is filled. Returns the number of borders and what `rooms_and_speeds` returns.
+    """
+    room, speed = np.zeros(slip.size), np.zeros(slip.size)
+    largest, backwards = rooms_and_speeds(q, s, slip, friction, pressure, room, speed)
+    hidden_widths(index, count, edges, q, slip, pressure, friction, widths)
+    found = stick_rows(room, speed, slip, index, start, count, edges, widths, narrow, b1, shift, length, last, borders)
+    return found, largest, backwards
 
 
 @jit
-def area_of_slip(chords: np.ndarray, tips: np.ndarray, widths: np.ndarray) -> float:
-    """Area (cells) of the slip zone behind a stick zone that extends to the contact's leading edge.
+def ending_rows(
+    index: np.ndarray,
+    count: np.ndarray,
+    ends: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    q: np.ndarray,
+    slip: np.ndarray,
+    pressure: np.ndarray,
+    friction: float,
+    dx: float,
+    theta: float,
+    out: np.ndarray,
+) -> None:
+    """Sums of force_x, force_y (MPa) and moment (MPa mm) by which such rows carry too little, added to out [3].
 
-    chords [ny]: of the contact, which lies between the rows tips [2]; widths [ny]: of the slip zone in each row. The
-    width is linear from row to row and beyond the outermost rows to the tips, as it hardly changes (in strips not at
-    all, Haines and Ollerton 1963); the squares of chords are parabolas. The width is limited to the chord.
+    See `trailing.py`. x, y [m] (mm): of the cells; dx: their length (mm); theta: distance from the leading cell's
+    centre to the edge (cells); other arguments as in `hidden_widths`.
     """
-    parts = 32  # points of the midpoint rule from row to row
-    first, end = outermost(chords)
-    n = end - first + 1
-    at, square = np.zeros(n + 2), np.zeros(n + 2)
-    for k in range(n):
-        at[k + 1], square[k + 1] = first + k, chords[first + k] ** 2
-    at[0], at[n + 1] = min(tips[0], first - 1e-6), max(tips[1], end + 1e-6)
-    total = 0.0
-    for k in range(n + 1):
-        step = at[k + 1] - at[k]
-        bend, known = 0.0, 0
-        for m in (k, k + 1):
-            if 0 < m < n + 1:
-                after = (square[m + 1] - square[m]) / (at[m + 1] - at[m])
-                before = (square[m] - square[m - 1]) / (at[m] - at[m - 1])
-                bend += (after - before) / (at[m + 1] - at[m - 1])
-                known += 1
-        bend /= max(known, 1)
-        for part in range(parts):
-            t = (part + 0.5) / parts
-            y = at[k] + t * step
-            v = square[k] + t * (square[k + 1] - square[k]) - bend * t * (1.0 - t) * step * step
-            j = min(max(math.floor(y), first), end - 1)
-            width = widths[j] + (y - j) * (widths[j + 1] - widths[j])
-            total += min(max(width, 0.0), math.sqrt(max(v, 0.0))) * step / parts
-    return total
-
-
-@jit
-def shorten_tips(length: np.ndarray, chords: np.ndarray) -> None:
-    """Correct the chords length [ny] of the stick zone, in place, in outermost rows, whose cells are too inaccurate.
-
-    chords [ny]: those of the contact. At least as much of an outermost row slips as of the one beside it.
-    """
-    low, high = outermost(chords)
-    if high - low < 2:
-        return
-    for outer, inner in ((low, low + 1), (high, high - 1)):
-        length[outer] = max(0.0, min(length[outer], chords[outer] - (chords[inner] - length[inner])))
+    widths = np.zeros(count.size)
+    hidden_widths(index, count, ends, q, slip, pressure, friction, widths)
+    for j in range(count.size):
+        if math.isnan(widths[j]):
+            continue
+        leading, last = index[0, j], index[count[j] - 1, j]
+        length = ends[1, j] - ends[0, j]
+        part = 0.5 * math.sqrt(math.pi / length) * (length - count[j] - 0.5 * widths[j])
+        lever = x[leading] + (theta - 1.5 * length) * dx
+        out[0] += part * q[last, 0]
+        out[1] += part * q[last, 1]
+        out[2] += part * (lever * q[last, 1] - y[leading] * q[last, 0])

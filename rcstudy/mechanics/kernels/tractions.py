@@ -26,23 +26,48 @@ def rigid_slip(
 
 
 @jit
-def scatter_traction(
-    v: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, unit: float, out: np.ndarray
-) -> None:
-    """Tractions of a vector of unknowns v [2 m] into two padded arrays out [2, n], zeros elsewhere.
+def traction_of(v: np.ndarray, m: int, slip: np.ndarray, normal: np.ndarray, unit: float) -> tuple[float, float]:
+    """Traction of cell m by a vector of unknowns v [2 m].
 
     slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
     """
+    if not slip[m]:
+        return v[2 * m], v[2 * m + 1]
+    a = unit * v[2 * m]
+    return normal[m, 0] * a - normal[m, 1] * v[2 * m + 1], normal[m, 1] * a + normal[m, 0] * v[2 * m + 1]
+
+
+@jit
+def scatter_traction(
+    v: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, unit: float, out: np.ndarray
+) -> None:
+    """Tractions by `traction_of` of a vector of unknowns v [2 m] into two padded arrays out [2, n], zeros elsewhere."""
     out[:, :] = 0.0
     for m in range(places.size):
         k = places[m]
-        if slip[m]:
-            a = unit * v[2 * m]
-            out[0, k] = normal[m, 0] * a - normal[m, 1] * v[2 * m + 1]
-            out[1, k] = normal[m, 1] * a + normal[m, 0] * v[2 * m + 1]
-        else:
-            out[0, k] = v[2 * m]
-            out[1, k] = v[2 * m + 1]
+        out[0, k], out[1, k] = traction_of(v, m, slip, normal, unit)
+
+
+@jit
+def add_cross_slip(
+    v: np.ndarray,
+    cells: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    unit: float,
+    part: np.ndarray,
+    ahead: np.ndarray,
+    field: np.ndarray,
+) -> None:
+    """Add part [n] q_y to the slips along x and part q_x to those along y of cells [n] (numbers), in place.
+
+    q: tractions by `traction_of`; field [2, size]: displacements. The slip of a cell is its own displacement less that
+    of the cell ahead, so the latter is reduced. ahead [n]: places of these cells, whose own slips are not used.
+    """
+    for k in range(cells.size):
+        x, y = traction_of(v, cells[k], slip, normal, unit)
+        field[0, ahead[k]] -= part[k] * y
+        field[1, ahead[k]] -= part[k] * x
 
 
 @jit
