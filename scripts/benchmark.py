@@ -9,9 +9,10 @@ d  the paper's 48 layered cases at 1e-6
 e  full coupling against one-way
 f  cases a second of a sweep with one and two workers
 g  the paper's study, whole command
+h  aligned cells against kalker, the paper's rolling cases
 
-Times of one thread (a to e) are processor time, which other programs disturb less, and medians of the repeats unless
-stated otherwise; f and g are wall time. `--large` adds 1024 cells to a, b and c.
+Times of one thread (a to e and h) are processor time, which other programs disturb less, and medians of the repeats
+unless stated otherwise; f and g are wall time. `--large` adds 1024 cells to a, b and c.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ ROOT = Path(__file__).resolve().parent.parent
 STEEL = Material(210000.0, 0.3)
 CONTACT_UNITS = {64: 270.0, 128: 277.0, 256: 412.0, 512: 630.0}
 TARGETS = {64: 9.0, 128: 14.0, 256: 25.0, 512: 40.0}
-ALL_PARTS = "abcdefg"
+ALL_PARTS = "abcdefgh"
 _FAR = 1e-9  # tolerance of the solution against which errors of tractions are measured
 _RUN = 25e-3  # seconds of a run of solves, as of a unit: a single short solve after a unit would find the caches cold
 
@@ -394,14 +395,24 @@ def part_c(options: argparse.Namespace) -> Any:
     return found
 
 
+def rolling_groups() -> list[list[Scene]]:
+    """The paper's rolling cases solved by Newton's method, those of one normal problem together."""
+    found = []
+    for cases in expand(load_study(ROOT / "configs" / "paper.yaml")).groups():
+        scenes = [c.scene for c in cases if c.scene.creepage is not None and c.scene.method == "newton"]
+        if scenes:
+            found.append(scenes)
+    return found
+
+
 def part_d(options: argparse.Namespace) -> Any:
     """The paper's layered cases, and all of its rolling ones on finer meshes."""
     study = load_study(ROOT / "configs" / "paper.yaml")
     wanted = {"figure_7", "figure_8", "figure_9", "figure_10"}
-    layered, rolling = [], []  # scenes, those of one normal problem together
+    layered = []  # scenes, those of one normal problem together
     for cases in expand(study).groups():
         layered.append([replace(c.scene, tolerance=Tolerance(1e-6, 1e-6)) for c in cases if c.grid in wanted])
-        rolling.append([c.scene for c in cases if c.scene.creepage is not None and c.scene.method == "newton"])
+    rolling = rolling_groups()
     print(f"## d. The paper's {sum(map(len, layered))} layered cases, tolerances 1e-6\n")
     for scenes in layered:
         list(solve.solve_group(scenes))
@@ -601,6 +612,42 @@ def part_g(options: argparse.Namespace) -> Any:
     }
     titles = ["cases", "solves, s", "solves and cube, s", "whole command, s", "least of three, s"]
     table(titles, [list(found.values())])
+    return found
+
+
+def part_h(options: argparse.Namespace) -> Any:
+    """What aligned cells cost, the paper's rolling cases."""
+    groups = rolling_groups()
+    number = sum(map(len, groups))
+    print(f"## h. Aligned cells against kalker, the paper's {number} rolling cases\n")
+    print("Both in turn; aligned over kalker: least against least, and the median of the ratios of one turn.\n")
+    found = []
+    for n in (80, 160, 320):
+        samples: dict[str, list[float]] = {"kalker": [], "aligned": []}
+        products = {}
+        for _ in range(options.repeats + 1):
+            for discretisation in ("kalker", "aligned"):
+                begun, results = Clock(), []
+                for group in groups:
+                    mesh = Mesh(group[0].mesh.size, (n, n))
+                    scenes = [replace(scene, mesh=mesh, discretisation=discretisation) for scene in group]
+                    results += solve.solve_group(scenes)
+                samples[discretisation].append(Clock() - begun)
+                both = "operator_products", "coarse_products"
+                products[discretisation] = sum(r.scalars[name] for r in results for name in both) / number
+        kalker, aligned = (np.array(samples[key][1:]) for key in ("kalker", "aligned"))  # the first turn warms up
+        found.append(
+            {
+                "cells": n,
+                "kalker, ms a case": 1e3 * float(kalker.min()) / number,
+                "aligned, ms a case": 1e3 * float(aligned.min()) / number,
+                "ratio, least": float(aligned.min() / kalker.min()),
+                "ratio, median": float(np.median(aligned / kalker)),
+                "products, kalker": products["kalker"],
+                "products, aligned": products["aligned"],
+            }
+        )
+    table(list(found[0]), [list(row.values()) for row in found])
     return found
 
 
