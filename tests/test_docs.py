@@ -211,6 +211,20 @@ def test_the_table_of_equations_names_code_that_exists(name: str) -> None:
         found = getattr(found, part)
 
 
+def constants() -> list[tuple[str, float]]:
+    """Names and values in the table of measured constants of docs/mechanics.md."""
+    text = MECHANICS.read_text(encoding="utf-8").partition("### Constants that are measured")[2].partition("\n#")[0]
+    return [(name, float(value)) for name, value in re.findall(r"^\| `([\w.]+)` \| ([\d.]+) \|", text, re.MULTILINE)]
+
+
+def test_the_table_of_constants_has_their_values() -> None:
+    found = constants()
+    assert len(found) == 9
+    for name, value in found:
+        module, _, constant = name.rpartition(".")
+        assert getattr(importlib.import_module(f"rcstudy.mechanics.{module}"), constant) == value, name
+
+
 def main() -> None:
     """Rewrite the tables of docs/cube.md."""
     text = CUBE.read_text(encoding="utf-8")
