@@ -367,6 +367,41 @@ def test_no_traction_is_larger_than_friction_times_the_largest_pressure(side, fr
     assert result.scalars["traction_max"] == pytest.approx(friction * result.scalars["pressure_max"], rel=1e-12)
 
 
+@pytest.mark.parametrize("cells", [(20, 20), (21, 20), (20, 21), (21, 21)])
+def test_cells_at_the_largest_pressure(cells):
+    """The closest ones to it: one, or two if it lies halfway between two rows. If they slip, so does it."""
+    mesh = Mesh(tuple(0.06 * n for n in cells), cells)
+    scene = steel(mesh, counterbody=None, creepage=Creepage(0.05, 0.01, 0.005))
+    scene = replace(scene, discretisation="aligned", tolerance=Tolerance())
+    contact = AlignedContact(solve_normal(scene))
+    top = contact.slip_zones._top
+    x, y = (along[top] for along in contact.centres)
+    assert sorted(y) == pytest.approx([-0.03, 0.03] if cells[1] % 2 == 0 else [0.0], abs=1e-12)
+    assert (np.abs(x) <= 0.03 + 1e-9).all()
+    rolling = solve_rolling(contact, scene)
+    assert rolling.slip.all()
+    _, largest = contact.slip_area_and_peak(rolling, scene.friction)
+    assert largest == pytest.approx(scene.friction * contact.pressure_max, rel=1e-12)
+    assert np.hypot(*rolling.q.T).max() < 0.999 * largest
+    # where one of the closest cells sticks, the other counts
+    for slips in (top[:1], top[-1:]):
+        flags = np.isin(np.arange(len(rolling.slip)), slips)
+        assert contact.slip_area_and_peak(replace(rolling, slip=flags), scene.friction)[1] == largest
+
+
+def test_frictions_under_one_pressure():
+    """Each as if alone: what is kept with the pressure does not depend on friction."""
+    scene = steel(Mesh((1.3, 1.3), (24, 24)), counterbody=None, creepage=Creepage(0.0004, 0.0002, 0.002))
+    scenes = [replace(scene, discretisation="aligned", friction=friction) for friction in (0.15, 0.3)]
+    together = list(solve_group(scenes))
+    for result, scene in zip(together, scenes, strict=True):
+        alone = solve_scene(scene).scalars
+        assert {name: value for name, value in result.scalars.items() if name != "solve_seconds"} == pytest.approx(
+            {name: value for name, value in alone.items() if name != "solve_seconds"}, rel=1e-9, abs=1e-12
+        )
+    assert together[0].scalars["force_x"] != pytest.approx(together[1].scalars["force_x"], rel=0.01)
+
+
 def test_layers_move_the_border_of_the_stick_zone():
     """Ahead on stiff layers, back on soft ones, as they do the contact's edge."""
 

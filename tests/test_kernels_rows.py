@@ -557,6 +557,14 @@ def test_squares_at_borders() -> None:
         assert square == pytest.approx(np.interp(x, places, squares), abs=1e-12)
 
 
+def test_squares_at_borders_beyond_the_edges() -> None:
+    """Those at the edges; of a row with one knot, that one."""
+    knots, squares = np.array([[1.0, 2.0, 4.0, 99.0], [3.0, 99.0, 99.0, 99.0]]), np.array([[5.0, 7.0, 6.0, 99.0]] * 2)
+    borders = np.array([[x, 0.0] for x in (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0)] + [[x, 1.0] for x in (2.0, 3.0, 4.0)])
+    found = rows.squares_at_borders(knots, squares, np.array([3, 1]), borders)
+    np.testing.assert_array_equal(found, [5.0, 5.0, 6.0, 7.0, 6.5, 6.0, 6.0, 5.0, 5.0, 5.0])
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_peak_at_borders(seed: int) -> None:
     """None to two borders a row; the rows beside the highest one may have none. A contact's own pressures, or any."""

@@ -1,4 +1,4 @@
-"""Kernels of smooth lines: the contact's outline through its edges, the slip zone's width from row to row."""
+"""Kernels of smooth lines: the contact's outline, the slip zone's width and area."""
 
 from __future__ import annotations
 
@@ -35,6 +35,12 @@ def test_waves() -> None:
     np.testing.assert_allclose(out[0::2][1:], np.sin(orders), atol=1e-15)
     np.testing.assert_allclose(out[1::2], np.cos(orders), atol=1e-15)
     assert out[0] == 1.0
+
+
+def test_waves_without_a_direction() -> None:
+    out = np.full(TERMS, np.nan)
+    smooth.waves(0.0, 0.0, out)
+    np.testing.assert_array_equal(out, [1.0] + [1.0, 0.0] * (TERMS // 2))
 
 
 def test_squared_radius() -> None:
@@ -300,7 +306,7 @@ def test_shorten_tips() -> None:
 
 @pytest.mark.parametrize("seed", [0, 5, 7, 9])
 def test_area_behind(seed: int) -> None:
-    """Of the widths above; nan where these do not follow from the stick zone."""
+    """Of the widths above, where these follow from the stick zone."""
     of_rows = contact(seed)
     if seed == 7:
         of_rows["length"] *= 1.9 / of_rows["length"].max()
@@ -308,11 +314,12 @@ def test_area_behind(seed: int) -> None:
     chords, tips = np.nan_to_num(ends[1] - ends[0]), np.array([0.3, slopes.size - 1.3])
     borders, last, slip, leading = numbered(of_rows)
     arguments = borders, last, of_rows["length"], ends, slopes, chords, tips, slip, leading
-    found = smooth.area_behind(*arguments, 0.8, 0.01)
+    found, area = smooth.area_behind(*arguments, 0.8, 0.01)
     expected = naive_rows.slip_widths(*of_rows.values(), 0.8, 0.01)
     if seed == 7:
         assert expected is None
-        assert math.isnan(found)
+        assert (found, area) == (False, 0.0)
     else:
         assert expected is not None
-        assert found == pytest.approx(naive_rows.slipping(chords, tips, expected), rel=2e-3)
+        assert found
+        assert area == pytest.approx(naive_rows.slipping(chords, tips, expected), rel=2e-3)

@@ -1,4 +1,4 @@
-"""Kernels of the stick zone of aligned cells: its borders between cells, and the area behind it."""
+"""Kernels of the stick zone of aligned cells: its borders between cells."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in
 _ANGLES, _PIECE = 16, 1.0  # Gauss points per piece of the angular variable, and the largest length of a piece
 _RINGS = {0.0: 6, 6.5: 5, 9.0: 4, 18.0: 3, 50.0: 2}  # distance in (larger) cell sides: Gauss points along each side
 _TOGETHER = np.array([1.0, -1.0, 1.0, 1.0])  # signs with which body 2's responses a, b, c, d add to body 1's
-_KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 7, more if its box has to be enlarged
+_KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 9, more if its box has to be enlarged
 
 
 @dataclass(frozen=True)
@@ -113,6 +113,7 @@ class Influence:
         self._tables = radial_tables(substrate, layers, reach + math.hypot(*spacing)) if layers else None
         self._quadrant = self._layer_part = np.zeros((6, 0, 0))
         self._made: dict[Hashable, Any] = {}
+        self._numbers: dict[Hashable, Any] = {}
         self._coarser: Influence | None = None
 
     @property
@@ -147,13 +148,13 @@ class Influence:
         """Discrete half-line of pressures, for an edge across cells of length `side` (mm)."""
         if not self.layered:
             return HALF_SPACE
-        return self.once(("half-line", side), lambda: for_pressure(lambda k: self._in_plane(k, side)[0], side))
+        return self._known(("half-line", side), lambda: for_pressure(lambda k: self._in_plane(k, side)[0], side))
 
     def half_line_of_tractions(self, side: float) -> HalfLine:
         """Discrete half-line of tractions normal to a stick-slip border, in aligned cells of length `side` (mm)."""
         if not self.layered:
             return OF_NO_LAYERS
-        return self.once(("border", side), lambda: for_tractions(lambda k: self._in_plane(k, side)[1], side))
+        return self._known(("border", side), lambda: for_tractions(lambda k: self._in_plane(k, side)[1], side))
 
     def _in_plane(self, alpha: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray]:
         """Frequency responses [n] to pressure and to tractions along waves, made once for both half-lines.
@@ -165,7 +166,7 @@ class Influence:
             normal, _, along, _ = self._responses(alpha)
             return normal, along
 
-        return self.once(("in plane", side), made)
+        return self._known(("in plane", side), made)
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """Result of `make` (for instance symbols on some box), computed at the first call with `key` and cached.
@@ -178,13 +179,20 @@ class Influence:
             del self._made[next(iter(self._made))]
         return made
 
+    def _known(self, key: Hashable, make: Callable[[], T]) -> T:
+        """As `once`, for the few numbers that do not depend on a box: all are kept."""
+        if key not in self._numbers:
+            self._numbers[key] = make()
+        known: T = self._numbers[key]
+        return known
+
     def coarser(self) -> Influence:
         """The coefficients for cells of twice the size; the tables of the radial functions are shared."""
         if self._coarser is None:
             self._coarser = other = copy(self)
             other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
             other._quadrant = other._layer_part = np.zeros((6, 0, 0))
-            other._made = {}
+            other._made, other._numbers = {}, {}
         return self._coarser
 
     @property
@@ -199,7 +207,7 @@ class Influence:
             alpha = 1.0 / self.spacing[0]
             return alpha * float(self._responses(np.array([alpha]))[1, 0])
 
-        return self.once("slip under pressure", made)
+        return self._known("slip under pressure", made)
 
     @property
     def slip_under_tractions(self) -> tuple[float, float]:
@@ -213,7 +221,7 @@ class Influence:
             along, across = (alpha * self.traction_responses(np.array([alpha]))[:, 0]).tolist()
             return along, across
 
-        return self.once("slip under tractions", made)
+        return self._known("slip under tractions", made)
 
     @property
     def slip_by_pressure_over_tractions(self) -> float:

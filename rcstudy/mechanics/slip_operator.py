@@ -101,7 +101,8 @@ class SlipOperator:
     def multiply(self) -> None:
         """From tractions (MPa) to displacements in units of dx, in place in `plan.real`.
 
-        The slip in a cell is its displacement minus that of the cell ahead, which is `ahead` places on in `plan.flat`.
+        The slip in a cell is its displacement minus that of the cell ahead, which is `ahead` places on in `plan.flat`;
+        with `cross`, that of leading cells is not complete (`moved`).
         """
         self.plan.forward()
         arrays.multiply_2x2(self.plan.numbers, self.symbol)

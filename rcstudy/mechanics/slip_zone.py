@@ -8,7 +8,6 @@ to the leading edge, the slip zone lies behind it, with a width that hardly chan
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 
 import numpy as np
@@ -88,8 +87,8 @@ class SlipZones:
         dx, dy = outline.spacing
         bow = curvature * (_BOW - _BOW_BY_PRESSURE * backwards * self._by_pressure)
         of_cells = slip, self._cells.index[0]
-        slips = smooth.area_behind(*of_rows, ends, slopes, chords, tips, *of_cells, dx / dy, bow)
-        return None if math.isnan(slips) else self._slipping_part(slips / outline.within_in_cells)
+        found, slips = smooth.area_behind(*of_rows, ends, slopes, chords, tips, *of_cells, dx / dy, bow)
+        return self._slipping_part(slips / outline.within_in_cells) if found else None
 
     def _area_around(self, length: np.ndarray) -> float:
         """Area of the slip zone (mm^2) around a stick zone with lengths length [ny] (cells) in the rows.

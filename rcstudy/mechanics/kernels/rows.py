@@ -330,14 +330,19 @@ def update_row_pressures(
 
 @jit
 def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray, borders: np.ndarray) -> np.ndarray:
-    """p^2 [n] (MPa^2) at borders [n, 2] (x and row j), interpolated between the knots of `row_profiles`."""
+    """p^2 [n] (MPa^2) at borders [n, 2] (x and row j), interpolated between the knots of `row_profiles`.
+
+    Beyond the outermost knots it is that of these.
+    """
     out = np.zeros(borders.shape[0])
     for k in range(out.size):
         x, j = borders[k, 0], int(borders[k, 1])
-        m = min(max(np.searchsorted(knots[j, : known[j]], x), 1), known[j] - 1)
-        low, high = knots[j, m - 1], knots[j, m]
-        part = 1.0 if x >= high else ((x - low) / (high - low) if x > low else 0.0)
-        out[k] = squares[j, m - 1] + part * (squares[j, m] - squares[j, m - 1])
+        m = np.searchsorted(knots[j, : known[j]], x)  # of the first knot that is not below x
+        if m == 0 or m == known[j]:
+            out[k] = squares[j, min(m, known[j] - 1)]
+        else:
+            part = (x - knots[j, m - 1]) / (knots[j, m] - knots[j, m - 1])
+            out[k] = squares[j, m - 1] + part * (squares[j, m] - squares[j, m - 1])
     return out
 
 

@@ -320,12 +320,12 @@ def area_behind(
     leading: np.ndarray,
     aspect: float,
     bow: float,
-) -> float:
-    """Area (cells) of the slip zone behind a stick zone by `slip_widths` and `area_of_slip`; nan if it is not found so.
+) -> tuple[bool, float]:
+    """Whether `slip_widths` finds the width of the slip zone behind a stick zone; its area (cells) by `area_of_slip`.
 
-    Arguments as there.
+    Arguments as there. The area is zero if the width is not found.
     """
     widths = np.zeros(slopes.size)
     if not slip_widths(borders, last, length, ends, slopes, slip, leading, aspect, bow, widths):
-        return math.nan
-    return area_of_slip(chords, tips, widths)
+        return False, 0.0
+    return True, area_of_slip(chords, tips, widths)

@@ -27,9 +27,9 @@ def rigid_slip(
 
 @jit
 def traction_of(v: np.ndarray, m: int, slip: np.ndarray, normal: np.ndarray, unit: float) -> tuple[float, float]:
-    """Traction of cell m by a vector of unknowns v [2 m].
+    """Traction of cell number m by a vector of unknowns v.
 
-    slip [m]: whether the cell is a slip cell; normal [m, 2]: direction of the bound there.
+    slip [m]: whether a cell is a slip cell; normal [m, 2]: direction of the bound there; unit: see above.
     """
     if not slip[m]:
         return v[2 * m], v[2 * m + 1]
