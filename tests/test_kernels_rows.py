@@ -631,6 +631,29 @@ def test_by_law() -> None:
     assert (out == 7.0).sum() == out.size - 16
 
 
+def test_to_window() -> None:
+    """What the three make of tractions one after the other, states as of the closest cells; others are not touched."""
+    rng = np.random.default_rng(9)
+    held = rng.random((7, 5)) < 0.7
+    held[3] = True  # no row without cells
+    cells, own = np.argwhere(held), np.argwhere(rng.random((7, 5)) < 0.6)
+    shift, m = rng.uniform(-0.5, 0.5, 5), len(cells)
+    q, s, slip, bound = rng.normal(size=(m, 2)), rng.normal(size=(m, 2)), rng.random(m) < 0.5, rng.uniform(1.0, 2.0, m)
+    own_bound = rng.uniform(1.0, 2.0, len(own))
+    values, flags = np.zeros((4, 7, 5)), np.zeros((7, 5), dtype=np.bool_)
+    row_fields.on_box(q, s, slip, bound, cells, values, flags)
+    found, nearest = centres(values, held, shift, own)
+    states, expected = np.zeros((9, 8), dtype=np.bool_), np.full((4, 9, 8), 7.0)
+    of_own = flags[nearest, own[:, 1]]
+    row_fields.by_law(found, of_own, own_bound, own, (2, 1), expected)
+    out = np.full((4, 9, 8), 7.0)
+    row_fields.to_window(q, s, slip, bound, cells, held, shift, own, own_bound, (2, 1), out, states)
+    np.testing.assert_array_equal(out, expected)
+    assert 0 < of_own.sum() < len(own)
+    np.testing.assert_array_equal(states[2 + own[:, 0], 1 + own[:, 1]], of_own)
+    assert states.sum() == of_own.sum()
+
+
 # --- area ---
 
 
@@ -903,12 +926,34 @@ def test_update_directions_is_classify_when_the_slip_is_the_same() -> None:
     _, square, _ = tractions.classify(q, s, bound, rho, c.slip, *by_classify)
     centring.centre(s, c.slip, c.neighbours, NOTHING_LOCAL, weight, centred)
     before = c.slip.copy()
-    miss = tractions.update_directions(q, centred, bound, rho, c.slip, *updated)
+    miss = centring.update_directions(q, centred, bound, rho, c.slip, *updated)
     assert miss == pytest.approx(square, rel=1e-14)
     assert 0 < c.slip.sum() < c.m
     np.testing.assert_array_equal(c.slip, before)
     for found, expected in zip(updated, by_classify, strict=True):
         np.testing.assert_array_equal(found, expected)
+
+
+def test_centre_and_direct() -> None:
+    """Both, one after the other."""
+    c = MovedCells(2)
+    q, bound, rho, local = (
+        c.rng.normal(size=(c.m, 2)),
+        c.rng.uniform(0.2, 2.0, size=c.m),
+        0.6,
+        c.rng.normal(size=(5, c.m)),
+    )
+
+    def empty() -> tuple[np.ndarray, ...]:
+        return np.full((c.m, 2), 7.0), np.full(c.m, 7.0), np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
+
+    (normal, share, weight, centred), at_once = empty(), empty()
+    centring.centre(c.s, c.slip, c.neighbours, local, weight, centred)
+    miss = centring.update_directions(q, centred, bound, rho, c.slip, normal, share)
+    found = centring.centre_and_direct(q, c.s, bound, rho, c.slip, *at_once[:2], c.neighbours, local, *at_once[2:])
+    assert found == miss > 0.0
+    for ours, theirs in zip(at_once, (normal, share, weight, centred), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
 
 
 def test_update_directions() -> None:
@@ -917,7 +962,7 @@ def test_update_directions() -> None:
     q, bound, rho = c.rng.normal(size=(c.m, 2)), c.rng.uniform(0.5, 3.0, size=c.m), 0.6
     normal, share = np.full((c.m, 2), 7.0), np.full(c.m, 7.0)
     before, expected = c.slip.copy(), 0.0
-    square = tractions.update_directions(q, c.s, bound, rho, c.slip, normal, share)
+    square = centring.update_directions(q, c.s, bound, rho, c.slip, normal, share)
     np.testing.assert_array_equal(c.slip, before)
     seen = set()
     for k in range(c.m):
@@ -950,7 +995,7 @@ def test_multiply_phases() -> None:
 def test_update_directions_without_a_direction() -> None:
     """Where q - rho s is zero the direction and the share of a slip cell stay, and nothing becomes nan."""
     q, normal, share = np.array([[0.5, 0.25]]), np.array([[0.6, 0.8]]), np.array([0.3])
-    miss = tractions.update_directions(q, q / 0.5, np.array([1.0]), 0.5, np.array([True]), normal, share)
+    miss = centring.update_directions(q, q / 0.5, np.array([1.0]), 0.5, np.array([True]), normal, share)
     assert (normal.tolist(), share.tolist(), miss) == ([[0.6, 0.8]], [0.3], pytest.approx(0.3125))
 
 

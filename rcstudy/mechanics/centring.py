@@ -50,6 +50,24 @@ class Centring:
         kernel.centre(s, slip, self.neighbours, self._local, self.weight, centred)
         return centred
 
+    def update_with_law(
+        self,
+        q: np.ndarray,
+        s: np.ndarray,
+        bound: np.ndarray,
+        rho: float,
+        slip: np.ndarray,
+        normal: np.ndarray,
+        share: np.ndarray,
+    ) -> tuple[np.ndarray, float]:
+        """`update`, and directions and shares of slip cells by the result (`kernels/centring.update_directions`).
+
+        Returns the slips, and the squared residual of Coulomb's law.
+        """
+        centred = np.empty(s.shape)
+        of_cells = self.neighbours, self._local, self.weight
+        return centred, kernel.centre_and_direct(q, s, bound, rho, slip, normal, share, *of_cells, centred)
+
     def freeze_if_stalled(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
         """Freeze the correction `centred` - `s` if `residual` and those before it show that updates do not help."""
         if self._patience.exhausted(residual):

@@ -152,16 +152,10 @@ class MovedRows:
         Interpolated along each row from `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells: in stick cells the
         traction over its bound, in slip cells the traction's direction and the size of slip. Zero outside the contact.
         """
-        values, flags = np.zeros((4, *self.held.shape)), np.zeros(self.held.shape, dtype=np.bool_)
-        row_fields.on_box(q, s, slip, friction * self.pressure, self.cells, values, flags)
-        own, pressure = self._own
-        found, nearest = np.zeros((len(own), 4)), np.zeros(len(own), dtype=np.int64)
-        row_fields.to_centres(values, self.held, self.shift, own, found, nearest)
-        slips = flags[nearest, own[:, 1]]
+        (own, pressure), corner = self._own, (self._box.i0, self._box.j0)
         window, states = np.zeros((4, *self._window.shape)), np.zeros(self._window.shape, dtype=np.bool_)
-        corner = self._box.i0, self._box.j0
-        row_fields.by_law(found, slips, friction * pressure, own, corner, window)
-        states[corner[0] + own[:, 0], corner[1] + own[:, 1]] = slips
+        of_cells = q, s, slip, friction * self.pressure, self.cells, self.held, self.shift
+        row_fields.to_window(*of_cells, own, friction * pressure, corner, window, states)
         return window[:2], window[2:], states
 
     @cached_property

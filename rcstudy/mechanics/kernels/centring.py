@@ -79,6 +79,56 @@ def centre(
 
 
 @jit
+def update_directions(
+    q: np.ndarray,
+    s: np.ndarray,
+    bound: np.ndarray,
+    rho: float,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    share: np.ndarray,
+) -> float:
+    """Directions and shares of slip cells as `tractions.classify` sets them, but from another slip s [m, 2].
+
+    Both stay where q - rho s is zero, which has no direction; states are not changed. Returns the squared norm of
+    q - Proj(q - rho s), Proj being onto the circle, not the disc, in slip cells.
+    """
+    residual = 0.0
+    for m in range(q.shape[0]):
+        tx = q[m, 0] - rho * s[m, 0]
+        ty = q[m, 1] - rho * s[m, 1]
+        size = math.sqrt(tx * tx + ty * ty)
+        if slip[m] and size > 0.0:
+            normal[m, 0] = tx / size
+            normal[m, 1] = ty / size
+            share[m] = min(bound[m] / size, 1.0)
+        if size > 0.0 and (slip[m] or size > bound[m]):
+            tx *= bound[m] / size
+            ty *= bound[m] / size
+        residual += (q[m, 0] - tx) ** 2 + (q[m, 1] - ty) ** 2
+    return residual
+
+
+@jit
+def centre_and_direct(
+    q: np.ndarray,
+    s: np.ndarray,
+    bound: np.ndarray,
+    rho: float,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    share: np.ndarray,
+    neighbours: np.ndarray,
+    local: np.ndarray,
+    weight: np.ndarray,
+    out: np.ndarray,
+) -> float:
+    """`centre`, then `update_directions` by the centred slips out [m, 2]; returns what the latter does."""
+    centre(s, slip, neighbours, local, weight, out)
+    return update_directions(q, out, bound, rho, slip, normal, share)
+
+
+@jit
 def local_slip(
     pressure: np.ndarray,
     index: np.ndarray,

@@ -87,3 +87,34 @@ def by_law(
         for k in range(2):
             out[k, i, j] = found[m, k] / scale * bound[m]
             out[2 + k, i, j] = -found[m, k] / scale * speed
+
+
+@jit
+def to_window(
+    q: np.ndarray,
+    s: np.ndarray,
+    slip: np.ndarray,
+    bound: np.ndarray,
+    cells: np.ndarray,
+    held: np.ndarray,
+    shift: np.ndarray,
+    own: np.ndarray,
+    own_bound: np.ndarray,
+    corner: tuple[int, int],
+    out: np.ndarray,
+    states: np.ndarray,
+) -> None:
+    """Tractions and slips, out [4, nx, ny], and slip flags states [nx, ny] of the window's own cells in contact.
+
+    By `on_box` (q, s, slip, bound, cells), `to_centres` (held, shift, and own [n, 2] for cells) and `by_law` (own_bound
+    [n] for bound, corner).
+    """
+    values, flags = np.zeros((4, *held.shape)), np.zeros(held.shape, dtype=np.bool_)
+    on_box(q, s, slip, bound, cells, values, flags)
+    n = own.shape[0]
+    found, nearest, slips = np.zeros((n, 4)), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_)
+    to_centres(values, held, shift, own, found, nearest)
+    for m in range(n):
+        slips[m] = flags[nearest[m], own[m, 1]]
+        states[own[m, 0] + corner[0], own[m, 1] + corner[1]] = slips[m]
+    by_law(found, slips, own_bound, own, corner, out)

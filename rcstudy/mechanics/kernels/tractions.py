@@ -203,37 +203,6 @@ def gather_centred_slip(
 
 
 @jit
-def update_directions(
-    q: np.ndarray,
-    s: np.ndarray,
-    bound: np.ndarray,
-    rho: float,
-    slip: np.ndarray,
-    normal: np.ndarray,
-    share: np.ndarray,
-) -> float:
-    """Directions and shares of slip cells as `classify` sets them, from another slip s [m, 2]; states are unchanged.
-
-    So are both where q - rho s is zero, which has no direction. Returns the squared norm of q - Proj(q - rho s), Proj
-    being onto the circle, not the disc, in slip cells.
-    """
-    residual = 0.0
-    for m in range(q.shape[0]):
-        tx = q[m, 0] - rho * s[m, 0]
-        ty = q[m, 1] - rho * s[m, 1]
-        size = math.sqrt(tx * tx + ty * ty)
-        if slip[m] and size > 0.0:
-            normal[m, 0] = tx / size
-            normal[m, 1] = ty / size
-            share[m] = min(bound[m] / size, 1.0)
-        if size > 0.0 and (slip[m] or size > bound[m]):
-            tx *= bound[m] / size
-            ty *= bound[m] / size
-        residual += (q[m, 0] - tx) ** 2 + (q[m, 1] - ty) ** 2
-    return residual
-
-
-@jit
 def slip_damping(share: np.ndarray, slip: np.ndarray, coupling: float, damping: np.ndarray, root: np.ndarray) -> float:
     """Factor damping [m] by which displacements pass slip cells, and root [m] of their share c; returns the largest c.
 
