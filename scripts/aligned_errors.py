@@ -50,6 +50,16 @@ def scalars(
     return found
 
 
+def rolling_groups(study: Path) -> list[list[Scene]]:
+    """The rolling cases of a study that are solved by Newton's method, those of one normal problem together."""
+    found = []
+    for cases in expand(load_study(study)).groups():
+        scenes = [case.scene for case in cases if case.scene.creepage is not None and case.scene.method == "newton"]
+        if scenes:
+            found.append(scenes)
+    return found
+
+
 def main() -> None:
     """Run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -59,11 +69,7 @@ def main() -> None:
     parser.add_argument("--study", type=Path, default=Path(__file__).resolve().parents[1] / "configs" / "paper.yaml")
     parser.add_argument("--discretisation", default="aligned", choices=["aligned", "kalker"])
     options = parser.parse_args()
-    groups = []
-    for cases in expand(load_study(options.study)).groups():
-        scenes = [case.scene for case in cases if case.scene.creepage is not None and case.scene.method == "newton"]
-        if scenes:
-            groups.append(scenes)
+    groups = rolling_groups(options.study)
     reference = scalars(groups, options.reference)
     factors = 1.0 + np.linspace(-WIDEST, WIDEST, options.places) if options.places > 1 else np.ones(1)
     print(f"{len(reference)} cases, against {options.reference} cells; errors: median / 90 % / worst, %")

@@ -43,6 +43,7 @@ os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
 import numpy as np
 import pyfftw
 import scipy.fft
+from aligned_errors import rolling_groups
 
 from rcstudy import provenance, sweep
 from rcstudy.cases import expand
@@ -54,6 +55,7 @@ from rcstudy.study import load_study
 
 solve = importlib.import_module("rcstudy.solve")  # the package's own `solve` is a function
 ROOT = Path(__file__).resolve().parent.parent
+PAPER = ROOT / "configs" / "paper.yaml"
 STEEL = Material(210000.0, 0.3)
 CONTACT_UNITS = {64: 270.0, 128: 277.0, 256: 412.0, 512: 630.0}
 TARGETS = {64: 9.0, 128: 14.0, 256: 25.0, 512: 40.0}
@@ -395,24 +397,14 @@ def part_c(options: argparse.Namespace) -> Any:
     return found
 
 
-def rolling_groups() -> list[list[Scene]]:
-    """The paper's rolling cases solved by Newton's method, those of one normal problem together."""
-    found = []
-    for cases in expand(load_study(ROOT / "configs" / "paper.yaml")).groups():
-        scenes = [c.scene for c in cases if c.scene.creepage is not None and c.scene.method == "newton"]
-        if scenes:
-            found.append(scenes)
-    return found
-
-
 def part_d(options: argparse.Namespace) -> Any:
     """The paper's layered cases, and all of its rolling ones on finer meshes."""
-    study = load_study(ROOT / "configs" / "paper.yaml")
+    study = load_study(PAPER)
     wanted = {"figure_7", "figure_8", "figure_9", "figure_10"}
     layered = []  # scenes, those of one normal problem together
     for cases in expand(study).groups():
         layered.append([replace(c.scene, tolerance=Tolerance(1e-6, 1e-6)) for c in cases if c.grid in wanted])
-    rolling = rolling_groups()
+    rolling = rolling_groups(PAPER)
     print(f"## d. The paper's {sum(map(len, layered))} layered cases, tolerances 1e-6\n")
     for scenes in layered:
         list(solve.solve_group(scenes))
@@ -595,7 +587,7 @@ def part_g(options: argparse.Namespace) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "paper.nc"
         for k in range(4):
-            wall = sweep_command(ROOT / "configs" / "paper.yaml", cube)
+            wall = sweep_command(PAPER, cube)
             if k == 0:
                 continue  # warms the disk and the compiled kernels
             walls.append(wall)
@@ -617,7 +609,7 @@ def part_g(options: argparse.Namespace) -> Any:
 
 def part_h(options: argparse.Namespace) -> Any:
     """What aligned cells cost, the paper's rolling cases."""
-    groups, discretisations = rolling_groups(), get_args(Discretisation)
+    groups, discretisations = rolling_groups(PAPER), get_args(Discretisation)
     number = sum(map(len, groups))
     print(f"## h. Aligned cells against kalker, the paper's {number} rolling cases\n")
     print("Least times; either comes first in turn. Ratios: of least times, and the median of those of one turn.\n")

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal
-from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, for_pressure, for_tractions
+from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, for_pressure, for_tractions, wave_numbers
 from rcstudy.mechanics.kernels import rows
 from rcstudy.mechanics.layered import frequency_response
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Layer, Mesh, Scene
@@ -72,7 +72,7 @@ def test_half_line_by_quadrature(name: str, spacing: float, tractions: bool) -> 
     near = quad(lambda t: log_b(t) / (4.0 * math.sin(0.5 * t) ** 2) - log_g(t) / t**2, small, math.pi, epsabs=1e-7)[0]
     near += small * (log_b(small) / (4.0 * math.sin(0.5 * small) ** 2) - log_g(small) / small**2)
     far = quad(lambda s: log_g(math.pi / s) / math.pi, 0.0, 1.0, epsabs=1e-8)[0]
-    line = (for_tractions if tractions else for_pressure)(bodies, spacing)
+    line = (for_tractions if tractions else for_pressure)(bodies(wave_numbers(spacing)))
     expected = (
         c[1],
         c[2] + 0.5 * c[1] ** 2,
@@ -84,9 +84,9 @@ def test_half_line_by_quadrature(name: str, spacing: float, tractions: bool) -> 
 
 def test_a_half_space_has_the_numbers_of_point_sources() -> None:
     """Cells of tractions are those, and half of 1/24 is what pressures are too concentrated by."""
-    np.testing.assert_allclose(for_tractions(lambda k: 3.0 / k, 0.2)[:4], [0.0, 0.0, 1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(for_tractions(3.0 / wave_numbers(0.2))[:4], [0.0, 0.0, 1.0, 0.0], atol=1e-12)
     assert OF_NO_LAYERS[:4] == (0.0, 0.0, 1.0, 0.0)
-    assert for_pressure(lambda k: 3.0 / k, 0.2) == pytest.approx(HALF_SPACE, abs=1e-12)
+    assert for_pressure(3.0 / wave_numbers(0.2)) == pytest.approx(HALF_SPACE, abs=1e-12)
     assert HALF_SPACE.excess == pytest.approx(1.0 / 48.0, rel=0.1)
 
 
@@ -94,7 +94,8 @@ def test_a_half_space_has_the_numbers_of_point_sources() -> None:
 def test_a_layer_much_thinner_than_a_cell_moves_the_edge(ratio: float) -> None:
     """By its thickness times a number that does not depend on it, out if it is soft, but for a logarithm."""
     shifts = [
-        for_pressure(responses((Layer(ratio * STEEL.E, 0.3, h),)), 1.0).shift - HALF_SPACE.shift for h in (1e-3, 1e-4)
+        for_pressure(responses((Layer(ratio * STEEL.E, 0.3, h),))(wave_numbers(1.0))).shift - HALF_SPACE.shift
+        for h in (1e-3, 1e-4)
     ]
     assert math.copysign(1.0, shifts[0]) == math.copysign(1.0, 1.0 - ratio)
     assert 5.0 < shifts[0] / shifts[1] < 10.0
@@ -169,11 +170,11 @@ def test_edges_of_strips_on_layers(modulus: float, thickness: float) -> None:
         return np.asarray(frequency_response(substrate, layers, k)[0] / far)
 
     x, p = strip(response, 9.0, 0.2, cells=8)
-    exact = edge_of(x, p, for_pressure(response, 0.125))
+    exact = edge_of(x, p, for_pressure(response(wave_numbers(0.125))))
     off, as_half_space = [], []
     for offset in (-0.4, -0.1, 0.25, 0.45):
         x, p = strip(response, 9.0, offset)
-        off.append(edge_of(x, p, for_pressure(response, 1.0)) - exact)
+        off.append(edge_of(x, p, for_pressure(response(wave_numbers(1.0)))) - exact)
         as_half_space.append(edge_of(x, p, HALF_SPACE) - exact)
     assert np.abs(off).max() < 0.012
     assert np.abs(off).max() < np.abs(as_half_space).max()

@@ -22,6 +22,9 @@ import numpy as np
 from rcstudy.mechanics.kernels import centring as kernel
 from rcstudy.mechanics.patience import Patience
 
+Law = tuple[np.ndarray, float, np.ndarray, np.ndarray, np.ndarray]
+"""Bounds [m] (MPa), rho (MPa), slip flags [m], directions [m, 2] and shares [m] of cells, see `rolling.py`."""
+
 _PATIENCE = 4  # updates in a row, none of which halves the least residual, after which the correction is frozen
 
 
@@ -50,23 +53,14 @@ class Centring:
         kernel.centre(s, slip, self.neighbours, self._local, self.weight, centred)
         return centred
 
-    def update_with_law(
-        self,
-        q: np.ndarray,
-        s: np.ndarray,
-        bound: np.ndarray,
-        rho: float,
-        slip: np.ndarray,
-        normal: np.ndarray,
-        share: np.ndarray,
-    ) -> tuple[np.ndarray, float]:
-        """`update`, and directions and shares of slip cells by the result (`kernels/centring.update_directions`).
+    def update_with_law(self, q: np.ndarray, s: np.ndarray, of_law: Law) -> tuple[np.ndarray, float]:
+        """`update`, and directions and shares of slip cells by the result, in place in `of_law`.
 
-        Returns the slips, and the squared residual of Coulomb's law.
+        Returns the slips, and the squared residual of Coulomb's law for tractions `q` [m, 2] (MPa).
         """
         centred = np.empty(s.shape)
         of_cells = self.neighbours, self._local, self.weight
-        return centred, kernel.centre_and_direct(q, s, bound, rho, slip, normal, share, *of_cells, centred)
+        return centred, kernel.centre_and_direct(q, s, *of_law, *of_cells, centred)
 
     def freeze_if_stalled(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
         """Freeze the correction `centred` - `s` if `residual` and those before it show that updates do not help."""

@@ -51,7 +51,6 @@ sources on a half-space in this case, so that B is the ratio of A with and witho
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -104,30 +103,30 @@ _WAVES = np.concatenate(([_LONG], np.abs(_K).ravel(), _FAR, [math.pi * 2.0**_FAR
 _OF_CONTACTS = int(np.argmin(np.abs(_T - 0.25)))  # the wave that represents contacts some ten cells wide
 
 
-def for_pressure(response: Callable[[np.ndarray], np.ndarray], spacing: float) -> HalfLine:
-    """The half-line of pressures in cells of length `spacing` (mm).
+def wave_numbers(spacing: float) -> np.ndarray:
+    """Wave numbers [n] (1/mm) at which half-lines of cells of length `spacing` (mm) need the bodies' responses."""
+    return _WAVES / spacing
 
-    `response`: frequency response of u_z to pressure (mm/MPa) at wave numbers [n] (1/mm).
+
+def for_pressure(response: np.ndarray) -> HalfLine:
+    """The half-line of pressures; `response` [n]: of u_z to pressure (mm/MPa) at the cells' `wave_numbers`."""
+    return _half_line(response, 1.0 / _SIN, -0.25)
+
+
+def for_tractions(response: np.ndarray) -> HalfLine:
+    """The half-line of tractions in aligned cells; without layers it is `OF_NO_LAYERS`.
+
+    `response` [n]: of displacements to tractions in their direction (mm/MPa) at the cells' `wave_numbers`.
     """
-    return _half_line(response, spacing, 1.0 / _SIN, -0.25)
+    return _half_line(response, _OF_HALF_SPACE, 0.0)
 
 
-def for_tractions(response: Callable[[np.ndarray], np.ndarray], spacing: float) -> HalfLine:
-    """The half-line of tractions in aligned cells of length `spacing` (mm); without layers it is `OF_NO_LAYERS`.
-
-    `response`: frequency response of displacements to tractions in their direction (mm/MPa), as for `for_pressure`.
-    """
-    return _half_line(response, spacing, _OF_HALF_SPACE, 0.0)
-
-
-def _half_line(
-    response: Callable[[np.ndarray], np.ndarray], spacing: float, point_sources: np.ndarray, shift: float
-) -> HalfLine:
-    """The half-line of cells of length `spacing` (mm) with the frequency response `response`.
+def _half_line(response: np.ndarray, point_sources: np.ndarray, shift: float) -> HalfLine:
+    """The half-line with the frequency response `response` [n] at the cells' `wave_numbers`.
 
     B is A divided by `point_sources` [n], the response of the reference at the nodes `_T`; `shift`: its own shift.
     """
-    g = _WAVES * response(_WAVES / spacing)
+    g = _WAVES * response
     g /= g[0]
     near, far = g[1 : 1 + _K.size].reshape(_K.shape), g[1 + _K.size : -1]
     own = near[:, _ALIASES]
@@ -141,7 +140,7 @@ def _half_line(
     return HalfLine(c1, c2 + 0.5 * c1 * c1, math.exp(-0.5 * c0), shift - (below - beyond) / math.pi, excess)
 
 
-HALF_SPACE = for_pressure(lambda k: 1.0 / k, 1.0)
+HALF_SPACE = for_pressure(1.0 / wave_numbers(1.0))
 """The half-line of pressures on bodies without layers."""
 
 OF_NO_LAYERS = HalfLine(0.0, 0.0, 1.0, 0.0, 0.0)

@@ -27,7 +27,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from rcstudy.mechanics.convolution import good_length
-from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, HalfLine, for_pressure, for_tractions
+from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, HalfLine, for_pressure, for_tractions, wave_numbers
 from rcstudy.mechanics.hankel import hankel_transforms, running_integral
 from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
@@ -148,25 +148,17 @@ class Influence:
         """Discrete half-line of pressures, for an edge across cells of length `side` (mm)."""
         if not self.layered:
             return HALF_SPACE
-        return self._known(("half-line", side), lambda: for_pressure(lambda k: self._in_plane(k, side)[0], side))
+        return self._known(("half-line", side), lambda: for_pressure(self._of_half_lines(side)[0]))
 
     def half_line_of_tractions(self, side: float) -> HalfLine:
         """Discrete half-line of tractions normal to a stick-slip border, in aligned cells of length `side` (mm)."""
         if not self.layered:
             return OF_NO_LAYERS
-        return self._known(("border", side), lambda: for_tractions(lambda k: self._in_plane(k, side)[1], side))
+        return self._known(("border", side), lambda: for_tractions(self._of_half_lines(side)[2]))
 
-    def _in_plane(self, alpha: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray]:
-        """Frequency responses [n] to pressure and to tractions along waves, made once for both half-lines.
-
-        `alpha` [n]: the wave numbers (1/mm) of the half-lines for cells of length `side` (mm).
-        """
-
-        def made() -> tuple[np.ndarray, np.ndarray]:
-            normal, _, along, _ = self._responses(alpha)
-            return normal, along
-
-        return self._known(("in plane", side), made)
+    def _of_half_lines(self, side: float) -> np.ndarray:
+        """`_responses` [4, n], made once for both half-lines of cells of length `side` (mm)."""
+        return self._known(("of half-lines", side), lambda: self._responses(wave_numbers(side)))
 
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """Result of `make` (for instance symbols on some box), computed at the first call with `key` and cached.

@@ -163,7 +163,7 @@ class NewtonSystem:
         of_law = self.bound, self.rho, self.slip, self.normal, self.share
         self._slipping, miss, square = tractions.classify(q, self.lawful, *of_law)
         if centring is not None:
-            self.lawful, miss = centring.update_with_law(q, s, *of_law)
+            self.lawful, miss = centring.update_with_law(q, s, of_law)
         operator = self.operator
         coupling = operator.diagonal * operator.spacing[0] / operator.own_displacement
         largest = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
