@@ -158,9 +158,21 @@ def test_rows_that_stick_to_their_end(seed: int) -> None:
     stick.ending_rows(index, counts, ends, x, y, q, slip, pressure, 0.3, 0.1, THETA, found)
     for j, row, length, amplitude, width in endings(index, ends, q, slip, pressure, 0.3):
         expected[j] = width
-        force = 0.5 * np.pi * amplitude * (length - row.size - 0.5 * width) / np.sqrt(length)
-        lever = x[row[0]] + (THETA - 1.5 * length) * 0.1
+        reach = max(length - 0.5 * width, 0.0)
+        of_slip = amplitude * math.gamma(row.size) / math.gamma(row.size + 0.5)
+        force = 0.5 * np.pi * of_slip * (reach - row.size)
+        lever = x[row[0]] + (THETA - 0.75 * (reach + row.size)) * 0.1
         total += force[0], force[1], lever * force[1] - y[row[0]] * force[0]
     assert 0 < np.isnan(expected).sum() < 9
     np.testing.assert_allclose(widths, expected, rtol=1e-12)
     np.testing.assert_allclose(found, total, rtol=1e-11)
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e-3, 0.03])
+def test_a_row_of_next_to_no_length_carries_next_to_nothing(length: float) -> None:
+    """At the sides of a contact: what its one cell carries is taken off, and no more."""
+    one, q = np.zeros((1, 1), dtype=np.int64), np.array([[0.2, -0.1]])
+    of_row = one, np.ones(1, dtype=np.int64), np.array([[0.0], [length]]), np.zeros(1), np.zeros(1)
+    found = np.zeros(3)
+    stick.ending_rows(*of_row, q, np.zeros(1, dtype=np.bool_), np.ones(1), 0.3, 0.1, THETA, found)
+    np.testing.assert_allclose(found[:2], -q[0], rtol=length + 1e-12)

@@ -4,23 +4,24 @@ At small creepage the bodies stick nearly up to the trailing edge. At a distance
 A r^(-1/2) until they reach the bound mu K r^(1/2). A zone of width w slips there, which no cell shows if it is narrower
 than one.
 
-- Row of cells. Under constant slip, imposed half a cell ahead of each, the k point sources of a row have the same sum
-  as a strip that begins 3/4 of a cell ahead of the first one and ends 1/4 behind the last one (as a vortex lattice has
-  the lift of the plate). That strip is k cells long, while the row is L. The last source is A Gamma(1/2)/Gamma(1), so
-  A = q/pi^(1/2).
+- Row of cells. Under constant slip, imposed half a cell ahead of each, the k point sources of a row are
+  c Gamma(j + 3/2)/j! Gamma(k - j - 1/2)/(k - j - 1)!, j = 0, 1, ... from the leading one. Their sum is pi/2 c k
+  (Vandermonde), that of a strip that begins 3/4 of a cell ahead of the first one and ends 1/4 behind the last one (as a
+  vortex lattice has the lift of the plate). That strip is k cells long, while the row is L. The last source is
+  q = pi^(1/2) c Gamma(k + 1/2)/Gamma(k), about pi^(1/2) A with A = c k^(1/2).
 - Slip zone. Tractions in stick are bounded at its border r = w, and equal to mu K r^(1/2) behind it. Ahead of it
   (1/pi) (r - w)^(1/2) int_0^w mu K t^(1/2) (w - t)^(-1/2)/(r - t) dt = (mu K w/2) r^(-1/2) (1 + w/(4 r) + ...).
   So w = 2 A/(mu K), with Hertz's K = 2 max(p)/L^(1/2), and the tractions are those of a strip w/2 shorter that sticks
   everywhere.
-- Correction. A strip that sticks everywhere has tractions A (s/L)^(1/2) (L - s)^(-1/2), s behind the leading edge. At
-  the same slip (A/L^(1/2) fixed) their sum is proportional to L and their moment about the leading edge to L^2. So
-  moving the trailing end back by e adds
+- Correction. A strip of length L that sticks everywhere has tractions c (s/(L - s))^(1/2), s behind the leading edge.
+  At the same slip (c fixed) their sum is pi/2 c L and their moment about the leading edge 3/8 pi c L^2. So the row
+  lacks
 
-      pi/2 A e/L^(1/2),   e = L - k - w/2 (in cells),
+      pi/2 c (L' - k),   L' = L - w/2 (in cells),
 
-  which acts 3/2 L behind the leading edge: tractions ahead fall, and more is added at the end. In contacts it is
+  which acts 3/4 (L' + k) behind the leading edge: tractions ahead fall, and more is added at the end. In contacts it is
   multiplied by `_IN_CONTACTS`, as their tractions in stick are larger than those of strips (1.25 times in round ones,
-  Kalker 1967).
+  Kalker 1967). c is that of the row of k cells, not of L: at the sides of a contact L may be next to nothing.
 
 The border of the slip zone is placed at r = w as long as w is below `NARROW`. Wider zones are found from the room
 mu p - |q| that the last cells leave.

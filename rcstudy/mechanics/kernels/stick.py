@@ -263,10 +263,12 @@ def ending_rows(
     for j in range(count.size):
         if math.isnan(widths[j]):
             continue
-        leading, last = index[0, j], index[count[j] - 1, j]
-        length = ends[1, j] - ends[0, j]
-        part = 0.5 * math.sqrt(math.pi / length) * (length - count[j] - 0.5 * widths[j])
-        lever = x[leading] + (theta - 1.5 * length) * dx
+        k = count[j]
+        leading, last = index[0, j], index[k - 1, j]
+        length = max(ends[1, j] - ends[0, j] - 0.5 * widths[j], 0.0)
+        over_root = math.exp(math.lgamma(k) - math.lgamma(k + 0.5))  # of k, about
+        part = 0.5 * math.sqrt(math.pi) * over_root * (length - k)
+        lever = x[leading] + (theta - 0.75 * (length + k)) * dx
         out[0] += part * q[last, 0]
         out[1] += part * q[last, 1]
         out[2] += part * (lever * q[last, 1] - y[leading] * q[last, 0])
