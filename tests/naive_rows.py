@@ -429,17 +429,19 @@ def slip_widths(
     ends: np.ndarray,
     slopes: np.ndarray,
     leading_slips: np.ndarray,
+    in_parts: np.ndarray,
     aspect: float,
     bow: float,
 ) -> np.ndarray | None:
     """Widths [ny] of the slip zone behind the stick zone's rows, or None.
 
-    border [ny]: of each row, nan where nothing slips behind; leading_slips [ny]: flags; the others as of the kernel.
+    border [ny]: of each row, nan where nothing slips behind; leading_slips, in_parts [ny]: flags of rows; the others as
+    of the kernel.
     """
     chords = ends[1] - ends[0]
     stuck = np.flatnonzero((length > 0.0) & (np.nan_to_num(chords) > 3.0))
     whole = len(stuck) >= 5 and np.ptp(stuck) == len(stuck) - 1
-    if not whole or leading_slips[stuck].any() or length[stuck].max() < 2.0:
+    if not whole or leading_slips[stuck].any() or in_parts.any() or length[stuck].max() < 2.0:
         return None
     found = np.nan_to_num(border[stuck] - ends[0, stuck])
     rates = np.gradient(found)

@@ -176,16 +176,23 @@ def contact(seed: int) -> dict[str, np.ndarray]:
     width = rng.uniform(0.5, 6.0) * (1.0 - 0.3 * y**2 + rng.uniform(-0.5, 0.5) * y) + rng.normal(0.0, 0.02, ny)
     length = np.nan_to_num(np.maximum(ends[1] - ends[0] - width, 0.0))
     border = np.where((length > 0.0) & (rng.random(ny) > 0.1), ends[0] + width, np.nan)
-    return {"border": border, "length": length, "ends": ends, "slopes": slopes, "leading_slips": length == 0.0}
+    flags = {"leading_slips": length == 0.0, "in_parts": np.zeros(ny, dtype=np.bool_)}
+    return {"border": border, "length": length, "ends": ends, "slopes": slopes} | flags
 
 
 def numbered(rows: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Borders, from the last row on, and their numbers in rows; slip flags of cells, and numbers of leading ones."""
+    """Borders, from the last row on, and their numbers in rows; slip flags of cells, and numbers of leading ones.
+
+    Rows in parts have one border more.
+    """
     border, slips = rows["border"], rows["leading_slips"]
     ny = border.size
-    with_border = np.flatnonzero(~np.isnan(border))[::-1]
+    with_border = np.flatnonzero(~np.isnan(border) | rows["in_parts"])[::-1]
     last = np.full(ny, -1)
     last[with_border] = np.arange(with_border.size)
+    last[np.isnan(border)] = -1
+    more = np.flatnonzero(rows["in_parts"] & ~np.isnan(border))
+    with_border = np.concatenate([with_border, more])
     leading = np.random.default_rng(0).permutation(ny)
     slip = np.zeros(ny, dtype=np.bool_)
     slip[leading] = slips
@@ -210,6 +217,8 @@ def test_slip_widths(seed: int) -> None:
         of_rows["length"][rng.choice(stuck)] = 0.0
     if seed % 8 == 6:
         of_rows["leading_slips"][rng.choice(stuck)] = True
+    if seed % 8 == 4:
+        of_rows["in_parts"][rng.choice(stuck)] = True
     if seed % 8 == 7:
         of_rows["length"] *= 1.9 / of_rows["length"].max()
     aspect, bow = rng.uniform(0.5, 2.0), rng.uniform(-0.02, 0.02)

@@ -57,7 +57,7 @@ class SlipZones:
         if not slip.any():
             dx, dy = outline.spacing
             return min(float(np.nansum(widths)) * dx * dy, outline.within), peak
-        area = self._area_behind((borders, last, length), slip, backwards / friction)
+        area = self._area_behind((borders[:found], last, length), slip, backwards / friction)
         return self._area_around(length) if area is None else area, peak
 
     @cached_property

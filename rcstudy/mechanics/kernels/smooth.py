@@ -214,6 +214,10 @@ def slip_widths(
     first, end = stick_range(length, ends, slip, leading)
     if end < first:
         return False
+    for n in range(borders.shape[0]):
+        j = int(borders[n, 1])
+        if first <= j <= end and last[j] != n:  # a row that does not stick in one piece
+            return False
     ny = length.size
     found, value, weight = np.zeros((3, ny))
     half_chord = 0.0
