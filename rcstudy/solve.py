@@ -192,6 +192,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         least_slip=least_over_largest(rolling.s[contact.carrying]),
         slip_shown=bool(rolling.slip.any()),
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),
+        by_pressure=abs(contact.influence.slip_under_pressure) * contact.pressure_max,
     )
     if not scene.is_coupled:
         return hidden

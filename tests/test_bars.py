@@ -90,6 +90,24 @@ def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float])
         assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
 
 
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_estimate_of_power_on_slip_by_pressure(discretisation: Any) -> None:
+    """`kalker`: half of it counts like creepage; `aligned`: a part, in quadrature. No other bar knows of it."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.02), counterbody=None, discretisation=discretisation)
+    scalars = {"force_x": -40.0, "force_y": 0.0, "moment_z": 0.0, "friction_power": 0.2}
+    plain, found = (
+        error_estimates(scene, 314, [MIDDLING | scalars] * 2, hidden)
+        for hidden in (Hidden(), Hidden(by_pressure=0.002))
+    )
+    before, after = (bars.pop("friction_power_error") for bars in (plain, found))
+    if discretisation == "kalker":
+        assert after == pytest.approx(before * (0.02 + 0.5 * 0.002) / 0.02, rel=1e-12)
+    else:
+        own = scene.friction * scene.load * 0.002 * 0.04 * (np.pi / 314) ** 0.75
+        assert after == pytest.approx(np.hypot(own, before), rel=1e-12)
+    assert found == plain
+
+
 def test_skins_hide_more_than_soft_layers_do() -> None:
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=None, counterbody=None, discretisation="aligned")
     plain, soft, stiff = (
