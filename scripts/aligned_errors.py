@@ -1,11 +1,12 @@
 """Errors of the `aligned` discretisation over the paper's rolling cases.
 
 Usage: python scripts/aligned_errors.py [--cells 80 160] [--reference 1024] [--places 1] [--study configs/paper.yaml]
-[--discretisation aligned]; the table of docs/mechanics.md is made with `--reference 2048`. The reference is always
-aligned. Prints, as a table in Markdown, errors of scalars against many more cells (median / 90 % / worst, in per cent
-of each scalar) and how many cases are beyond 0.5 and 0.2 %. On a single mesh the errors partly depend on chance: on
-where the borders of the contact and of the stick zone lie between cells. `--places 25` therefore takes that many
-meshes, of windows up to 6 % smaller and larger, and gives the number of cases per mesh.
+[--discretisation aligned] [--per-radius]; the table of docs/mechanics.md is made with `--reference 2048`. The reference
+is always aligned. Prints, as a table in Markdown, errors of scalars against many more cells (median / 90 % / worst, in
+per cent of each scalar) and how many cases are beyond 0.5 and 0.2 %. On a single mesh the errors partly depend on
+chance: on where the borders of the contact and of the stick zone lie between cells. `--places 25` therefore takes that
+many meshes, of windows up to 6 % smaller and larger, and gives the number of cases per mesh. `--per-radius` takes the
+numbers of cells per radius of each case's own contact, not per window.
 """
 
 from __future__ import annotations
@@ -31,23 +32,39 @@ NIL = 1e-5  # of the largest of all cases: less is zero by symmetry, up to the t
 
 def scalars(
     groups: Iterable[Sequence[Scene]],
-    cells: int,
-    wider: float = 1.0,
+    meshes: Iterable[Mesh],
     discretisation: Literal["aligned", "kalker"] = "aligned",
 ) -> list[dict[str, float]]:
-    """Scalars of each scene on `cells` x `cells` cells, its window `wider` times as wide.
+    """Scalars of each scene, those of each group on its mesh.
 
     groups: scenes of one normal problem each, solved together.
     """
     found = []
-    for group in groups:
-        x, y = group[0].mesh.size
-        mesh = Mesh((x * wider, y * wider), (cells, cells))
+    for group, mesh in zip(groups, meshes, strict=True):
         for result in solve_group([replace(scene, mesh=mesh, discretisation=discretisation) for scene in group]):
             if result.status != Status.SOLVED:
-                raise SystemExit(f"not solved, on {cells} cells: {result.reason}")
+                raise SystemExit(f"not solved, on {mesh.cells[0]} cells: {result.reason}")
             found.append(result.scalars)
     return found
+
+
+def windows(groups: Iterable[Sequence[Scene]], cells: int, wider: float = 1.0) -> list[Mesh]:
+    """For each group `cells` x `cells` cells, on its own window made `wider` times as wide."""
+    sizes = (group[0].mesh.size for group in groups)
+    return [Mesh((x * wider, y * wider), (cells, cells)) for x, y in sizes]
+
+
+def of_radius(groups: Sequence[Sequence[Scene]], cells: int, radii: Sequence[float], wider: float = 1.0) -> list[Mesh]:
+    """For each group square cells, `cells` of them in its radius if `wider` is 1, on about its own window.
+
+    radii: of the groups' contacts, mm.
+    """
+    meshes = []
+    for group, radius in zip(groups, radii, strict=True):
+        width = radius / cells * wider
+        x, y = (round(length / width) for length in group[0].mesh.size)
+        meshes.append(Mesh((x * width, y * width), (x, y)))
+    return meshes
 
 
 def rolling_groups(study: Path) -> list[list[Scene]]:
@@ -68,14 +85,20 @@ def main() -> None:
     parser.add_argument("--places", type=int, default=1)
     parser.add_argument("--study", type=Path, default=Path(__file__).resolve().parents[1] / "configs" / "paper.yaml")
     parser.add_argument("--discretisation", default="aligned", choices=["aligned", "kalker"])
+    parser.add_argument("--per-radius", action="store_true")
     options = parser.parse_args()
     groups = rolling_groups(options.study)
-    reference = scalars(groups, options.reference)
+    reference = scalars(groups, windows(groups, options.reference))
+    firsts = np.cumsum([0, *map(len, groups)])[:-1]
+    radii = [reference[first]["contact_radius"] for first in firsts]
     factors = 1.0 + np.linspace(-WIDEST, WIDEST, options.places) if options.places > 1 else np.ones(1)
     print(f"{len(reference)} cases, against {options.reference} cells; errors: median / 90 % / worst, %")
     for cells in options.cells:
-        found = [scalars(groups, cells, wider, options.discretisation) for wider in factors]
-        print(f"\n## {cells} cells, {len(factors)} meshes\n")
+        found = []
+        for wider in factors:
+            meshes = of_radius(groups, cells, radii, wider) if options.per_radius else windows(groups, cells, wider)
+            found.append(scalars(groups, meshes, options.discretisation))
+        print(f"\n## {cells} cells{' per radius' * options.per_radius}, {len(factors)} meshes\n")
         print("| scalar | errors | rms | " + " | ".join(f"cases beyond {bar} %" for bar in BARS) + " |")
         print("| --- " * (3 + len(BARS)) + "|")
         for name in ESTIMATED:
