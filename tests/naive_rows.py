@@ -430,13 +430,14 @@ def slip_widths(
     slopes: np.ndarray,
     leading_slips: np.ndarray,
     in_parts: np.ndarray,
+    hidden: np.ndarray,
     aspect: float,
     bow: float,
 ) -> np.ndarray | None:
     """Widths [ny] of the slip zone behind the stick zone's rows, or None.
 
-    border [ny]: of each row, nan where nothing slips behind; leading_slips, in_parts [ny]: flags of rows; the others as
-    of the kernel.
+    border [ny]: of each row, nan where nothing slips behind; leading_slips, in_parts, hidden [ny]: flags of rows; the
+    others as of the kernel.
     """
     chords = ends[1] - ends[0]
     stuck = np.flatnonzero((length > 0.0) & (np.nan_to_num(chords) > 3.0))
@@ -449,7 +450,8 @@ def slip_widths(
     slope = np.abs(slopes[stuck] + rates)
     back = aspect * slope**2 * (0.15 / (length[stuck] + 4.0) + 0.03 / (np.maximum(found, 0.0) + 1.26))
     back = np.minimum(np.minimum(back, 0.075 * slope), length[stuck])
-    value, noise = found + np.where(np.isnan(border[stuck]), 0.0, bow + back), np.full(len(stuck), 0.023)
+    back = (bow + back) * np.where(hidden[stuck], 0.5, 1.0)
+    value, noise = found + np.where(np.isnan(border[stuck]), 0.0, back), np.full(len(stuck), 0.023)
     for k, of_row in enumerate((None, 0.035, 0.028)):
         for j in (k, len(stuck) - 1 - k):
             if k <= len(stuck) - 1 - k:

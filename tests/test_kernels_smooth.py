@@ -176,7 +176,7 @@ def contact(seed: int) -> dict[str, np.ndarray]:
     width = rng.uniform(0.5, 6.0) * (1.0 - 0.3 * y**2 + rng.uniform(-0.5, 0.5) * y) + rng.normal(0.0, 0.02, ny)
     length = np.nan_to_num(np.maximum(ends[1] - ends[0] - width, 0.0))
     border = np.where((length > 0.0) & (rng.random(ny) > 0.1), ends[0] + width, np.nan)
-    flags = {"leading_slips": length == 0.0, "in_parts": np.zeros(ny, dtype=np.bool_)}
+    flags = {"leading_slips": length == 0.0, "in_parts": np.zeros(ny, dtype=np.bool_), "hidden": rng.random(ny) < 0.3}
     return {"border": border, "length": length, "ends": ends, "slopes": slopes} | flags
 
 
@@ -203,7 +203,7 @@ def widths_of(rows: dict[str, np.ndarray], aspect: float, bow: float) -> np.ndar
     """What the kernel finds."""
     borders, last, slip, leading = numbered(rows)
     widths = np.zeros(last.size)
-    of_rows = borders, last, rows["length"], rows["ends"], rows["slopes"], slip, leading
+    of_rows = borders, last, rows["length"], rows["hidden"], rows["ends"], rows["slopes"], slip, leading
     return widths if smooth.slip_widths(*of_rows, aspect, bow, widths) else None
 
 
@@ -322,7 +322,7 @@ def test_area_behind(seed: int) -> None:
     ends, slopes = of_rows["ends"], of_rows["slopes"]
     chords, tips = np.nan_to_num(ends[1] - ends[0]), np.array([0.3, slopes.size - 1.3])
     borders, last, slip, leading = numbered(of_rows)
-    arguments = borders, last, of_rows["length"], ends, slopes, chords, tips, slip, leading
+    arguments = borders, last, of_rows["length"], of_rows["hidden"], ends, slopes, chords, tips, slip, leading
     found, area = smooth.area_behind(*arguments, 0.8, 0.01)
     expected = naive_rows.slip_widths(*of_rows.values(), 0.8, 0.01)
     if seed == 7:

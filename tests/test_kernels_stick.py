@@ -213,6 +213,24 @@ def test_stick_rows(seed: int) -> None:
     assert borders == expected_borders
 
 
+def test_room_of_last_cells() -> None:
+    """Half of what lies more than half a cell behind their centres; nothing in slip, single cells and full ones."""
+    index, count = np.array([[0, 2, 4, 6, 8], [1, 3, 5, 7, -1]]), np.array([2, 2, 2, 2, 1])
+    start, end = np.array([5.0, 6.0, 5.5, 5.0, 5.0]), np.array([0.9, 0.75, 0.5, 0.9, 0.9])
+    edges = np.array([start - (count - 1) - end, start + 0.7])
+    room, bound, slip = np.linspace(1.0, 2.0, 9), np.linspace(3.0, 4.0, 9), np.zeros(9, dtype=np.bool_)
+    slip[7] = True
+    found = room.copy()
+    stick.lower_room_at_ends(found, slip, bound, index, start, count, edges)
+    r = np.linspace(0.0, 1.4, 200001)  # from the edge of the first row to the front of its last cell
+    behind = np.trapezoid(np.sqrt(r[r <= 0.4]), r[r <= 0.4]) / np.trapezoid(np.sqrt(r), r)
+    expected = room.copy()
+    expected[1] -= 0.5 * behind * bound[1]
+    expected[3] -= 0.5 * 0.2**1.5 * bound[3]
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    np.testing.assert_array_equal(np.delete(found, [1, 3]), np.delete(room, [1, 3]))
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_stick_zone(seed: int) -> None:
     """From tractions and slips: what `stick_rows` makes of rooms and speeds, and of zones hidden behind last cells."""
@@ -230,6 +248,7 @@ def test_stick_zone(seed: int) -> None:
     (room, speed), widths = np.zeros((2, m)), np.zeros(ny)
     expected = stick.rooms_and_speeds(q, s, slip, friction, pressure, room, speed)
     stick.hidden_widths(index, count, ends, q, slip, pressure, friction, widths)
+    stick.lower_room_at_ends(room, slip, friction * pressure, index, start, count, ends)
 
     def empty() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * m, 2))

@@ -57,7 +57,7 @@ class SlipZones:
         if not slip.any():
             dx, dy = outline.spacing
             return min(float(np.nansum(widths)) * dx * dy, outline.within), peak
-        area = self._area_behind((borders[:found], last, length), slip, backwards / friction)
+        area = self._area_behind((borders[:found], last, length, widths < NARROW), slip, backwards / friction)
         return self._area_around(length) if area is None else area, peak
 
     @cached_property
@@ -72,13 +72,13 @@ class SlipZones:
         return numbers
 
     def _area_behind(
-        self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float
+        self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float
     ) -> float | None:
         """Area of the slip zone (mm^2) behind a stick zone in one piece, from its width in each row.
 
-        of_rows: borders, last and length as from `stick.stick_rows`; backwards: the fraction of the slip cells'
-        tractions that points towards -x (`stick.rooms_and_speeds`) over the friction coefficient. None if the outline
-        is not smooth or the stick zone is not of this kind.
+        of_rows: borders, last and length as from `stick.stick_rows`, and whether widths are hidden; backwards: the
+        fraction of the slip cells' tractions that points towards -x (`stick.rooms_and_speeds`) over the friction
+        coefficient. None if the outline is not smooth or the stick zone is not of this kind.
         """
         outline = self._outline
         if outline.smooth is None:

@@ -192,6 +192,7 @@ def slip_widths(
     borders: np.ndarray,
     last: np.ndarray,
     length: np.ndarray,
+    hidden: np.ndarray,
     ends: np.ndarray,
     slopes: np.ndarray,
     slip: np.ndarray,
@@ -202,9 +203,10 @@ def slip_widths(
 ) -> bool:
     """Whether the slip zone's width behind the stick zone can be found in each row; if so it is in widths [ny].
 
-    borders [n, 2], last [ny], length [ny]: as from `stick.stick_rows`; ends, slopes: as from `smooth_ends`; slip,
-    leading: as in `stick_range`; aspect: see `too_far_back`; bow: distance by which borders that run along y are found
-    too far back.
+    borders [n, 2], last [ny], length [ny]: as from `stick.stick_rows`; hidden [ny]: whether a row's width is hidden
+    within a cell; ends, slopes: as from `smooth_ends`; slip, leading: as in `stick_range`; aspect: see `too_far_back`;
+    bow: distance by which borders that run along y are found too far back. Hidden widths are found otherwise (from the
+    edge itself) and get half of these corrections.
 
     Inner rows keep their own width. The outermost rows with stick cells, and those beyond, take theirs from a smooth
     line (`smooth_line`) through the widths of all rows. Its second differences are held to 1/(half chord), its
@@ -234,7 +236,8 @@ def slip_widths(
         slope = slopes[j] + (found[high] - found[low]) / (high - low)
         value[j] = found[j]
         if last[j] >= 0:
-            value[j] += bow + too_far_back(slope, length[j], found[j], aspect)
+            part = 0.5 if hidden[j] else 1.0
+            value[j] += part * (bow + too_far_back(slope, length[j], found[j], aspect))
         weight[j] = noise(length[j], min(j - first, end - j)) ** -2
     for change in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08):
         smooth_line(value, weight, 1.0 / half_chord, change, widths)
@@ -316,6 +319,7 @@ def area_behind(
     borders: np.ndarray,
     last: np.ndarray,
     length: np.ndarray,
+    hidden: np.ndarray,
     ends: np.ndarray,
     slopes: np.ndarray,
     chords: np.ndarray,
@@ -330,6 +334,6 @@ def area_behind(
     Arguments as there. The area is zero if the width is not found.
     """
     widths = np.zeros(slopes.size)
-    if not slip_widths(borders, last, length, ends, slopes, slip, leading, aspect, bow, widths):
+    if not slip_widths(borders, last, length, hidden, ends, slopes, slip, leading, aspect, bow, widths):
         return False, 0.0
     return True, area_of_slip(chords, tips, widths)
