@@ -439,20 +439,42 @@ def test_slip_under_tractions_of_half_spaces():
 
 
 def test_friction_power_takes_slip_by_pressure_at_the_cells_centres():
-    """The mean of those half a cell ahead and behind, looked up cell by cell; the last cell of a row has its own."""
+    """By parabolas inside rows, looked up cell by cell; what both vary by within cells counts besides."""
     scene = steel(window((hertz_of(counterbody=None).a[0],) * 2, (11.0, 11.0)), creepage=SLOPING, counterbody=None)
     contact = AlignedContact(solve_normal(scene))
     rolling = solve_rolling(contact, scene)
     dx, dy = scene.mesh.spacing
     number = {(i, j): m for m, (i, j) in enumerate(contact.cells.tolist())}
+    slips, at_centres = contact.slip_by_pressure, contact._slip_by_pressure_at_centres
     resultant = contact.resultant(rolling, scene.friction)
-    power = -SLOPING.spin * resultant[2]
+    power, inside = -SLOPING.power(*resultant), 0
     for (i, j), m in number.items():
-        behind = number.get((i - 1, j), m)
-        slip = 0.5 * (contact.slip_by_pressure[m] + contact.slip_by_pressure[behind])
-        slip += (SLOPING.longitudinal, SLOPING.lateral)
-        power -= float(rolling.q[m] @ slip) * dx * dy
+        ahead, behind = number.get((i + 1, j)), number.get((i - 1, j))
+        power -= float(rolling.q[m] @ at_centres[m]) * dx * dy
+        if ahead is not None and behind is not None:
+            inside += 1
+            parabola = 0.75 * slips[m] - 0.125 * slips[ahead] + 0.375 * slips[behind]
+            np.testing.assert_allclose(at_centres[m], parabola, atol=1e-12)
+            changes = (rolling.q[ahead] - rolling.q[behind]) @ (at_centres[ahead] - at_centres[behind]) / 4.0
+            power -= (0.3 if rolling.slip[m] else 1.0 / 12.0) * changes * dx * dy
+    assert 60 < inside < len(number)
     assert contact.friction_power(rolling, SLOPING, resultant) == pytest.approx(power, rel=1e-12)
+
+
+@pytest.mark.heavy
+def test_friction_power_on_a_rigid_plane():
+    """Little creepage: the power is mostly that on slip by pressure. It hardly depends on where cells lie.
+
+    With the mean of the slips half a cell ahead and behind, as version 32 had it, it scatters by 0.32 %.
+    """
+    found = []
+    small = steel(Mesh((0.7, 0.7), (28, 28)), creepage=Creepage(2e-4), counterbody=None, discretisation="aligned")
+    fine = solved(replace(small, mesh=Mesh((0.7, 0.7), (240, 240))))
+    for wide in (0.98, 0.99, 1.0, 1.01, 1.02):
+        scene = replace(small, mesh=Mesh((0.7 * wide, 0.7 * wide), (28, 28)))
+        found.append(solved(scene).scalars["friction_power"] / fine.scalars["friction_power"] - 1.0)
+    assert np.std(found) < 0.002
+    assert abs(np.mean(found)) < 0.004
 
 
 def test_moment_of_a_contact_that_slides_and_spins():

@@ -103,7 +103,7 @@ def test_estimate_of_power_on_slip_by_pressure(discretisation: Any) -> None:
     if discretisation == "kalker":
         assert after == pytest.approx(before * (0.02 + 0.5 * 0.002) / 0.02, rel=1e-12)
     else:
-        own = scene.friction * scene.load * 0.002 * 0.04 * (np.pi / 314) ** 0.75
+        own = scene.friction * scene.load * 0.002 * 0.02 * (np.pi / 314) ** 0.75
         assert after == pytest.approx(np.hypot(own, before), rel=1e-12)
     assert found == plain
 

@@ -1023,3 +1023,18 @@ def test_local_slip() -> None:
             direction[:, 0] = kappa * normals[0, j] * normals[:, j]
         np.testing.assert_allclose(out[:2, cells], direction, rtol=1e-14)
     assert (out[3:] == 0.0).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_work_on_slip(seed: int) -> None:
+    """Cell by cell; what varies within a cell by the cells ahead and behind it, where it has both."""
+    rng = np.random.default_rng(seed)
+    rows = [np.arange(first, last) for first, last in ((0, 5), (5, 6), (6, 8), (8, 12))]
+    q, s, slip = *rng.normal(size=(2, 12, 2)), rng.random(12) < 0.5
+    neighbours = np.tile(np.arange(12), (2, 1))
+    expected = float((q * s).sum())
+    for row in rows:
+        neighbours[0, row[1:]], neighbours[1, row[:-1]] = row[:-1], row[1:]
+        for m in row[1:-1]:
+            expected += (0.4 if slip[m] else 0.1) * float((q[m - 1] - q[m + 1]) @ (s[m - 1] - s[m + 1])) / 4.0
+    assert row_cells.work_on_slip(q, slip, s, neighbours, 0.4, 0.1) == pytest.approx(expected, rel=1e-12)

@@ -48,6 +48,21 @@ _MOST = 0.8  # largest part of the local slip that counts
 _BEGINS = 0.12  # slip at which half of the largest part counts, over mu C p
 
 
+def by_pressure_at_centres(s: np.ndarray, rows: MovedRows, influence: Influence, leading: float) -> np.ndarray:
+    """Slips [m, 2] by pressure at the centres of the cells of `rows`, from `s` [m, 2] half a cell ahead of them.
+
+    By parabolas, as in `centring.py`; all of the local part is known, as tractions do not enter. `leading`: as in
+    `local_slip`.
+    """
+    count = rows.pressure.size
+    local, out = np.zeros((5, count)), np.empty(s.shape)
+    local[3] = rows.weighted
+    of_rows = rows.index, rows.count, rows.normals, rows.trailing_normals
+    kernel.local_slip(rows.pressure, *of_rows, influence.slip_under_pressure, leading, local)
+    kernel.centre(s, np.ones(count, dtype=np.bool_), rows.neighbours, local, np.zeros((3, count)), out)
+    return out
+
+
 def local_slip(rows: MovedRows, influence: Influence, friction: float, leading: float) -> np.ndarray:
     """The local slip by pressure on the cells of `rows`, [5, m], as `kernels/centring.centre` needs it.
 

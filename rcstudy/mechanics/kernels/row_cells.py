@@ -155,3 +155,24 @@ def resultant(
                 bend = (n_one - 2.0 * n + n_other) / (dx * dx)
                 moment += 0.5 * bend * bound[m] * levers[m] * spread
     return force_x, force_y, moment
+
+
+@jit
+def work_on_slip(
+    q: np.ndarray, slip: np.ndarray, s: np.ndarray, neighbours: np.ndarray, in_slip: float, in_stick: float
+) -> float:
+    """Sum (MPa) of q.s over all cells, of tractions q [m, 2] (MPa) on slips s [m, 2] at the cells' centres.
+
+    Both vary within a cell: its mean of q.s exceeds the product by the product of their changes over the cell, half the
+    differences between the cells ahead and behind (neighbours [2, m], as from `row_neighbours`), times `in_stick`; in
+    slip [m] (flags) cells times `in_slip`. A row's first and last cell have no such difference.
+    """
+    total = 0.0
+    for m in range(q.shape[0]):
+        total += q[m, 0] * s[m, 0] + q[m, 1] * s[m, 1]
+        ahead, behind = neighbours[0, m], neighbours[1, m]
+        if ahead != m and behind != m:
+            changes = (q[ahead, 0] - q[behind, 0]) * (s[ahead, 0] - s[behind, 0])
+            changes += (q[ahead, 1] - q[behind, 1]) * (s[ahead, 1] - s[behind, 1])
+            total += 0.25 * (in_slip if slip[m] else in_stick) * changes
+    return total
