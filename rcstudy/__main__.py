@@ -47,20 +47,23 @@ def main() -> None:
 def heed_terminations() -> None:
     """Handle SIGTERM (batch systems) and SIGHUP (a terminal that closes) like Ctrl-C, so that no solved case is lost.
 
-    Where they are ignored (`nohup`), or Ctrl-C is (jobs in the background of a script), they stay as they are.
+    Where they are ignored (`nohup`) they stay so, and so does Ctrl-C (jobs in the background of a script). One signal
+    alone raises KeyboardInterrupt itself, so that one handler has to be replaced to hold interrupts back (`steady.py`).
     """
-    if not callable(signal.getsignal(signal.SIGINT)):
-        return
+    leading = signal.SIGINT if callable(signal.getsignal(signal.SIGINT)) else None
 
-    def as_interrupt(_: int, frame: FrameType | None) -> None:
-        handler = signal.getsignal(signal.SIGINT)  # the current one, which may hold interrupts back
+    def as_leading(_: int, frame: FrameType | None) -> None:
+        assert leading is not None
+        handler = signal.getsignal(leading)  # the current one
         if callable(handler):
-            handler(signal.SIGINT, frame)
+            handler(leading, frame)
 
     for name in ("SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)  # not on every system
-        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, as_interrupt)
+        if number is None or signal.getsignal(number) != signal.SIG_DFL:
+            continue
+        signal.signal(number, as_leading if leading is not None else signal.default_int_handler)
+        leading = leading or number
 
 
 def _flushed(code: int) -> int:

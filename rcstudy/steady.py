@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Self
+from typing import Any, Self
 
 _TOGETHER = 2**20  # bytes that are collected before they are written
 _AGAIN_SECONDS = 0.02  # delay before an interrupt that came during code of llvmlite is repeated
@@ -130,27 +130,42 @@ class SteadyFile:
         self._write_waiting()
 
 
+def _leading() -> tuple[int, Callable[[int, FrameType | None], Any]] | None:
+    """The signal that interrupts and its handler: Ctrl-C's or, where that is ignored, that of the first other one.
+
+    All others call this handler (`heed_terminations` of the command). None where nothing is interrupted: in a thread
+    other than the main one, and without any handler in Python.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return None
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # not on every system
+        if number is not None and callable(handler := signal.getsignal(number)):
+            return number, handler
+    return None
+
+
 @contextlib.contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Delay Ctrl-C until the block ends: Python code called by HDF5 must not raise."""
-    before = signal.getsignal(signal.SIGINT)
-    # only the main thread is interrupted; without a handler in Python nothing is raised
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
+    """Delay interrupts until the block ends: Python code called by HDF5 must not raise."""
+    leading = _leading()
+    if leading is None:
         yield
         return
+    number, before = leading
     held: list[FrameType | None] = []
-    signal.signal(signal.SIGINT, lambda _, frame: held.append(frame))
+    signal.signal(number, lambda _, frame: held.append(frame))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(number, before)
         if held:
-            before(signal.SIGINT, held[0])
+            before(number, held[0])
 
 
 @contextlib.contextmanager
 def interrupts_remembered() -> Iterator[Callable[[], None]]:
-    """Yield a function that raises KeyboardInterrupt again if one raised by Ctrl-C in the block was lost.
+    """Yield a function that raises KeyboardInterrupt again if one raised by a signal in the block was lost.
 
     Python drops exceptions raised inside weakref callbacks, finalizers and callbacks of ctypes, and C extensions drop
     those raised during imports: of 150 interrupts while numba and scipy were being loaded, 2 were lost. The message
@@ -158,23 +173,26 @@ def interrupts_remembered() -> Iterator[Callable[[], None]]:
     kernels, is not interrupted, since incomplete objects of it print errors when they are deleted; the interrupt is
     repeated until that code is done, milliseconds later.
     """
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
+    leading = _leading()
+    if leading is None:
         yield lambda: None
         return
+    signalled, before = leading
     seen = False
-
     again: list[threading.Timer] = []
 
     def handler(number: int, frame: FrameType | None) -> None:
         nonlocal seen
-        seen = True
         if _in_llvmlite(frame):
             again.append(threading.Timer(_AGAIN_SECONDS, signal.pthread_kill, (threading.main_thread().ident, number)))
             again[-1].daemon = True
             again[-1].start()
             return
-        before(number, frame)
+        try:
+            before(number, frame)
+        except KeyboardInterrupt:  # which not every handler of SIGTERM raises
+            seen = True
+            raise
 
     def check() -> None:
         if seen:
@@ -186,7 +204,7 @@ def interrupts_remembered() -> Iterator[Callable[[], None]]:
         if not (seen and issubclass(lost.exc_type, KeyboardInterrupt)):
             told(lost)
 
-    signal.signal(signal.SIGINT, handler)
+    signal.signal(signalled, handler)
     sys.unraisablehook = tell
     try:
         yield check
@@ -194,7 +212,7 @@ def interrupts_remembered() -> Iterator[Callable[[], None]]:
         for timer in again:
             timer.cancel()
         sys.unraisablehook = told
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signalled, before)
 
 
 def _in_llvmlite(frame: FrameType | None) -> bool:

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -198,13 +199,19 @@ def heeding() -> None:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
-def start_long_sweep(folder: Path, workers: str) -> subprocess.Popen[str]:
+def in_the_background() -> None:
+    """A shell without job control has what it starts with & ignore Ctrl-C."""
+    heeding()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def start_long_sweep(folder: Path, workers: str, prepare: Callable[[], None] = heeding) -> subprocess.Popen[str]:
     """A sweep of 800 cases over an old cube `long.nc`, in a process group of its own, at its first cases."""
     loads = ", ".join(str(load) for load in range(20, 420))
     text = STUDY.replace("    axes:\n", f"    axes:\n      load: [{loads}]\n").replace("0.8, 0.8", "3, 3")
     (folder / "long.yaml").write_text(text)
     (folder / "long.nc").write_bytes(OLD)
-    sweep = process("sweep", "long.yaml", "--workers", workers, cwd=folder, start_new_session=True, preexec_fn=heeding)
+    sweep = process("sweep", "long.yaml", "--workers", workers, cwd=folder, start_new_session=True, preexec_fn=prepare)
     assert sweep.stderr is not None
     first = sweep.stderr.readline()
     if first.startswith("long.nc: no cases are taken from it"):
@@ -217,11 +224,20 @@ def start_long_sweep(folder: Path, workers: str) -> subprocess.Popen[str]:
     return sweep
 
 
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    ("prepare", "end"),
+    [
+        (heeding, signal.SIGINT),
+        (heeding, signal.SIGTERM),
+        (heeding, signal.SIGHUP),
+        (in_the_background, signal.SIGTERM),
+        (in_the_background, signal.SIGHUP),
+    ],
+)
 @pytest.mark.parametrize("workers", ["1", "2"])
-def test_ctrl_c(tmp_path: Path, workers: str, end: signal.Signals) -> None:
+def test_ctrl_c(tmp_path: Path, workers: str, prepare: Callable[[], None], end: signal.Signals) -> None:
     """To the whole process group, as terminals and batch systems do it, once the sweep says that it solves."""
-    sweep = start_long_sweep(tmp_path, workers)
+    sweep = start_long_sweep(tmp_path, workers, prepare)
     os.killpg(sweep.pid, end)
     out, err = sweep.communicate(timeout=60)
     assert sweep.returncode == cli.EXIT_INTERRUPTED, err
@@ -263,12 +279,12 @@ def test_ends_that_are_ignored_stay_so() -> None:
         words = f"trap '' {ignored}; exec {sys.executable} -c"
         code = (
             "import signal; from rcstudy.__main__ import heed_terminations; heed_terminations(); "
-            "print([signal.getsignal(s).__class__.__name__ for s in (signal.SIGTERM, signal.SIGHUP)])"
+            "print([callable(signal.getsignal(s)) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)])"
         )
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         command = ["bash", "-c", f'{words} "{code}"']
         found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60).stdout
-        assert found == {"HUP": "['function', 'Handlers']\n", "INT": "['Handlers', 'Handlers']\n"}[ignored]
+        assert found == {"HUP": "[True, True, False]\n", "INT": "[False, True, True]\n"}[ignored]
 
 
 def test_a_study_that_is_refused_leaves_no_workers(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.progress import Bar, Lines, counted, duration, for_stream
 from rcstudy.result import Result, Status
-from rcstudy.steady import interrupts_remembered
+from rcstudy.steady import interrupts_held, interrupts_remembered
 from rcstudy.study import Study, load_study
 from rcstudy.threads import THREAD_VARIABLES
 
@@ -258,6 +258,33 @@ def test_an_interrupt_that_python_drops_is_not_printed(capfd: pytest.CaptureFixt
     finally:
         sys.unraisablehook = before
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_termination_is_held_back_where_ctrl_c_is_ignored() -> None:
+    """As in the background of a script; a handler that does not interrupt is called, and that is all."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    told: list[int] = []
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        steps = 0
+        with pytest.raises(KeyboardInterrupt), interrupts_held():
+            signal.raise_signal(signal.SIGTERM)
+            steps += 1
+        assert steps == 1
+        with interrupts_remembered() as check:
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGTERM)
+            with pytest.raises(KeyboardInterrupt):
+                check()
+        signal.signal(signal.SIGTERM, lambda number, _: told.append(number))
+        with interrupts_remembered() as check:
+            signal.raise_signal(signal.SIGTERM)
+            check()
+        assert told == [signal.SIGTERM]
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
 
 
 def test_llvmlite_is_not_interrupted_in_the_middle() -> None:
