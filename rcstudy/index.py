@@ -61,6 +61,12 @@ class Index:
         place = self._places.get(key)
         return None if place is None else place[0]
 
+    def kept(self, keys: Iterable[str]) -> int:
+        """How many of these cases are solved with a result that is still there: a user may have taken units away."""
+        there = [path.exists() for path, _ in self._units]
+        places = (self._places.get(key) for key in keys)
+        return sum(p is not None and p[0] == Status.SOLVED and (p[1] < 0 or there[p[1]]) for p in places)
+
     def in_cube(self, key: str) -> bool:
         """Whether the result of a case is that of the earlier cube."""
         return key in self._places and self._places[key][1] < 0

@@ -237,18 +237,18 @@ def _is_published(
 def _interrupts(cases: Sequence[Case], store: Store) -> Iterator[Callable[[], None]]:
     """Turn Ctrl-C in the block into Interrupted, once all results are on the disk; a UserError says what is kept."""
 
-    def solved() -> int:
+    def kept() -> int:
         with contextlib.suppress(UserError):
             store.flush()
-        return len(cases) - len(unsolved(cases, store.index))
+        return store.index.kept(case.key for case in cases)
 
     try:
         with interrupts_remembered() as check:
             yield check
     except KeyboardInterrupt:
-        raise Interrupted(solved(), len(cases)) from None
+        raise Interrupted(kept(), len(cases)) from None
     except UserError as error:
-        count = solved()
+        count = kept()
         if not count:
             raise
         message = f"{error}\n{count} of {len(cases)} cases are kept; rerun the same command to resume"

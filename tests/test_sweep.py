@@ -20,7 +20,7 @@ import workers
 import xarray as xr
 from studies import CASES, OLD, SWEPT
 
-from rcstudy import pool, provenance, sweep, threads
+from rcstudy import pool, provenance, store, sweep, threads
 from rcstudy.batch import warm_up_scenes
 from rcstudy.cases import Case, expand
 from rcstudy.compare import compare
@@ -32,6 +32,7 @@ from rcstudy.result import Result, Status
 from rcstudy.steady import interrupts_held, interrupts_remembered
 from rcstudy.study import Study, load_study
 from rcstudy.threads import THREAD_VARIABLES
+from rcstudy.units import read_unit, unit_paths
 
 
 @pytest.fixture
@@ -211,6 +212,25 @@ def test_an_interrupt_leaves_the_old_cube_and_no_workers(study: Study, tmp_path:
     assert (tmp_path / "c.nc").read_bytes() == OLD
     assert files(tmp_path) == ["c.nc", "c.nc.units"]
     assert multiprocessing.active_children() == []
+
+
+def test_what_was_taken_away_meanwhile_is_not_kept(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Units are on the disk when an interrupt comes, but where the user has moved them."""
+    monkeypatch.setattr(store, "UNIT_CASES", 1)
+
+    class Moving(Interrupting):
+        def advance(self, *, failed: bool) -> None:
+            if len(self.told) == 5:
+                while sum(len(read_unit(path)[0].entries) for path in unit_paths(tmp_path / "c.nc.units")) < 5:
+                    time.sleep(0.01)
+                (tmp_path / "c.nc.units").rename(tmp_path / "elsewhere")
+            super().advance(failed=failed)
+
+    for told, count in ((Interrupting(), 5), (Moving(), 0)):
+        with pytest.raises(sweep.Interrupted, match=f"^{count} of {CASES} cases are kept"):
+            sweep.run(study, tmp_path / "c.nc", workers=1, progress=told, solve=workers.made_up, fresh=True)
 
 
 def test_an_interrupt_that_is_lost_on_the_way_still_counts(study: Study, tmp_path: Path) -> None:
