@@ -601,3 +601,6 @@ def test_figures_without_cases_are_neither_drawn_nor_linked(scene, axes, figures
     summary = (tmp_path / "report" / "summary.md").read_text()
     assert re.findall(r"!\[.*\]\((.*)\.png\)", summary) == figures
     assert ("## Tolerance" in summary) is axes.startswith("tolerance:")  # else it was a table without rows
+    one_mesh = "mesh" not in axes
+    for text in (summary, (tmp_path / "report" / "settings.md").read_text()):
+        assert ("None can be chosen: no case of method newton has numbers on another mesh" in text) is one_mesh

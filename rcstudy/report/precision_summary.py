@@ -28,6 +28,11 @@ from rcstudy.report.writers import markdown_lines
 FIGURES = ("work_precision", "quantities", "tolerances")
 """Names of the figures that the summary shows if they are drawn."""
 
+_NO_ERRORS = (
+    "None can be chosen: no case of method newton has numbers on another mesh than the reference of its problem, and "
+    "on the same mesh the difference from it does not show the error of that mesh. This takes a case on a finer mesh."
+)
+
 _MOST_CELLS = 10_000
 """Number of cells along a side beyond which no solve is feasible."""
 
@@ -102,7 +107,7 @@ def settings_table(chosen: Sequence[Setting]) -> Table:
         "and all finer ones; medians over the problems. Errors include the estimated error of the reference. About: "
         "none of the meshes does; extrapolated by a power law, rounded up."
     )
-    return caption, columns, listed
+    return caption if listed else _NO_ERRORS, columns, listed
 
 
 def _none(s: Setting) -> str:
@@ -147,12 +152,6 @@ def summary_text(
         "",
         *_side_by_side(rows),
         *_recommended(chosen),
-        "",
-        *_paragraph(
-            "Errors in this choice include the estimated error of the reference (below). Cells for targets that are "
-            "not reached are extrapolated by a power law and rounded up. All settings: [settings.md](settings.md); all "
-            "cases: [errors.md](errors.md)."
-        ),
         *(_work_precision() if "work_precision" in drawn else []),
         *_by_mesh(rows),
         *(["", "![Worst error of each quantity](quantities.png)"] if "quantities" in drawn else []),
@@ -253,14 +252,24 @@ def _meshes(rows: Iterable[Row]) -> list[int]:
 
 
 def _recommended(chosen: Sequence[Setting]) -> list[str]:
-    """A list item for each coupling and target, with one below it for each discretisation."""
+    """A list item for each coupling and target, with one below it for each discretisation; or why there is none."""
+    if not chosen:
+        return _paragraph(f"{_NO_ERRORS} All cases: [errors.md](errors.md).")
     lines = []
     for coupling, target in dict.fromkeys((s.coupling, s.target) for s in chosen):
         lines.append(f"- **{_per_cent(target)}, {coupling} coupling**")
         own = [s for s in chosen if (s.coupling, s.target) == (coupling, target)]
         for name in dict.fromkeys(s.discretisation for s in own):
             lines.append(f"  - `{name}`: {_sentence([s for s in own if s.discretisation == name])}")
-    return lines
+    return [
+        *lines,
+        "",
+        *_paragraph(
+            "Errors in this choice include the estimated error of the reference (below). Cells for targets that are "
+            "not reached are extrapolated by a power law and rounded up. All settings: [settings.md](settings.md); all "
+            "cases: [errors.md](errors.md)."
+        ),
+    ]
 
 
 def _sentence(chosen: Sequence[Setting]) -> str:
