@@ -17,11 +17,13 @@ from rcstudy.cube import case_dims, changed_grids, grids, illegible
 from rcstudy.errors import UserError
 from rcstudy.layout import CASE_KEY, GRID, LABEL, MISSING, SETTINGS, Layout, cells_of_centres, lay_out
 from rcstudy.result import VARIABLES
-from rcstudy.structure import COORDINATE_RTOL
+from rcstudy.structure import COORDINATE_RTOL, MEANINGS
 from rcstudy.study import study_from_text
 
 _SHOWN_FAULTS = 20
 _ONCE_EDITED = "once the study file is edited, if only by a comment"
+_CHANGED = "not as its study states, changed after writing"
+_OF_STUDY = ("study", "title", "description", "study_text", "study_sha256")  # attributes of the root
 _IN_TABLE = (LABEL, CASE_KEY, *SETTINGS, *(name for name, v in VARIABLES.items() if v.kind != "field"))
 
 
@@ -97,20 +99,26 @@ def damage(path: Path, tree: xr.DataTree, changed: Sequence[str]) -> list[str]:
 def _unlike_study(tree: xr.DataTree) -> list[str]:
     """Whatever is missing from an opened cube, or other than its study's text states, in words; no fields are read.
 
-    Of what the text states, the numbers of settings and axes and the cells' centres are compared. Nothing is known of a
-    cube with a text that this version does not understand.
+    Of what the text states, name and description of the study, the numbers of settings and axes, the cells' centres and
+    the units and meanings of all variables are compared. Nothing is known of a cube with a text that this version does
+    not understand.
     """
-    text = str(tree.attrs.get("study_text", ""))
+    if missing := [name for name in _OF_STUDY if name not in tree.attrs]:
+        return [f"attributes {', '.join(missing)}: missing: what depends on its study is not checked"]
+    text = str(tree.attrs["study_text"])
+    if hashlib.sha256(text.encode()).hexdigest() != tree.attrs["study_sha256"]:
+        return ["the text of its study was changed after writing"]
     try:
         study = study_from_text(text, "")
     except UserError:
         return []
-    if hashlib.sha256(text.encode()).hexdigest() != tree.attrs.get("study_sha256"):
-        return ["the text of its study was changed after writing"]
+    stated = {"study": study.name, "title": study.name, "description": study.description}
+    other = [name for name, value in stated.items() if str(tree.attrs[name]) != value]
+    told = [f"attributes {', '.join(other)}: {_CHANGED}"] if other else []
     outputs = study.outputs
     layouts, root = lay_out(expand(study), fields=outputs.fields, precision=outputs.precision)
     found = grids(tree)
-    told = [] if root is None else list(_unlike("table of all cases", tree.dataset, root))
+    told += [] if root is None else _unlike("table of all cases", tree.dataset, root)
     for layout in layouts:
         if layout.name in found:
             told += _unlike(f"grid {layout.name}", found[layout.name], layout)
@@ -151,4 +159,17 @@ def _unlike(where: str, group: xr.Dataset, layout: Layout) -> Iterator[str]:
         )
     ]
     if changed:
-        yield f"{where}: {', '.join(changed)}: not as its study states, changed after writing"
+        yield f"{where}: {', '.join(changed)}: {_CHANGED}"
+    for attribute in MEANINGS:
+        other = [
+            item.name
+            for item in layout.items
+            if item.name not in missing and not _same(group[item.name].attrs.get(attribute), item.attrs.get(attribute))
+        ]
+        if other:
+            yield f"{where}: {attribute} of {', '.join(other)}: changed after writing"
+
+
+def _same(stored: object, expected: object) -> bool:
+    """Whether two attributes are the same; None: there is none."""
+    return bool(np.array_equal(np.asarray(stored), np.asarray(expected)))

@@ -8,6 +8,9 @@ import xarray as xr
 COORDINATE_RTOL = 1e-9
 """Relative difference allowed to coordinates and settings, which both cubes take from a study."""
 
+MEANINGS = ("units", "flag_meanings", "flag_values")
+"""Attributes that say what the numbers of a variable mean."""
+
 _SHOWN = 5
 
 
@@ -63,7 +66,7 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
             problems.append(f"variable {name}: holds {_kind(a)}, in the reference {_kind(b)}")
         else:
             names.append(name)
-        for attribute in ("units", "flag_meanings", "flag_values"):
+        for attribute in MEANINGS:
             here, there = (np.asarray(v.attrs.get(attribute)).tolist() for v in (a, b))
             if here != there:
                 problems.append(f"variable {name}: {attribute} {here!r}, in the reference {there!r}")

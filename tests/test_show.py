@@ -177,6 +177,18 @@ def change_text(file: h5py.File) -> None:
     file.attrs["study_text"] = file.attrs["study_text"].replace("load: 100", "load: 200")
 
 
+def describe(name: str, attribute: str, value: str | None) -> Callable[[h5py.File], None]:
+    """Damage: an attribute is another, or missing."""
+
+    def damage(file: h5py.File) -> None:
+        if value is None:
+            del file[name].attrs[attribute]
+        else:
+            file[name].attrs[attribute] = value
+
+    return damage
+
+
 CHECKED = (
     BASE
     + """\
@@ -195,6 +207,7 @@ def checked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 TABLE, SUM = "table of all cases: ", "checksum mismatch: its numbers were changed after writing"
+UNCHECKED = "missing: what depends on its study is not checked"
 LIKE, STATED = "not as in the grids, changed after writing", "not as its study states, changed after writing"
 
 
@@ -217,6 +230,13 @@ LIKE, STATED = "not as in the grids, changed after writing", "not as its study s
         (change("g/y", math.nan), [f"grid g: y: {STATED}"]),
         (change("g/y", math.nan, -1), [f"grid g: y: {STATED}"]),
         (change_text, ["the text of its study was changed after writing"]),
+        (describe("/", "study_text", None), [f"attributes study_text: {UNCHECKED}"]),
+        (describe("/", "study", None), [f"attributes study: {UNCHECKED}"]),
+        (describe("/", "study", "another"), [f"attributes study: {STATED}"]),
+        (describe("g/force_x", "units", "kN"), ["grid g: units of force_x: changed after writing"]),
+        (describe("h/modulus", "units", None), ["grid h: units of modulus: changed after writing"]),
+        (describe("force_x", "units", "kN"), [f"{TABLE}units of force_x: changed after writing"]),
+        (describe("g/state", "flag_meanings", "a b"), ["grid g: flag_meanings of state: changed after writing"]),
     ],
 )
 def test_damage_that_can_be_read(
