@@ -35,6 +35,7 @@ from rcstudy.spec import (
     GridSpec,
     SceneSpec,
     label_problem,
+    scene_of_case,
     submodel,
     takes_relative,
     validate,
@@ -210,11 +211,9 @@ class GridReader:
                 self.problems.add(node, "a mapping of a label and scene keys")
                 continue
             label = self._label(node, seen, required=True)
-            scene = merge(self.scene, without(node, ("label", "coating")))
-            coating = node.value.get("coating")
-            if coating is None or self.coating is None:
-                coating = self.coating if coating is None else coating
-            else:
+            scene = merge(self.scene, scene_of_case(node, self.problems))
+            coating = node.value.get("coating", self.coating)
+            if coating is not None and self.coating is not None:
                 coating = merge(self.coating, coating)
             parts = self._parts(scene, coating)
             if parts is None or label is None:

@@ -18,7 +18,7 @@ from rcstudy.quantities import Passing, Quantity, Relative, Whole, Words, above,
 from rcstudy.result import VARIABLES
 from rcstudy.settings import LENGTH, MODULUS, unit_of
 from rcstudy.yamlfile import parse
-from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, plain, suggest
+from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, plain, suggest, without
 
 MAX_LAYERS = 50
 MAX_CELLS = 4096
@@ -350,7 +350,7 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
                 problems.add(at.at_key(), allowed_at(owner, key), key=child_path(at.path, key), value="missing")
         elif one["type"] == "extra_forbidden":
             owner, _ = _model_at(model, location)
-            problems.add(at.at_key(), suggest(str(location[-1]), keys_of(owner)), value="unknown key")
+            problems.add(at.at_key(), _known_keys(owner, str(location[-1])), value="unknown key")
         elif one["type"] == "allowed":
             problems.add(at, one["msg"] + _axis_hint(model, location, at))
         else:
@@ -360,6 +360,24 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
                 words = f"a mapping with keys {', '.join(keys_of(inner))}"
             problems.add(at, words + _axis_hint(model, location, at))
     return None
+
+
+def _known_keys(model: type[Spec], word: str) -> str:
+    """What is allowed instead of the key `word` of `model`."""
+    if model is SceneSpec and word in ("coating", *keys_of(CoatingSpec)):
+        return f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys_of(model))}"
+    return suggest(word, keys_of(model))
+
+
+def scene_of_case(node: Node, problems: Problems) -> Node:
+    """The scene's part of the mapping `node`, a case of a list; keys that no case has are reported, and left out."""
+    own = ("label", "coating")
+    allowed = (*own, *keys_of(SceneSpec))
+    unknown = [key for key in node.value if key not in allowed]
+    for key in unknown:
+        hint = f"did you mean coating: {{{key}: ...}}? " if key in keys_of(CoatingSpec) else ""
+        problems.add(node.value[key].at_key(), hint + suggest("" if hint else key, allowed), value="unknown key")
+    return without(node, (*own, *unknown))
 
 
 def _axis_hint(model: type[Spec], location: Sequence[str | int], node: Node) -> str:

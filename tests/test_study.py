@@ -282,6 +282,14 @@ def test_text_that_only_its_quotes_tell_from_what_is_allowed(tmp_path):
         ("layers: [{E: 1, nu: ¶1, thickness: -2}]", "scene.layers[0].nu: 1: a number from 0 to 0.5"),
         ("layers: [{E: ¶1 a, nu: 0, thickness: 1}]", "scene.layers[0].E: 1 a: a number above 0, in MPa"),
         ("¶frictoin: 1", "scene.frictoin: unknown key: did you mean friction?"),
+        (
+            "¶coating: {thickness: 1}",
+            "scene.coating: unknown key: a coating belongs to a grid or a case of its list, a",
+        ),
+        (
+            "¶modulus: 1",
+            "scene.modulus: unknown key: a coating belongs to a grid or a case of its list, a scene has la",
+        ),
         ("load: 1, ¶load: 2", "scene.load: given twice, first at line 8, column 15"),
     ],
 )
@@ -290,6 +298,16 @@ def test_each_bad_value_is_named_with_its_place(refused, scene, words):
     line = f"  g: {{scene: {{{scene}}}, axes: {{friction: [1]}}}}\n"
     found = refused(BASE + line.replace("¶", ""))
     assert any(one.startswith(f"s.yaml:8:{line.index('¶') + 1}: grids.g.{words}") for one in found), found
+
+
+def test_cases_of_a_list_are_offered_what_they_take(refused):
+    """A label and a coating, too; keys of a coating stand inside it."""
+    found = refused(BASE + "  g: {cases: [{label: a, thickness: 1, lod: 2}]}\n")
+    assert [line.partition("allowed: ")[0] for line in found] == [
+        "s.yaml:8:26: grids.g.cases[0].thickness: unknown key: did you mean coating: {thickness: ...}? ",
+        "s.yaml:8:40: grids.g.cases[0].lod: unknown key: did you mean load? ",
+    ]
+    assert all("allowed: label, coating, substrate, layers, " in line for line in found)
 
 
 def test_ends_of_an_axis_are_offered_what_it_takes(refused):
@@ -637,13 +655,14 @@ def test_scene_from_mapping_takes_numpy_and_tuples():
 
 
 def test_scene_from_mapping_names_every_bad_key():
-    bad = {**SCENE, "layers": [{"E": 1, "nu": 0.9, "thickness": 1}], "laod": 3, "load": True}
+    bad = {**SCENE, "layers": [{"E": 1, "nu": 0.9, "thickness": 1}], "laod": 3, "load": True, "coating": {}}
     with pytest.raises(UserError) as error:
         scene_from_mapping(bad)
     assert [line.split(": ")[:2] for line in str(error.value).splitlines()] == [
         ["layers[0].nu", "0.9"],
         ["load", "True"],
         ["laod", "unknown key"],
+        ["coating", "unknown key"],
     ]
 
 
