@@ -22,6 +22,8 @@ MAX_VALUES = 250_000  # written in a file, keys included; reading so many takes 
 _CORE = "tag:yaml.org,2002:"
 _NO_SPACE = re.compile(r"([\w.]+):[^\s/]")  # a key and its value without a space in between
 _ODD = r"[^\S \t\r\n]|[\u200b\u2060\ufeff]"  # characters that look like a space or are invisible; no spaces to YAML
+# YAML 1.2 has tabs between the tokens of a line, too, but the parser has not
+_TABS = "tabs are allowed only in quotes, brackets and comments: use spaces"
 _ODD_KEY = re.compile(_ODD)
 _ODD_LINE = re.compile(rf" *(?:[\w.]+:)?(?P<odd>{_ODD})")  # at the beginning of a line, or behind its key
 
@@ -67,7 +69,7 @@ def parse(text: str, problems: Problems, whole: str = "a study: keys study, scen
         raise
     except MarkedYAMLError as error:
         line, column, reason = _fault(error, text.splitlines())
-        problems.at(line + 1, column + 1, "not YAML", "", shorten(reason, 250))
+        problems.at(line + 1, column + 1, "" if reason == _TABS else "not YAML", "", shorten(reason, 250))
     except ReaderError as error:
         before = text[: error.position]
         line, column = before.count("\n") + 1, len(before.rsplit("\n", 1)[-1]) + 1
@@ -94,7 +96,7 @@ def _fault(error: Any, lines: list[str]) -> tuple[int, int, str]:
     line, column = (mark.line, mark.column) if mark else (0, 0)
     before = "".join(lines[line : line + 1])[: column + 1]
     if before.endswith("\t") or ("\t" in before and not before.strip(" \t")):
-        return line, before.rindex("\t"), "tabs are not allowed here: use spaces"
+        return line, before.rindex("\t"), _TABS
     for k in range(max(line - 1, 0), line + 1):
         if odd := _ODD_LINE.match("".join(lines[k : k + 1])):
             return k, odd.start("odd"), _not_a_space(odd["odd"])
