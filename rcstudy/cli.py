@@ -402,6 +402,7 @@ def compare(
 
     Structure, status and missing values must be the same. Unless tolerances say otherwise, fields may differ by 1e-6 of
     their largest magnitude in the case, numbers by 1e-6 of their own value (forces and moment: of the largest of them).
+    Settings may differ by 1e-9, whatever the tolerances.
     """
     from rcstudy import compare as comparing
     from rcstudy.tolerances import Tolerances, load_tolerances, parse_flips, parse_options

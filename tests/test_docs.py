@@ -20,7 +20,7 @@ from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, SCHEMA_ATTRIBUTE, SE
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.spec import RESERVED_NAMES, CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
 from rcstudy.study import MAX_CASES, load_study
-from rcstudy.tolerances import Tolerances, load_tolerances
+from rcstudy.tolerances import TOLERABLE, Tolerances, load_tolerances
 from rcstudy.units import FORMAT
 
 ROOT = Path(__file__).parent.parent
@@ -68,6 +68,11 @@ def test_every_variable_is_in_a_table() -> None:
     rows = [row for kind in KINDS for row in table(kind)]
     for name in (*VARIABLES, *SETTINGS, *LAYER_SETTINGS):
         assert sum(row.startswith(f"| `{name}` |") for row in rows) == 1, name
+
+
+def test_cube_document_names_what_has_a_tolerance() -> None:
+    found = re.search(r"These variables have a tolerance: (.*?)\. ", CUBE.read_text(encoding="utf-8"), re.DOTALL)
+    assert found and tuple(re.findall(r"`(\w+)`", found[1])) == TOLERABLE
 
 
 def test_cube_document_names_enumerations_and_attributes() -> None:
