@@ -130,7 +130,7 @@ def sweep(
         str | None,
         typer.Option(
             metavar="N",
-            help="Processes, at most two per processor; default: one per processor, but this one alone if 15 s are "
+            help="Processes, at most two per processor; default: one per processor, or this one alone if 15 s are "
             "enough for it.",
         ),
     ] = None,
