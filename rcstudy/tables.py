@@ -46,7 +46,7 @@ RESULTS = (
     _measured("moment_z_N_mm", "Mz (N mm)", "$M_z$ (N\\,mm)", form=".4f"),
     _measured("traction_max_MPa", "Largest traction (MPa)", form=".1f"),
     _measured("friction_power_N", "Friction power per unit speed (N)", form=".4f"),
-    Column("proof_worst", "Worst proof", form=".1e"),
+    Column("proof_worst", "Worst proof", form=".1e", digits=2),  # more differ between processors
     Column("proof_name", "Which proof"),
 )
 """Columns of results after those that name the case; lengths in mm, stresses in MPa, forces in N."""

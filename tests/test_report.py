@@ -633,6 +633,24 @@ def test_tables_in_latex_are_set_in_parts_that_fit_the_page(tmp_path: Path) -> N
     assert latex.count(r"some words that go on and on, and on & $-1234.500 \pm 0.012$") == 6
 
 
+def test_rounding_is_not_written_as_a_number(tmp_path: Path) -> None:
+    """It differs between processors. A number within its error is a number; of proofs two digits are the same."""
+    columns = [Column("n", "N", error="n_error"), Column("p", "P", digits=2)]
+    rows = [
+        {"n": -4.5890012e-15, "n_error": 0.001, "p": 1.49387187e-07},
+        {"n": 2.3456789e-8, "n_error": 0.001, "p": math.nan},
+        {"n": -4.5890012e-15, "n_error": math.inf, "p": 0.0},
+        {"n": -4.5890012e-15},
+    ]
+    write_table(tmp_path, "t", "c", columns, rows)
+    assert (tmp_path / "t.csv").read_text().splitlines()[1:] == [
+        "0,0.001,1.5e-07",
+        "2.3456789e-08,0.001,",
+        "-4.5890012e-15,inf,0",
+        "-4.5890012e-15,,",
+    ]
+
+
 def test_numbers_with_their_errors(tmp_path: Path) -> None:
     """As many decimals as two digits of the error have, with a power of ten if those are many; else its own form."""
     column = Column("n", "N", form=".2f", error="n_error")

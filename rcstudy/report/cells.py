@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 Value = str | float | int
 
+_NIL = 1e-6  # of its estimated error: a number below is zero but for rounding, which differs between processors
 _DECIMALS = 8  # at most of a number below 1 with its error; if more are needed, both are given times a power of ten
 
 
@@ -18,7 +19,7 @@ class Column:
     `form` is a format specification (`.4g`, `.2f`). `wide` columns hold sentences and wrap in LaTeX at that
     share of the text's width; `latex` is the title in LaTeX (default: `title`, escaped). `error` is the key of the
     estimated error of the numbers: a column of its own in the CSV, behind a ± elsewhere. `names`: the column identifies
-    the row, and is repeated in each part of a table that LaTeX sets in parts.
+    the row, and is repeated in each part of a table that LaTeX sets in parts. `digits`: significant digits in the CSV.
     """
 
     key: str
@@ -28,6 +29,7 @@ class Column:
     wide: float = 0.0
     error: str = ""
     names: bool = False
+    digits: int = 9
 
 
 Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
@@ -42,6 +44,15 @@ def text_of(value: Value, form: str) -> str:
         return ""
     text = format(value, form)
     return text.removeprefix("-") if float(text) == 0.0 else text
+
+
+def csv_cells(row: Mapping[str, Value], column: Column) -> list[str]:
+    """What the CSV has of one cell: the number, 0 if it is nothing beside its error, and the error if it has one."""
+    value, error = row.get(column.key, ""), row.get(column.error, "")
+    if isinstance(value, float) and isinstance(error, float) and abs(value) < _NIL * error < math.inf:
+        value = 0.0
+    texts = [text_of(value, f".{column.digits}g")]
+    return [*texts, text_of(error, ".9g")] if column.error else texts
 
 
 def cell(row: Mapping[str, Value], column: Column) -> tuple[str, int]:

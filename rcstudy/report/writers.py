@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from rcstudy.publish import replacing
-from rcstudy.report.cells import Column, Value, cell, text_of
+from rcstudy.report.cells import Column, Value, cell, csv_cells
 from rcstudy.report.latex import latex_table
 
 
@@ -16,9 +16,10 @@ def write_table(
 ) -> list[Path]:
     """Write `rows` as out/stem.csv, .md and .tex; missing numbers (NaN, absent keys) are left empty.
 
-    Numbers have nine significant digits in the CSV. Elsewhere they have the form `Column.form` or, if their error is
-    known, as many decimals as two digits of the error take, whatever the size of the number. If these are more than
-    eight, a power of ten follows both: `(2.19400 ± 0.00060)e-06`.
+    Numbers have nine significant digits in the CSV, unless `Column.digits` says otherwise, and are 0 below a
+    millionth of their error. Elsewhere they have the form `Column.form` or, if their error is known, as many
+    decimals as two digits of the error take, whatever the size of the number. If these are more than eight, a power
+    of ten follows both: `(2.19400 ± 0.00060)e-06`.
     Returns the three paths. UserError when a file cannot be written.
     """
     texts = {"csv": None, "md": _markdown(caption, columns, rows), "tex": latex_table(stem, caption, columns, rows)}
@@ -32,7 +33,7 @@ def write_table(
                 writer = csv.writer(file, lineterminator="\n")
                 keys = [key for c in columns for key in (c.key, c.error) if key]
                 writer.writerow(keys)
-                writer.writerows([[text_of(row.get(key, ""), ".9g") for key in keys] for row in rows])
+                writer.writerows([[text for c in columns for text in csv_cells(row, c)] for row in rows])
         paths.append(path)
     return paths
 
