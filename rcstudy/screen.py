@@ -102,7 +102,7 @@ def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
         elif kind.get_class() not in _CLASSES or len(attribute.shape) > 1:
             return f"has an attribute {shorten(name.decode('utf-8', 'replace'))} that is neither numbers nor text"
         elif name in (b"_Netcdf4Coordinates", b"_nc3_strict"):
-            return f"has an attribute {name.decode()}: saved again by another program, cubes are not taken"
+            return "was saved by another program, such as xarray: only files that sweep or merge wrote are cubes"
         elif name in (b"CLASS", b"NAME") and (kind.get_class() != h5t.STRING or attribute.shape != ()):
             return "is no proper dimension"
     return ""
