@@ -37,9 +37,11 @@ def make_figures(
     in place of a grid's first ones; see `GridView.held_at`. `along`: axis of numbers along which curves are drawn in
     overviews of the grids that have it. Returns the files written. A figure of the paper whose grid is missing from a
     cube that has others, or whose fields are not stored, is left out with a logged warning. UserError if nothing can be
-    drawn, or if no grid that has an overview has a value of `at` or the axis `along`.
+    drawn, if no grid that has an overview has a value of `at` or the axis `along`, or if `at` has a value of `along`.
     """
     check_formats(formats)
+    if along in (at or {}):
+        raise UserError(f"--along: {along}: --at gives it a single value: only one of the two may name an axis")
     formats = tuple(dict.fromkeys(formats))
     found = grids(tree)
     paper = {name: grid for name, grid in found.items() if is_paper_grid(grid)}

@@ -499,9 +499,16 @@ def test_figures_along_another_axis(folder: Path, monkeypatch: pytest.MonkeyPatc
         done = run("figures", "c.nc", "--formats", "png", *words)
         assert done.exit_code == 0, done.output
         assert {f"product {axis}", "pressure_only load", "listed case"} == set(drawn)
-    for axis, said in (
-        ("modulu", "--along: modulu: no grid has this axis: did you mean modulus? allowed: thickness, modulus, load\n"),
-        ("case", "--along: case: not an axis of numbers: allowed: thickness, modulus, load\n"),
+    for words, said in (
+        (
+            ["modulu"],
+            "--along: modulu: no grid has this axis: did you mean modulus? allowed: thickness, modulus, load\n",
+        ),
+        (["case"], "--along: case: not an axis of numbers: allowed: thickness, modulus, load\n"),
+        (
+            ["modulus", "--at", "modulus=2 Es"],
+            "--along: modulus: --at gives it a single value: only one of the two may name an axis\n",
+        ),
     ):
-        done = run("figures", "c.nc", "--along", axis)
+        done = run("figures", "c.nc", "--along", *words)
         assert (done.exit_code, done.output) == (EXIT_BAD_INPUT, said)
