@@ -261,7 +261,7 @@ def _workers(text: str) -> int:
 
 def _outcome(done: Summary, part: str = "") -> int:
     """Print what a sweep or a merge did; returns the exit code."""
-    from rcstudy.progress import duration
+    from rcstudy.progress import duration, in_bytes
 
     for failure in done.failures[:_SHOWN_FAILURES]:
         word = failure.status.words
@@ -275,7 +275,7 @@ def _outcome(done: Summary, part: str = "") -> int:
     if part:
         print(f"{text}; run rcstudy merge once all shards are done")
     else:
-        print(f"{text}; {done.output}: {done.output.resolve().stat().st_size / 1e6:.1f} MB")
+        print(f"{text}; {done.output}: {in_bytes(done.output.resolve().stat().st_size)}")
         if done.failed:
             _say(
                 f"rcstudy failures {done.output} lists the unsolved cases; -o FOLDER writes each as a study of its own"

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Scene
-from rcstudy.progress import counted, duration
+from rcstudy.progress import counted, duration, in_bytes
 from rcstudy.result import VARIABLES
 from rcstudy.settings import unit_as_written
 from rcstudy.spec import OutputsSpec
@@ -139,15 +139,15 @@ def plan_report(study: Study) -> str:
         lines += ["", *_grid_lines(grid, of_grid[grid.name])]
     stored = "scalars only"
     if study.outputs.fields:
-        stored = f"{study.outputs.precision} fields, {_bytes(total.field_bytes)} before compression"
+        stored = f"{study.outputs.precision} fields, {in_bytes(total.field_bytes)} before compression"
     lines += [
         "",
         "total",
         f"  cases            {total.cases}, of which {total.distinct} differ",
         f"  normal problems  {total.normal_problems}, each solved once, or once a batch where workers share its cases",
         f"  layer sets       {total.layer_sets}; workers keep influence coefficients while the bodies stay the same",
-        f"  memory, about    {_bytes(total.worker_bytes)} a worker, {_bytes(total.parent_bytes)} the main process",
-        f"  cube, about      {_bytes(total.file_bytes)} ({stored})",
+        f"  memory, about    {in_bytes(total.worker_bytes)} a worker, {in_bytes(total.parent_bytes)} the main process",
+        f"  cube, about      {in_bytes(total.file_bytes)} ({stored})",
         f"  time, about      {duration(total.seconds)} of one core, divided among the workers",
         "",
         f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction solution,"
@@ -218,11 +218,3 @@ def _value(axis: Axis, i: int) -> str:
         else:
             inside.append(f"{value:.6g}{unit}")
     return f"{label} ({', '.join(inside)})" if inside else label
-
-
-def _bytes(number: float) -> str:
-    for unit in ("B", "kB", "MB", "GB"):
-        if number < 999.5:
-            return f"{number:.3g} {unit}"
-        number /= 1000.0
-    return f"{number:.3g} TB"

@@ -185,6 +185,15 @@ def not_solved(number: int) -> str:
     return f"{counted(number, 'case')} {'is' if number == 1 else 'are'} not solved"
 
 
+def in_bytes(number: float) -> str:
+    """A number of bytes as a person writes it: ``512 B``, ``42.3 kB``, ``1.2 GB``."""
+    for unit in ("B", "kB", "MB", "GB"):
+        if number < 999.5:
+            return f"{number:.3g} {unit}"
+        number /= 1000.0
+    return f"{number:.3g} TB"
+
+
 def duration(seconds: float) -> str:
     """Seconds as a person writes them: ``0.42 s``, ``37 s``, ``4 min 05 s``, ``3 h 12 min``."""
     if seconds < 10:

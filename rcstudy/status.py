@@ -9,7 +9,7 @@ from rcstudy.cases import Case, expand
 from rcstudy.earlier import other_study
 from rcstudy.index import Index
 from rcstudy.lock import holders
-from rcstudy.progress import counted
+from rcstudy.progress import counted, in_bytes
 from rcstudy.result import Status
 from rcstudy.store import starts_over, take_cube, units_folder
 from rcstudy.study import Study
@@ -41,7 +41,7 @@ def report(study: Study, output: Path) -> str:
     elif not starts_over(folder) and (name := other_study(output, study.name)) is not None:
         lines += ["", f"the cube is of another study, {name}: a sweep will not overwrite it"]
     if count:
-        lines += ["", f"{size / 1e6:.1f} MB in {counted(count, 'unit')} in {folder}"]
+        lines += ["", f"{in_bytes(size)} in {counted(count, 'unit')} in {folder}"]
     lines += ["", *notes] if notes else []
     at_work = holders(folder)
     lines += ["", "at work: " + ", ".join(at_work) if at_work else "no sweep is at work"]

@@ -122,7 +122,7 @@ def test_merge_of_failed_cases(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         found = run("sweep", "many.yaml", "--shard", f"{i}/2", "--workers", "1", "-o", f"{i}.nc", code=code)
     assert "load=40" in found.stderr
     found = run("merge", "many.yaml", "1.nc.units", "2.nc.units", code=cli.EXIT_FAILED_CASES)
-    line = r"6 of 8 cases solved in [0-9.]+ s, 6 of them before; many\.nc: [0-9.]+ MB\n"
+    line = r"6 of 8 cases solved in [0-9.]+ s, 6 of them before; many\.nc: [0-9.]+ kB\n"
     assert re.fullmatch(line, found.stdout), found.stdout
 
 

@@ -27,7 +27,7 @@ from rcstudy.compare import compare
 from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
-from rcstudy.progress import Bar, Lines, counted, duration, for_stream
+from rcstudy.progress import Bar, Lines, counted, duration, for_stream, in_bytes
 from rcstudy.result import Result, Status
 from rcstudy.steady import interrupts_held, interrupts_remembered
 from rcstudy.study import Study, load_study
@@ -530,6 +530,12 @@ def test_a_bar_on_a_terminal(capsys: pytest.CaptureFixture[str], monkeypatch: py
 )
 def test_durations(seconds: float, words: str) -> None:
     assert duration(seconds) == words
+
+
+def test_sizes_of_files() -> None:
+    """Less than 0.1 MB was told as 0.0 MB."""
+    sizes = (512, 999.4, 42_345, 999_600, 15.7e6, 1.2e9, 3e12)
+    assert [in_bytes(size) for size in sizes] == ["512 B", "999 B", "42.3 kB", "1 MB", "15.7 MB", "1.2 GB", "3 TB"]
 
 
 def test_how_a_process_died() -> None:
