@@ -200,12 +200,14 @@ def sweep(
 
 
 def _target(spec: Path, output: Path | None) -> Path:
-    """Path of the cube of a study: `output` if given, else named after the study file."""
+    """Path of the cube of a study: `output` if given, else named after the study file; UserError if it has no name."""
+    if output is not None and not output.name:  # -o ""
+        raise UserError(f"--output: must have the name of a file, such as {spec.stem}.nc")
     return output if output is not None else Path(f"{spec.stem}.nc")
 
 
 def _cube_target(spec: Path, output: Path | None) -> Path:
-    """Path of the cube for a command that writes it; UserError if its suffix is that of another format.
+    """Path of the cube for a command that writes it; UserError if it has none, or the suffix of another format.
 
     Reports it to the user if the folder has to be made.
     """

@@ -64,11 +64,7 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     except UserError:
         raise
     except Exception as error:  # HDF5, h5netcdf and xarray raise errors of any type on foreign files
-        reason = (
-            reason_of(error)
-            if isinstance(error, OSError)
-            else f"damaged, a dimension may be missing: {first_line(error)}"
-        )
+        reason = reason_of(error) if isinstance(error, OSError) else "damaged: a dimension of it may be missing"
         raise UserError(f"{path}: not a readable rcstudy cube: {reason}") from error
     try:
         schema = tree.attrs.get(SCHEMA_ATTRIBUTE)
@@ -76,6 +72,8 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
             raise UserError(f"{path}: not an rcstudy cube: it has no attribute {SCHEMA_ATTRIBUTE}")
         if schema != SCHEMA:
             raise UserError(f"{path}: layout {schema} of the cube is not known here: layout {SCHEMA} is")
+        if "axes" in tree.attrs and GRID not in tree.attrs:
+            raise UserError(f"{path}: not a whole rcstudy cube: it has no attribute {GRID}")
         found = grids(tree)
         if not found or any(LABEL not in grid for grid in found.values()):
             raise UserError(f"{path}: not a whole rcstudy cube: it has no grids, or grids without labels of cases")
@@ -110,7 +108,9 @@ def reading(*paths: Path | str) -> Iterator[None]:
             raise UserError(f"{error.filename}: {error.strerror or error}") from error
         raise UserError(f"{_at_fault(paths)}: cannot be read, or damaged: {first_line(error)}") from error
     except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
-        what = f"{type(error).__name__}: {shorten(first_line(error), 200)}"
+        what = shorten(first_line(error), 200)
+        if not isinstance(error, ValueError):  # whose messages are sentences
+            what = f"{type(error).__name__}: {what}"
         raise UserError(f"{_at_fault(paths)}: damaged, or not as rcstudy writes cubes: {what}") from error
 
 

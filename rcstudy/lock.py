@@ -107,7 +107,7 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
         try:
             free = _flocked(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
             if free is False:
-                raise UserError(_refusal(folder, " and ".join(holders(folder)) or "another process"))
+                raise UserError(_refusal(folder, *holders(folder)))
             if not _same_file(descriptor, path):  # its last owner has just removed it
                 os.close(descriptor)
                 continue
@@ -137,8 +137,10 @@ def _is_no_folder(path: Path) -> bool:
         return False
 
 
-def _refusal(folder: Path, who: str) -> str:
-    return f"{folder}: {who} is at work on this output: wait until it has finished, or choose another --output"
+def _refusal(folder: Path, *at_work: str) -> str:
+    who = " and ".join(at_work) or "another process"
+    are, have = ("are", "they have") if len(at_work) > 1 else ("is", "it has")
+    return f"{folder}: {who} {are} at work on this output: wait until {have} finished, or choose another --output"
 
 
 def _may_live(owner: Owner, *, flocks: bool) -> bool:

@@ -18,6 +18,10 @@ class Status(IntEnum):
     REFUSED = 3
     ERROR = 4
 
+    @classmethod
+    def _missing_(cls, value: object) -> None:
+        raise ValueError(f"{value} is no status of a case")  # as may be in a damaged cube
+
     @property
     def words(self) -> str:
         """The status in words, for example `not converged`."""

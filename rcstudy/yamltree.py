@@ -116,7 +116,7 @@ def _needs_quotes(text: str) -> bool:
     """Whether `text` looks like a number, true, false or nothing, so that only quotes show that it is text."""
     if not text.strip() or text in ("true", "false"):
         return True
-    if "_" in text:  # a number to Python alone
+    if "_" in text or not any(map(str.isdigit, text)):  # 1_000, NaN: numbers to Python alone
         return False
     try:
         float(text)

@@ -139,6 +139,8 @@ def test_merge_of_failed_cases(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["merge", "none.yaml"], "none.yaml"),
         (["status", "none.yaml"], "none.yaml"),
         (["failures", "none.nc"], "none.nc: no such file"),
+        (["sweep", "many.yaml", "-o", ""], "--output: must have the name of a file, such as many.nc"),
+        (["status", "many.yaml", "-o", "."], "--output: must have the name of a file, such as many.nc"),
         (["failures", "many.yaml"], "not a readable rcstudy cube"),
     ],
 )
@@ -155,6 +157,16 @@ def test_the_second_sweep_is_refused(folder: Path) -> None:
             assert "is at work on this output: wait until it has finished, or choose another --output" in found.stderr
         assert "at work: process " in run("status", "many.yaml").stdout
     run("sweep", "many.yaml", "--workers", "1")
+
+
+def test_all_who_are_at_work_are_named(folder: Path) -> None:
+    units = folder / "many.nc.units"
+    with lock.locked(units, (1, 3)), lock.locked(units, (2, 3)):
+        found = run("sweep", "many.yaml", code=cli.EXIT_BAD_INPUT)
+    assert re.search(
+        r"\(shard 1 of 3\) and process .* \(shard 2 of 3\) are at work on this output: wait until they have finished",
+        found.stderr,
+    )
 
 
 def test_another_machines_lock(folder: Path) -> None:

@@ -160,8 +160,27 @@ def test_a_dimension_that_is_gone_is_told(good: Path, tmp_path: Path) -> None:
     shutil.copy(good, tmp_path / "c.nc")
     with h5py.File(tmp_path / "c.nc", "r+") as file:
         del file["creepage"]
-    with pytest.raises(UserError, match="not a readable rcstudy cube: damaged, a dimension may be missing: "):
+    with pytest.raises(UserError, match=r"not a readable rcstudy cube: damaged: a dimension of it may be missing$"):
         open_cube(tmp_path / "c.nc")
+
+
+def test_damage_is_told_in_words_of_cubes(
+    good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not by what Python calls it."""
+    monkeypatch.chdir(tmp_path)
+    for name, told in (
+        ("grid", "c.nc: not a whole rcstudy cube: it has no attribute grid\n"),
+        ("status", "c.nc: damaged, or not as rcstudy writes cubes: 99 is no status of a case\n"),
+    ):
+        shutil.copy(good, "c.nc")
+        with h5py.File("c.nc", "r+") as file:
+            if name == "grid":
+                del file.attrs["grid"]
+            else:
+                file["status"][...] = 99
+        assert run("show", "c.nc") == 2
+        assert capsys.readouterr().err.endswith(told)
 
 
 def damage_a_field(good: Path, path: Path, name: str) -> None:

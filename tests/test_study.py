@@ -260,6 +260,7 @@ def test_text_that_only_its_quotes_tell_from_what_is_allowed(tmp_path):
         ("load: ¶~", "scene.load: ~: a number above 0, in N"),
         ("load: ¶{}", "scene.load: {}: a number above 0, in N"),
         ("friction: ¶0", "scene.friction: 0: a number above 0"),
+        ("friction: ¶NaN", "scene.friction: NaN: a number above 0"),
         ("mesh: {size: [¶0, 1]}", "scene.mesh.size[0]: 0: a number above 0, in mm"),
         ("mesh: {size: ¶2}", "scene.mesh.size: 2: auto or two lengths [x, y]"),
         ("mesh: {cells: [¶3, 4]}", "scene.mesh.cells[0]: 3: a whole number from 4 to"),
