@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from rcstudy.report import judge, measures
+from rcstudy.report.paper import SPIN, PaperCase, along_creepage, along_thickness, compliant_and_stiff, with_more_spin
+from rcstudy.result import CellState
 
 
 def named(monkeypatch: pytest.MonkeyPatch, views: dict[str, Any]) -> list[Any]:
@@ -58,23 +60,76 @@ def test_ratios_of_slip_differ_by_more_than_both_areas_errors(
 
 
 def test_slip_patterns_are_similar_within_an_angle(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 30 degrees; without slip in one of two there is none to tell."""
-    centres = {"a": (-1.0, 0.0), "b": (-1.0, -0.5), "c": (-1.0, 0.7), "d": (np.nan, np.nan)}
-    views = {name: SimpleNamespace(centre=at, solved=True, mapped=True) for name, at in centres.items()}
+    """Of 5 degrees; without slip, or with slip alone, in one of two there is none to tell."""
+    at = {"a": (-1.0, 0.0), "b": (-1.0, -0.08), "c": (-1.0, 0.1)}
+    states = {"d": [CellState.STICK] * 4, "e": [CellState.SLIP] * 4}
+    views: dict[str, Any] = {name: SimpleNamespace(centre=centre) for name, centre in at.items()}
+    for name, state in states.items():
+        field = {"state": np.reshape(state, (2, 2))}.__getitem__
+        views[name] = SimpleNamespace(centre=(np.nan, np.nan), solved=True, mapped=True, field=field)
     monkeypatch.setattr(measures, "slip_centre", lambda view: view.centre)
     first, *others = named(monkeypatch, views)
-    monkeypatch.setattr(judge, "between_kinds", lambda cases, figures: [(first, other) for other in others])
-    found = list(judge.similar_patterns([]))
-    assert [c.holds for c in found] == [True, False, None]
-    assert found[2].undecided == "d has no such cells"
+    found = list(judge.similar_patterns((first, other) for other in others))
+    assert [c.holds for c in found] == [True, False, None, None]
+    assert [c.undecided for c in found[2:]] == ["d has no such cells", "e slips everywhere"]
 
 
-@pytest.mark.parametrize(("slips", "part"), [((0.0, 0.0), 0.0), ((0.0, 0.2), 1.0), ((0.15, 0.2), 0.25)])
-def test_spread_is_a_part_of_the_largest(slips: tuple[float, float], part: float) -> None:
+@pytest.mark.parametrize(("slips", "holds"), [((0.0, 0.0), False), ((0.2, 0.0), True), ((0.2, 0.15, 0.17), True)])
+def test_spread_is_a_part_of_the_largest(
+    monkeypatch: pytest.MonkeyPatch, slips: tuple[float, ...], holds: bool
+) -> None:
     """Nothing of nothing, where no case slips."""
-    cases = [SimpleNamespace(view=SimpleNamespace(slip=slip, solved=True)) for slip in slips]
-    (found,) = judge.spread(cases, lambda view: view.slip, 0.2, "slip")
-    assert (found.left, found.holds) == (pytest.approx(part), part > 0.2)
+    cases = named(monkeypatch, dict(zip("abc", slips, strict=False)))
+    (found,) = judge.spread(cases, lambda view: view, 0.2)
+    assert (found.left, found.right, found.holds) == (max(slips), min(slips), holds)
+
+
+@pytest.mark.parametrize("unsolved", ["c", "abc"])
+def test_spread_over_cases_that_are_not_solved_is_undecided(monkeypatch: pytest.MonkeyPatch, unsolved: str) -> None:
+    values = {name: np.nan if name in unsolved else value for name, value in zip("abc", (1.0, 2.0, 3.0), strict=True)}
+    views = {name: SimpleNamespace(value=value, solved=name not in unsolved) for name, value in values.items()}
+    (found,) = judge.spread(named(monkeypatch, views), lambda view: view.value, 0.2)
+    assert found.holds is None and "not solved" in found.undecided
+
+
+@pytest.mark.parametrize(("error", "holds"), [(4.0, True), (6.0, None), (np.nan, None)])
+def test_numbers_with_error_bars_differ_by_more_than_these(
+    monkeypatch: pytest.MonkeyPatch, error: float, holds: bool | None
+) -> None:
+    """100 and 110 MPa; 110 and 90 by a factor of MUCH; a value against a bound."""
+
+    def view(peak: float) -> Any:
+        return SimpleNamespace(number={"pressure_max": peak, "pressure_max_error": error}.__getitem__)
+
+    low, high, lower = named(monkeypatch, {"a": view(100.0), "b": view(110.0), "c": view(90.0)})  # 0.9 · 110 - 90 = 9
+    assert [c.holds for c in judge.grows([(low, high)], judge.peak)] == [holds]
+    assert [c.holds for c in judge.much_smaller([(high, lower)], judge.peak)] == [True if error == 4.0 else None]
+    assert [c.holds for c in judge.at_most([low], judge.peak, 105.0)] == [holds]
+
+
+def of_paper(modulus: float, thickness: float = 0.5, creepage: tuple[float, float, float] = (0.002, 0.0, 0.0)) -> Any:
+    """A case of Figure 5 with one layer of this modulus, over the substrate's."""
+    kind = "compliant" if modulus < 1.0 else "stiff"
+    return PaperCase(None, 5, "a", kind, (modulus,), thickness, creepage)  # type: ignore[arg-type]
+
+
+def test_pairs_along_thickness_have_one_modulus() -> None:
+    cases = [of_paper(modulus, thickness) for thickness in (1.0, 0.25, 0.5) for modulus in (0.5, 0.25)]
+    found = [(a.moduli == b.moduli, a.thickness, b.thickness) for a, b in along_thickness(cases)]
+    assert found == [(True, 0.25, 0.5), (True, 0.5, 1.0)] * 2
+
+
+def test_each_compliant_layer_is_compared_with_each_stiff_one() -> None:
+    found = compliant_and_stiff([of_paper(modulus) for modulus in (4.0, 0.5, 2.0, 0.25)])
+    assert [(a.moduli[0], b.moduli[0]) for a, b in found] == [(0.5, 4.0), (0.5, 2.0), (0.25, 4.0), (0.25, 2.0)]
+
+
+def test_pairs_along_a_creepage_have_the_others_in_common() -> None:
+    spins = [(0.0, -0.01), (0.001, 0.01), (0.0, 0.0), (0.001, 0.005), (0.001, 0.0)]
+    cases = [of_paper(0.5, creepage=(0.002, *at)) for at in spins]
+    pairs = [(a.creepage[1:], b.creepage[1:]) for a, b in along_creepage(cases, SPIN)]
+    assert pairs == [((0.0, 0.0), (0.0, -0.01)), ((0.001, 0.0), (0.001, 0.005)), ((0.001, 0.005), (0.001, 0.01))]
+    assert len(list(with_more_spin(cases))) == 4
 
 
 def test_what_stays_the_same_neither_grows_nor_shrinks(monkeypatch: pytest.MonkeyPatch) -> None:

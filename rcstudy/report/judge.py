@@ -5,23 +5,24 @@ Thresholds stand for the paper's adjectives; each is printed in the table next t
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from itertools import chain, product
 
 import numpy as np
 
 from rcstudy.report import measures
 from rcstudy.report.layers import layers_text, thickness_text
-from rcstudy.report.paper import MAPS, PaperCase, along_thickness, compliant_and_stiff, select
+from rcstudy.report.paper import Pair, PaperCase, along_thickness, compliant_and_stiff, select
 from rcstudy.report.statements import Comparison
 from rcstudy.report.views import CaseView, creepage_text
 
 Measure = Callable[[CaseView], float]
 Cases = Sequence[PaperCase]
-Pairs = Iterator[tuple[PaperCase, PaperCase]]
+Holds = Callable[[float, float], bool]
 
 ALMOST_SYMMETRIC = 0.1
-"""Share of a traction's odd part (`measures.asymmetry`) below which it is called almost symmetric."""
+"""Share without a mirror image (`measures.asymmetry`, `slip_asymmetry`) below which a panel is called symmetric."""
 
 BEHIND = 0.9
 """Share of the slip cells behind their row's stick cells from which slip is called located at the trailing edge."""
@@ -30,98 +31,123 @@ SMALL = 0.5
 """Ratio of slip below which slip zones are called relatively small."""
 
 SIGNIFICANT = 0.1
-"""Relative spread over the layers from which a result is called significantly adjusted."""
+"""Relative spread over layers or creepages from which these are called significant."""
 
-SIMILAR = 30.0
-"""Angle in degrees between the directions of slip's centroid below which two slip patterns are called similar."""
+SIMILAR = 5.0
+"""Angle in degrees between the directions of slip's centroid below which two slip patterns are called similar.
+
+Most patterns of different creepages differ by more.
+"""
+
+REPRESENTATIVE = 0.1
+"""Estimated error over the value below which a mesh's result is called representative."""
 
 MUCH = 0.9
 """A ratio below this is called much smaller, one above its inverse much larger."""
 
 
-def grows(pairs: Iterable[tuple[PaperCase, PaperCase]], measure: Measure) -> Iterator[Comparison]:
-    """Whether `measure` is larger for the second case of each pair."""
+def grows(pairs: Iterable[Pair], measure: Measure, by: float = 1.0) -> Iterator[Comparison]:
+    """Whether `measure` of the second case of each pair is above `by` times that of the first."""
+    return _compared(pairs, measure, by, operator.gt)
+
+
+def shrinks(pairs: Iterable[Pair], measure: Measure, by: float = 1.0) -> Iterator[Comparison]:
+    """Whether `measure` of the second case of each pair is below `by` times that of the first."""
+    return _compared(pairs, measure, by, operator.lt)
+
+
+def _compared(pairs: Iterable[Pair], measure: Measure, by: float, holds: Holds) -> Iterator[Comparison]:
     for first, second in pairs:
         left, right = measure(first.view), measure(second.view)
-        undecided = _why_undecided(first, second, measure)
-        yield Comparison(
-            f"{words(first)} → {words(second)}", left, right, None if undecided else right > left, undecided
-        )
-
-
-def shrinks(pairs: Iterable[tuple[PaperCase, PaperCase]], measure: Measure) -> Iterator[Comparison]:
-    """Whether `measure` is smaller for the second case of each pair."""
-    for c in grows(pairs, measure):
-        yield c if c.holds is None else replace(c, holds=c.right < c.left)
+        undecided = _why_undecided(first, second, measure, by)
+        what = f"{words(first)} → {words(second)}"
+        yield Comparison(what, left, right, None if undecided else holds(right, by * left), undecided, by=by)
 
 
 def at_most(cases: Iterable[PaperCase], measure: Measure, bound: float) -> Iterator[Comparison]:
     """Whether `measure` of each case is below `bound`."""
-    return _bounded(cases, measure, bound, lambda value: value < bound)
+    return _bounded(cases, measure, bound, operator.lt)
 
 
 def at_least(cases: Iterable[PaperCase], measure: Measure, bound: float) -> Iterator[Comparison]:
     """Whether `measure` of each case is above `bound`."""
-    return _bounded(cases, measure, bound, lambda value: value > bound)
+    return _bounded(cases, measure, bound, operator.gt)
 
 
-def _bounded(
-    cases: Iterable[PaperCase], measure: Measure, bound: float, holds: Callable[[float], bool]
-) -> Iterator[Comparison]:
+def _bounded(cases: Iterable[PaperCase], measure: Measure, bound: float, holds: Holds) -> Iterator[Comparison]:
     for case in cases:
         value = measure(case.view)
-        undecided = "" if np.isfinite(value) else f"{case.name} {_why_unknown(case)}"
-        yield Comparison(words(case), value, bound, None if undecided else bool(holds(value)), undecided, bound=True)
+        undecided = _unknown(measure, case)
+        if not undecided and measure in BARS:
+            margin, name = _margin(case.view, measure)
+            undecided = _too_close(abs(value - bound), margin, f"differs from the bound by less than {name}")
+        yield Comparison(words(case), value, bound, None if undecided else holds(value, bound), undecided, bound=True)
+
+
+def _unknown(measure: Measure, *cases: PaperCase) -> str:
+    """Which of the cases have no such number, and why; empty if all have one."""
+    return "; ".join(f"{c.name} {_why_unknown(c)}" for c in cases if not np.isfinite(measure(c.view)))
 
 
 def _why_unknown(case: PaperCase) -> str:
     if not case.view.solved:
         return "not solved"
-    return "has no such cells" if case.view.mapped else "stored without fields"
+    if not case.view.mapped:
+        return "stored without fields"
+    return "slips everywhere" if measures.slips_everywhere(case.view) else "has no such cells"
 
 
-def spread(cases: Iterable[PaperCase], measure: Measure, least: float, what: str) -> Iterator[Comparison]:
-    """Whether `measure` varies over the solved cases by more than `least` of its largest value; by how much it does."""
-    values = [measure(c.view) for c in cases if c.view.solved]
-    if len(values) > 1:
-        part = 1.0 - min(values) / max(values) if any(values) else 0.0
-        yield Comparison(what, part, least, part > least, bound=True)
+def spread(cases: Iterable[PaperCase], measure: Measure, least: float) -> Iterator[Comparison]:
+    """Whether `measure` varies by more than `least` of its largest value: from the case with that to the smallest."""
+    # cases without the number come last and first, and so decide nothing
+    ranked = sorted(cases, key=lambda c: np.nan_to_num(measure(c.view), nan=np.inf))
+    if len(ranked) > 1:
+        yield from shrinks([(ranked[-1], ranked[0])], measure, by=1.0 - least)
 
 
-def _why_undecided(first: PaperCase, second: PaperCase, measure: Measure) -> str:
+def spreads(groups: Iterable[Cases], measure: Measure) -> Iterator[Comparison]:
+    """Whether `measure` varies significantly within each group of cases."""
+    return chain.from_iterable(spread(group, measure, SIGNIFICANT) for group in groups)
+
+
+def _why_undecided(first: PaperCase, second: PaperCase, measure: Measure, by: float) -> str:
+    """Why a pair decides nothing: no number, slip everywhere in both, or discretisation errors that are larger."""
+    unknown = _unknown(measure, first, second)
+    if unknown or measure not in BARS:
+        return unknown
     left, right = measure(first.view), measure(second.view)
-    unknown = [case for case, value in ((first, left), (second, right)) if not np.isfinite(value)]
-    if unknown:
-        return "; ".join(f"{case.name} {_why_unknown(case)}" for case in unknown)
-    if measure is not measures.slip_ratio:
-        return ""
-    if left == right == 1.0:
+    if measure is measures.slip_ratio and left == right == 1.0:
         return "both slip everywhere"
-    if not (first.view.mapped and second.view.mapped):
-        return ""
-    margins, kinds = zip(*(_margin(case.view) for case in (first, second)), strict=True)
-    if not np.isfinite(sum(margins)):
+    (of_left, one), (of_right, other) = (_margin(case.view, measure) for case in (first, second))
+    names = " and ".join(dict.fromkeys((one, other)))
+    return _too_close(abs(right - by * left), of_right + by * of_left, f"differ by less than {names} in each")
+
+
+def _too_close(difference: float, margin: float, words: str) -> str:
+    if not np.isfinite(margin):
         return "no estimate of their errors"
-    within = abs(right - left) <= sum(margins) * (1 + 1e-9)
-    return f"differ by less than {' and '.join(dict.fromkeys(kinds))} in each" if within else ""
+    return words if difference <= margin * (1 + 1e-9) else ""
 
 
-def _margin(case: CaseView) -> tuple[float, str]:
-    """Discretisation error allowed for in a case's slip ratio, and its name in words.
+def _margin(case: CaseView, measure: Measure) -> tuple[float, str]:
+    """Discretisation error allowed for in a measure that has a bar, and its name in words.
 
-    Where areas are counted in cells it is `measures.CELLS` cells. With `aligned` areas are found within cells, and it
-    follows from the estimated errors of both areas (NaN if there are none).
+    It is the estimated one (NaN if there is none); but for slip ratios whose areas are counted in cells it is
+    `measures.CELLS` cells. With `aligned` areas are found within cells.
     """
-    cells = case.number("contact_area") / float(np.prod(case.spacing))
-    if abs(cells - round(cells)) < 1e-6:
-        return measures.CELLS / cells, f"{measures.CELLS:g} cells"
-    return measures.slip_ratio_error(case), "the estimated error"
+    if measure is measures.slip_on_axis:
+        return BARS[measure](case), "one cell"
+    if measure is measures.slip_ratio and case.mapped:
+        cells = case.number("contact_area") / float(np.prod(case.spacing))
+        if abs(cells - round(cells)) < 1e-6:
+            return measures.CELLS / cells, f"{measures.CELLS:g} cells"
+    return BARS[measure](case), "the estimated error"
 
 
 def words(case: PaperCase) -> str:
     """A case in words: figure and panel, layers, creepage (`7a: E1 = 0.5 Es, 0.5 a, xi_x = 0.002`)."""
     parts = [layers_text(case.view)]
-    if case.layer_count:
+    if case.moduli:
         parts.append(thickness_text(case.view))
     if any(case.creepage):
         parts.append(creepage_text(case.view))
@@ -139,6 +165,18 @@ def number(name: str) -> Measure:
 
 radius, area, peak = number("contact_radius"), number("contact_area"), number("pressure_max")
 largest_traction = number("traction_max")
+
+BARS: dict[Measure, Measure] = {
+    radius: number("contact_radius_error"),
+    area: number("contact_area_error"),
+    peak: number("pressure_max_error"),
+    largest_traction: number("traction_max_error"),
+    measures.slip_ratio: measures.slip_ratio_error,
+    measures.slip_on_axis: measures.cell_on_axis,
+    measures.mean_pressure: measures.mean_pressure_error,
+    measures.tangential_force: measures.tangential_force_error,
+}
+"""Measures that have an error bar, and the bar. Differences within them decide nothing."""
 
 
 def slip_x(case: CaseView) -> float:
@@ -161,30 +199,35 @@ def lower(case: CaseView) -> float:
     return measures.trailing_slip(case, upper=False)
 
 
-def bare_to(cases: Cases, kind: str) -> Pairs:
+def bare_to(cases: Cases, kind: str) -> Iterator[Pair]:
     """Pairs (uncoated, coated) of the pressures of Figure 3."""
-    bare = select(cases, [3], kind="none")
-    return ((bare[0], coated) for coated in select(cases, [3], kind=kind) if bare)
+    bare = select(cases, [3], "none")
+    return ((bare[0], coated) for coated in select(cases, [3], kind) if bare)
 
 
-def panels(cases: Cases, steps: Iterable[str], figures: Iterable[int]) -> Pairs:
-    """Pairs of panels of one figure: the step `cd` is (c, d)."""
-    named = {c.name: c for c in cases}
-    for figure in figures:
-        for first, second in (tuple(step) for step in steps):
-            pair = named.get(f"{figure}{first}"), named.get(f"{figure}{second}")
-            if pair[0] and pair[1]:
-                yield pair[0], pair[1]
+def papers_mesh(cases: Cases) -> list[PaperCase]:
+    """Rolling cases with cells of the paper's size, 64 to 2 mm, as far as the cube says."""
+    located = (c for c in cases if any(c.creepage) and "x" in c.view.grid and "y" in c.view.grid)
+    return [c for c in located if np.allclose(c.view.spacing, 2.0 / 64.0, rtol=1e-6)]
 
 
-def between_kinds(cases: Cases, figures: Iterable[int]) -> Pairs:
+def relative_error(measure: Measure) -> Measure:
+    """The measure's error bar over its value."""
+
+    def relative(case: CaseView) -> float:
+        return BARS[measure](case) / measure(case)
+
+    return relative
+
+
+def between_kinds(cases: Cases, figures: Iterable[int]) -> Iterator[Pair]:
     """Pairs (compliant, stiff), all else equal."""
     return compliant_and_stiff(select(cases, figures))
 
 
-def thicker(cases: Cases, figures: Iterable[int], kind: str) -> Pairs:
+def thicker(cases: Cases, figures: Iterable[int], kind: str) -> Iterator[Pair]:
     """Pairs (thinner, thicker), all else equal."""
-    return along_thickness(select(cases, figures, kind=kind))
+    return along_thickness(select(cases, figures, kind))
 
 
 def top_of_trailing_end(cases: Iterable[PaperCase], *, upwards: bool) -> Iterator[Comparison]:
@@ -197,33 +240,31 @@ def top_of_trailing_end(cases: Iterable[PaperCase], *, upwards: bool) -> Iterato
         yield Comparison(beside.what, beside.left, 0.0, holds, beside.undecided, bound=True)
 
 
-def spreads(cases: Cases, measure: Measure) -> Iterator[Comparison]:
-    """Spread of a measure over the layers of Figures 7 to 10, creepage set by creepage set."""
-    chosen = select(cases, MAPS)
-    for creepage in dict.fromkeys(c.creepage for c in chosen):
-        same = [c for c in chosen if c.creepage == creepage]
-        text = "spread over the largest at xi_x = {:g}, xi_y = {:g}, phi = {:g}".format(*creepage)
-        yield from spread(same, measure, SIGNIFICANT, text)
-
-
-def much_smaller(pairs: Pairs, measure: Measure) -> Iterator[Comparison]:
+def much_smaller(pairs: Iterable[Pair], measure: Measure) -> Iterator[Comparison]:
     """Whether `measure` of the second case is below MUCH times that of the first."""
-    for c in shrinks(pairs, measure):
-        yield c if c.holds is None else replace(c, holds=c.right < MUCH * c.left)
+    return shrinks(pairs, measure, by=MUCH)
 
 
-def much_larger(pairs: Pairs, measure: Measure) -> Iterator[Comparison]:
+def much_larger(pairs: Iterable[Pair], measure: Measure) -> Iterator[Comparison]:
     """Whether `measure` of the second case is above 1/MUCH times that of the first."""
-    for c in grows(pairs, measure):
-        yield c if c.holds is None else replace(c, holds=MUCH * c.right > c.left)
+    return grows(pairs, measure, by=1.0 / MUCH)
 
 
-def similar_patterns(cases: Cases) -> Iterator[Comparison]:
-    """Angle (degrees) between the directions in which slip's centroid lies, compliant and stiff panels of Figure 7."""
-    for compliant, stiff in between_kinds(cases, [7]):
-        (x1, y1), (x2, y2) = measures.slip_centre(compliant.view), measures.slip_centre(stiff.view)
+def similar_patterns(pairs: Iterable[Pair]) -> Iterator[Comparison]:
+    """Angle (degrees) between the directions in which slip's centroid lies in the two cases of each pair."""
+    for one, other in pairs:
+        (x1, y1), (x2, y2) = measures.slip_centre(one.view), measures.slip_centre(other.view)
         angle = float(np.degrees(np.abs(np.arctan2(x1 * y2 - x2 * y1, x1 * x2 + y1 * y2))))
-        unknown = [c for c in (compliant, stiff) if not np.isfinite(slip_x(c.view))]
-        undecided = "; ".join(f"{c.name} {_why_unknown(c)}" for c in unknown)
+        undecided = _unknown(slip_x, one, other)
         holds = None if undecided else angle < SIMILAR
-        yield Comparison(f"{compliant.name}, {stiff.name}", angle, SIMILAR, holds, undecided, bound=True)
+        yield Comparison(f"{one.name}, {other.name}", angle, SIMILAR, holds, undecided, bound=True)
+
+
+def between_creepages(cases: Cases, figures: Iterable[int]) -> Iterator[Pair]:
+    """Pairs (compliant, stiff) of one figure and thickness that differ in creepage as well."""
+    pairs = product(select(cases, figures, "compliant"), select(cases, figures, "stiff"))
+    return (
+        (soft, hard)
+        for soft, hard in pairs
+        if (soft.figure, soft.thickness) == (hard.figure, hard.thickness) and soft.creepage != hard.creepage
+    )

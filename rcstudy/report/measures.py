@@ -5,6 +5,8 @@ Rolling is in +x: the trailing half of the contact is x < 0.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rcstudy.report.views import CaseView
@@ -18,9 +20,13 @@ def on_x_axis(field: np.ndarray, y: np.ndarray) -> np.ndarray:
     does: the mean of the two rows next to the axis is taken (error of second order in dy for a field that
     is smooth across the axis).
     """
+    return np.asarray(field[:, _next_to_axis(y)].mean(axis=1))
+
+
+def _next_to_axis(y: np.ndarray) -> np.ndarray:
+    """Which rows of cells are on the x-axis, or next to it: one or two, [ny]."""
     distance = np.abs(y)
-    nearest = distance <= distance.min() * (1.0 + 1e-6) + 1e-12
-    return np.asarray(field[:, nearest].mean(axis=1))
+    return np.asarray(distance <= distance.min() * (1.0 + 1e-6) + 1e-12)
 
 
 CELLS = 2.0
@@ -60,9 +66,19 @@ def mean_pressure(case: CaseView) -> float:
     return case.stored("load") / case.number("contact_area")
 
 
+def mean_pressure_error(case: CaseView) -> float:
+    """Estimated error of `mean_pressure`, by that of the area, MPa."""
+    return mean_pressure(case) * case.number("contact_area_error") / case.number("contact_area")
+
+
 def tangential_force(case: CaseView) -> float:
     """Magnitude of the tangential force, N."""
     return float(np.hypot(case.number("force_x"), case.number("force_y")))
+
+
+def tangential_force_error(case: CaseView) -> float:
+    """The largest change of `tangential_force` by the estimated errors of both components, N."""
+    return float(np.hypot(case.number("force_x_error"), case.number("force_y_error")))
 
 
 def worst_proof(case: CaseView) -> tuple[float, str]:
@@ -78,27 +94,70 @@ def traction(case: CaseView) -> tuple[np.ndarray, np.ndarray]:
 
 
 def asymmetry(case: CaseView) -> float:
-    """Share of the traction that is odd in y: |q(x, y) - q(x, -y)| / (2 |q|) in L2 norms, from 0 to 1.
+    """Share of the traction's magnitude, which maps show, that is odd in y: | |q(x,y)| - |q(x,-y)| | / (2 |q|).
 
-    Both components are taken as even in a symmetric traction: that is the symmetry of a traction that has the
-    same direction everywhere, which longitudinal and lateral creepage give nearly.
+    In L2 norms, from 0 to 1, as `vector_asymmetry`.
     """
-    if not case.mapped:
-        return float("nan")
-    q = np.stack(traction(case))
-    return float(np.linalg.norm(q - q[:, :, ::-1]) / (2.0 * np.linalg.norm(q)))
+    return _odd_part(np.hypot(*traction(case))[None], [1.0]) if case.mapped else float("nan")
+
+
+def vector_asymmetry(case: CaseView) -> float:
+    """Share of the traction that is not its own mirror image about the x-axis, in which q_x is even and q_y odd in y.
+
+    Lateral creepage is its own mirror image with the sign reversed, and has such a share by itself.
+    """
+    return _odd_part(np.stack(traction(case)), [1.0, -1.0]) if case.mapped else float("nan")
+
+
+def _odd_part(fields: np.ndarray, signs: Sequence[float]) -> float:
+    """L2 norm of what distinguishes `fields` [k, nx, ny] from their mirror image, over twice theirs.
+
+    `signs`: those that the fields take in the image.
+    """
+    image = np.reshape(signs, (-1, 1, 1)) * fields[:, :, ::-1]
+    return float(np.linalg.norm(fields - image) / (2.0 * np.linalg.norm(fields)))
+
+
+def slip_asymmetry(case: CaseView) -> float:
+    """Share of the slip cells whose mirror image about the x-axis is no slip cell; NaN without slip."""
+    slips = _slips(case)
+    return float((slips & ~slips[:, ::-1]).sum() / slips.sum()) if slips.any() else float("nan")
+
+
+def slips_everywhere(case: CaseView) -> bool:
+    """Whether the case is mapped and has slip cells, but no stick cells."""
+    return bool(_slips(case).any() and not (case.field("state") == CellState.STICK).any())
+
+
+def _slips(case: CaseView) -> np.ndarray:
+    """Where cells slip, [nx, ny]; nowhere if that is not stored."""
+    return case.field("state") == CellState.SLIP if case.mapped else np.zeros((1, 1), dtype=bool)
 
 
 def slip_centre(case: CaseView) -> tuple[float, float]:
-    """Centroid of the slip cells over the contact radius, (x, y); NaN without slip."""
-    if not case.mapped:
+    """Centroid of the slip cells over the contact radius, (x, y).
+
+    NaN without slip, and where all cells slip: it is that of the contact then, and tells nothing of slip.
+    """
+    if not _slips(case).any() or slips_everywhere(case):
         return float("nan"), float("nan")
-    slips = case.field("state") == CellState.SLIP
-    if not slips.any():
-        return float("nan"), float("nan")
-    i, j = np.nonzero(slips)
+    i, j = np.nonzero(_slips(case))
     radius = case.number("contact_radius")
     return float(case.x[i].mean() / radius), float(case.y[j].mean() / radius)
+
+
+def slip_on_axis(case: CaseView) -> float:
+    """Slip cells over contact cells in the row on the x-axis, or in the two rows next to it."""
+    if not case.mapped:
+        return float("nan")
+    state = case.field("state")[:, _next_to_axis(case.y)]
+    return float((state == CellState.SLIP).sum() / (state != CellState.EXTERIOR).sum())
+
+
+def cell_on_axis(case: CaseView) -> float:
+    """Share of one cell in the contact on the x-axis, by which `slip_on_axis` is uncertain."""
+    state = case.field("state")[:, _next_to_axis(case.y)]
+    return float(state.shape[1] / (state != CellState.EXTERIOR).sum())
 
 
 def slip_behind_stick(case: CaseView) -> float:

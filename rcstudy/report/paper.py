@@ -5,10 +5,9 @@ The paper: rolling contact with one or two elastic layers, Tribology Letters 69:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
+from itertools import combinations, pairwise, product
 
 from rcstudy.grids import letters
 from rcstudy.report.views import CaseView, GridView
@@ -31,20 +30,23 @@ BARE = "figure_3_bare"
 MAPS = (7, 8, 9, 10)
 """The figures of section 3.3, which the paper's Tables 1 and 2 describe."""
 
+LATERAL, SPIN = 1, 2
+"""Places in a case's `creepage`."""
+
 
 @dataclass(frozen=True)
 class PaperCase:
     """A case of the paper: its figure number, its panel's letter, and its place among the others.
 
-    `kind` is `none`, `compliant` or `stiff`; `thickness` is that of each layer over Hertz's radius;
-    `creepage` is (longitudinal, lateral, spin), zeros where only the pressure was wanted.
+    `kind` is that of the layers, see `_kind`; `moduli` are theirs in MPa from the surface down, `thickness` is that of
+    each over Hertz's radius; `creepage` is (longitudinal, lateral, spin), zeros where only the pressure was wanted.
     """
 
     view: CaseView
     figure: int
     panel: str
     kind: str
-    layer_count: int
+    moduli: tuple[float, ...]
     thickness: float
     creepage: tuple[float, float, float]
 
@@ -52,6 +54,9 @@ class PaperCase:
     def name(self) -> str:
         """Figure and panel, such as `7a`."""
         return f"{self.figure}{self.panel}"
+
+
+Pair = tuple[PaperCase, PaperCase]
 
 
 def is_paper_grid(grid: GridView) -> bool:
@@ -96,62 +101,111 @@ def paper_cases(grids: Mapping[str, GridView]) -> list[PaperCase]:
 
 def _paper_case(view: CaseView) -> PaperCase:
     layers = view.layers
-    kind = "none"
-    if layers:
-        kind = "compliant" if layers[0][0] < view.substrate_modulus else "stiff"
     thickness = layers[0][1] / view.stored("hertz_radius") if layers else 0.0
     creepage = tuple(0.0 if value != value else value for value in view.creepage)
     return PaperCase(
         view,
         figure_number(view.grid),
         panel_letter(view),
-        kind,
-        len(layers),
+        _kind(view),
+        tuple(E for E, _ in layers),
         round(thickness, 9),
         creepage,  # type: ignore[arg-type]
     )
 
 
-def select(cases: Iterable[PaperCase], figures: Iterable[int], *, panels: str = "", kind: str = "") -> list[PaperCase]:
-    """Cases of these figures, of these panels (all if empty) and of this kind of layer (any if empty)."""
+def _kind(view: CaseView) -> str:
+    """`none` without layers, `compliant` or `stiff` by the layer at the surface, against the substrate.
+
+    Empty where that is as stiff as the substrate, or the cube does not give the substrate's modulus: neither of both.
+    """
+    if not view.layers:
+        return "none"
+    ratio = view.layers[0][0] / view.substrate_modulus
+    if abs(ratio - 1.0) < 1e-9:
+        return ""
+    return "compliant" if ratio < 1.0 else "stiff" if ratio > 1.0 else ""
+
+
+def select(
+    cases: Iterable[PaperCase],
+    figures: Iterable[int],
+    kind: str = "",
+    *,
+    lateral: bool | None = None,
+    spin: bool | None = None,
+) -> list[PaperCase]:
+    """Cases of these figures, of this kind of layer (any if empty), with or without lateral creepage and spin.
+
+    Not by letters of panels, which say where a case stands in the study and not what it is.
+    """
     wanted = frozenset(figures)
     return [
-        c for c in cases if c.figure in wanted and (not panels or c.panel in panels) and (not kind or c.kind == kind)
+        c
+        for c in cases
+        if c.figure in wanted
+        and (not kind or c.kind == kind)
+        and (lateral is None or bool(c.creepage[LATERAL]) is lateral)
+        and (spin is None or bool(c.creepage[SPIN]) is spin)
     ]
 
 
-def along_thickness(cases: Iterable[PaperCase]) -> Iterator[tuple[PaperCase, PaperCase]]:
+def along_thickness(cases: Iterable[PaperCase]) -> Iterator[Pair]:
     """Pairs of cases that differ in thickness alone, (thinner, thicker), neighbours in thickness.
 
     Thickness varies within Figures 3, 5 and 6, and from Figure 7 to 8 and from 9 to 10.
     """
     family = {8: 7, 10: 9}
-    return _neighbours(
-        cases,
-        lambda c: (family.get(c.figure, c.figure), c.layer_count, c.kind, c.creepage),
-        lambda c: c.thickness,
-    )
+    groups = _grouped(cases, lambda c: (family.get(c.figure, c.figure), c.moduli, c.creepage))
+    return _neighbours(groups, lambda c: c.thickness)
 
 
-def along_creepage(cases: Iterable[PaperCase]) -> Iterator[tuple[PaperCase, PaperCase]]:
-    """Pairs of cases that differ in longitudinal creepage alone, (smaller, larger), neighbours."""
-    return _neighbours(cases, lambda c: (c.figure, c.kind, c.thickness, c.creepage[1:]), lambda c: c.creepage[0])
+def along_creepage(cases: Iterable[PaperCase], component: int) -> Iterator[Pair]:
+    """Pairs of cases that differ in one creepage alone, (smaller, larger) by magnitude, neighbours.
+
+    `component` is LATERAL or SPIN.
+    """
+    return _neighbours(_but_for(cases, component), lambda c: abs(c.creepage[component]))
 
 
-def compliant_and_stiff(cases: Iterable[PaperCase]) -> Iterator[tuple[PaperCase, PaperCase]]:
-    """Pairs (compliant, stiff) of cases that differ in the layers' moduli alone."""
-    groups: dict[object, dict[str, PaperCase]] = {}
-    for c in cases:
-        groups.setdefault((c.figure, c.layer_count, c.thickness, c.creepage), {})[c.kind] = c
-    return ((g["compliant"], g["stiff"]) for g in groups.values() if {"compliant", "stiff"} <= g.keys())
+def with_more_spin(cases: Iterable[PaperCase]) -> Iterator[Pair]:
+    """All pairs of cases that differ in spin alone, (less, more) by magnitude."""
+    for members in _but_for(cases, SPIN):
+        ranked = sorted(members, key=lambda c: abs(c.creepage[SPIN]))
+        yield from ((a, b) for a, b in combinations(ranked, 2) if abs(a.creepage[SPIN]) < abs(b.creepage[SPIN]))
 
 
-def _neighbours(
-    cases: Iterable[PaperCase], group: Callable[[PaperCase], object], order: Callable[[PaperCase], Any]
-) -> Iterator[tuple[PaperCase, PaperCase]]:
+def compliant_and_stiff(cases: Iterable[PaperCase]) -> Iterator[Pair]:
+    """Pairs (compliant, stiff) of cases that differ in the layers' moduli alone, each with each."""
+    for members in _grouped(cases, lambda c: (c.figure, len(c.moduli), c.thickness, c.creepage)):
+        yield from product(*([c for c in members if c.kind == kind] for kind in ("compliant", "stiff")))
+
+
+def same_layers(cases: Iterable[PaperCase]) -> list[list[PaperCase]]:
+    """The cases in groups that have a figure and its layers in common, and differ in creepage."""
+    return _grouped(cases, lambda c: (c.figure, c.moduli, c.thickness))
+
+
+def same_creepage(cases: Iterable[PaperCase]) -> list[list[PaperCase]]:
+    """The cases in groups that have their creepages in common."""
+    return _grouped(cases, lambda c: c.creepage)
+
+
+def _but_for(cases: Iterable[PaperCase], component: int) -> list[list[PaperCase]]:
+    def rest(c: PaperCase) -> object:
+        return c.figure, c.moduli, c.thickness, c.creepage[:component], c.creepage[component + 1 :]
+
+    return _grouped(cases, rest)
+
+
+def _grouped(cases: Iterable[PaperCase], key: Callable[[PaperCase], object]) -> list[list[PaperCase]]:
     groups: dict[object, list[PaperCase]] = {}
     for c in cases:
-        groups.setdefault(group(c), []).append(c)
-    for members in groups.values():
+        groups.setdefault(key(c), []).append(c)
+    return list(groups.values())
+
+
+def _neighbours(groups: Iterable[Sequence[PaperCase]], order: Callable[[PaperCase], float]) -> Iterator[Pair]:
+    for members in groups:
         ranked = sorted(members, key=order)
         yield from ((a, b) for a, b in pairwise(ranked) if order(a) < order(b))

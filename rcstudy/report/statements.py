@@ -20,7 +20,8 @@ from rcstudy.report.paper import PaperCase
 class Comparison:
     """Two numbers and whether they stand as the paper says; `holds` is None where they decide nothing.
 
-    `bound`: the right number is a bound on the left one, not the value of another case.
+    `bound`: the right number is a bound on the left one, not the value of another case. `by`: the factor of the left
+    number that the right one has to exceed, or to stay below.
     """
 
     what: str
@@ -29,6 +30,7 @@ class Comparison:
     holds: bool | None
     undecided: str = ""
     bound: bool = False
+    by: float = 1.0
 
 
 def _nothing(cases: Sequence[PaperCase]) -> Iterable[Comparison]:
@@ -72,7 +74,10 @@ def verdict(comparisons: Sequence[Comparison]) -> str:
 
 
 def numbers(comparisons: Sequence[Comparison]) -> str:
-    """The decided numbers in short: all of them up to three, else the range of their changes or values."""
+    """The decided numbers in short: all of them up to three, else the range of their changes, ratios or values.
+
+    Ratios, however few they are, where numbers are compared by a factor: they say by how much it is exceeded.
+    """
     decided = [c for c in comparisons if c.holds is not None]
     if not decided:
         return ""
@@ -81,6 +86,10 @@ def numbers(comparisons: Sequence[Comparison]) -> str:
         if len(values) <= 3:
             return ", ".join(f"{v:.3g}" for v in values)
         return f"{min(values):.3g} to {max(values):.3g}"
+    if any(c.by != 1.0 for c in decided):
+        ratios = [c.right / c.left for c in decided if c.left]
+        ends = dict.fromkeys(f"{end:.3g}" for end in (min(ratios), max(ratios))) if ratios else ()
+        return f"ratio {' to '.join(ends)}" if ends else ""
     if len(decided) <= 3:
         return "; ".join(f"{c.left:.3g} → {c.right:.3g}" for c in decided)
     changes = [c.right - c.left for c in decided]
@@ -127,9 +136,9 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
     caption = (
         "The paper's statements about its results (quoted), and whether the results in this cube bear them out. "
         "Pairs are neighbouring values of the parameter named; the numbers are those of the criterion. "
-        "Undecided are pairs with a case that was not solved, with slip everywhere in both cases, or with slip ratios "
-        f"that differ by less than {CELLS:g} cells in each (with aligned cells: less than their estimated errors). The "
-        "numbers' own errors are in the table of results."
+        "Undecided are pairs with a case that was not solved, with slip everywhere in both cases, or with numbers that "
+        "differ by less than their estimated errors, which are in the table of results (slip ratios whose areas are "
+        f"counted in cells: by less than {CELLS:g} cells in each)."
     )
     return caption, columns, rows
 
