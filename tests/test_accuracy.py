@@ -390,6 +390,36 @@ def test_errors_small_by_chance_and_unsolved_cases_do_not_count():
     assert "proof failed: 1" in summary_text(rows, settings(rows), [])
 
 
+def test_unsolved_cases_have_no_part_in_figures_and_tables_of_errors():
+    """Their errors of 50 % are in the table of all cases alone, next to their status."""
+    rows = [row(n, tolerance, 0.16 / n) for n in (16, 32, 64) for tolerance in (1e-3, 1e-5)]
+    rows += [row(n, tolerance, 0.01 / n, discretisation="aligned") for n in (16, 32, 64) for tolerance in (1e-3, 1e-5)]
+    schemes_ = product((1e-3, 1e-5), ("kalker", "aligned"))
+    failed = [row(32, t, 0.5, problem=1, status="not converged", discretisation=d) for t, d in schemes_]
+    text = summary_text(rows + failed, [], [])
+    assert text.count("| 50 |") == 0 and "5.0e-01" not in text
+    assert mesh_table(rows + failed, "one-way") == mesh_table(rows, "one-way")
+    for draw in (work_precision, quantities_figure, tolerances_figure):
+        with style():
+            figure = draw(rows + failed)
+        assert figure is not None
+        assert not any(np.any(np.asarray(line.get_ydata()) == 0.5) for ax in figure.axes for line in ax.lines)
+
+
+def test_figures_say_how_many_cases_of_another_method_are_proven():
+    rows = [row(n, 1e-5, 0.16 / n) for n in (16, 32)]
+    rows += [row(n, 1e-5, 0.4, method="paper-cg", status="proof failed") for n in (16, 32)]
+    for draw in (work_precision, tolerances_figure):
+        with style():
+            figure = draw(rows)
+        assert "0 of 2 cases shown of paper-cg pass their proof." in " ".join(
+            text.get_text().replace("\n", " ") for text in figure.texts
+        )
+    with style():
+        words = " ".join(text.get_text().replace("\n", " ") for text in quantities_figure(rows).texts)
+    assert "relative to its own value" in words and "paper-cg" not in words
+
+
 def test_each_discretisation_and_coupling_has_settings_of_its_own():
     aligned = {"discretisation": "aligned"}
     rows = [row(16, 1e-5, 0.02), row(32, 1e-5, 0.008, seconds=4.0), row(16, 1e-5, 0.004, seconds=2.0, **aligned)]

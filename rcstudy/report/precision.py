@@ -75,6 +75,14 @@ class Row:
         """Whether the case has errors; cases on the mesh of the reference have none."""
         return np.isfinite(self.error("pressure")).item()
 
+    @property
+    def counts(self) -> bool:
+        """Whether figures and tables of errors show the case: compared and, if it is the Newton method's, solved.
+
+        Few cases of other methods pass their proof; those are shown for comparison, and figures say how many do.
+        """
+        return self.compared and (self.solved or self.method != "newton")
+
     def error(self, name: str) -> float:
         """The error `name`, NaN if there is none."""
         return self.errors.get(name, float("nan"))
@@ -193,6 +201,15 @@ def _extrapolated(none: Setting, whole: Groups) -> Setting:
     if slope > -0.1:
         return none
     return replace(none, needed=float(np.exp((np.log(none.target) - start) / slope)), order=-float(slope))
+
+
+def proven(rows: Iterable[Row]) -> str:
+    """A sentence for each method but Newton's on how many of its cases pass their proof; empty without such."""
+    others: dict[str, list[bool]] = {}
+    for r in rows:
+        if r.method != "newton":
+            others.setdefault(r.method, []).append(r.solved)
+    return " ".join(f"{sum(of)} of {len(of)} cases shown of {name} pass their proof." for name, of in others.items())
 
 
 def median(values: Iterable[float]) -> float:

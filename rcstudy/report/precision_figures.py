@@ -11,6 +11,7 @@ from rcstudy.report.precision import (
     SOLVER,
     Row,
     median,
+    proven,
     schemes,
     shown_coupling,
     shown_tolerance,
@@ -38,7 +39,7 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
 
     Lines run along the meshes: medians over the problems of one discretisation and coupling. Dots: one-way problems.
     """
-    rows = [r for r in rows if r.compared and (r.solved or r.method != "newton")]
+    rows = [r for r in rows if r.counts]
     if not rows:
         return None
     figure, axes = panels(2, 3, 4.6, sharex=True, sharey=True)
@@ -61,7 +62,8 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
     caption(
         figure,
         "Lines: medians over the problems along the meshes (numbers: cells along a side); dots: each problem with "
-        f"one-way coupling, where its error is {_LEAST:.0e} or more. Tolerance: {each}.",
+        f"one-way coupling, where its error is {_LEAST:.0e} or more. Tolerance: {each}. "
+        + proven(r for r in rows if r.tolerance == tolerances[r.scheme]),
     )
     return figure
 
@@ -99,9 +101,11 @@ def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
 
 def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[float, float], colour: str) -> None:
     """Write the number of cells along a side beside a point of a line, `away` points from it."""
-    # on white, as other lines may run behind it
-    ground = {"facecolor": "white", "edgecolor": "none", "pad": 0.4}
-    look: dict[str, Any] = {"ha": "center", "fontsize": 6, "color": colour, "bbox": ground, "zorder": 4}
+    from matplotlib.patheffects import withStroke
+
+    # outlined in white, as other lines may run behind it; a box would cut dots beside it
+    outline = [withStroke(linewidth=1.5, foreground="white")]
+    look: dict[str, Any] = {"ha": "center", "fontsize": 6, "color": colour, "path_effects": outline, "zorder": 4}
     ax.annotate(f"{cells}", place, away, textcoords="offset points", **look)
 
 
@@ -110,7 +114,7 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
 
     None without cases that have such an error.
     """
-    usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0]
+    usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0 and (r.solved or r.method != "newton")]
     usable = [r for r in usable if r.coupling == shown_coupling(usable)]
     if not usable:
         return None
@@ -142,7 +146,7 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
     caption(
         figure,
         "A line for each mesh (numbers: cells along a side), its points from the loosest tolerance to the tightest but "
-        f"the reference's: {each}. Medians over the problems with {shown_coupling(usable)} coupling.",
+        f"the reference's: {each}. Medians over the problems with {shown_coupling(usable)} coupling. {proven(usable)}",
     )
     return figure
 
@@ -153,7 +157,7 @@ def quantities_figure(rows: Sequence[Row]) -> Figure | None:
     The worst is taken over the Newton method's problems with one-way coupling, or with full coupling if there are no
     others.
     """
-    newton = [r for r in rows if r.method == "newton" and r.compared]
+    newton = [r for r in rows if r.method == "newton" and r.counts]
     newton = [r for r in newton if r.coupling == shown_coupling(newton)]
     tolerance = shown_tolerance(newton)
     newton = [r for r in newton if r.tolerance == tolerance]
@@ -171,8 +175,13 @@ def quantities_figure(rows: Sequence[Row]) -> Figure | None:
         log_ticks(ax.xaxis, ax.get_xlim())
         ax.set_title(f"({letter}) {name}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
-    axes[0].set_ylabel(f"worst error, tolerance {tolerance:.0e}")
+    axes[0].set_ylabel("worst relative error")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, columnspacing=1.6)
+    caption(
+        figure,
+        f"Worst error of each quantity, relative to its own value, over the problems with {shown_coupling(newton)} "
+        f"coupling at tolerance {tolerance:.0e}, along the meshes; fields in the L2 norm.",
+    )
     return figure
 
 

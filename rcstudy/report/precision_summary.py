@@ -208,7 +208,7 @@ def _paragraph(text: str) -> list[str]:
 def _side_by_side(rows: Sequence[Row]) -> list[str]:
     """Ratios of worst errors, `kalker` to `aligned` on the same mesh, and of costs; empty unless there are both."""
     lines: list[str] = []
-    newton = [r for r in rows if r.method == "newton" and r.compared]
+    newton = [r for r in rows if r.method == "newton" and r.counts]
     for coupling in sorted({r.coupling for r in newton}, reverse=True):
         coupled = [r for r in newton if r.coupling == coupling]
         own = [r for r in coupled if r.tolerance == shown_tolerance(coupled)]
@@ -302,7 +302,7 @@ def _per_cent(value: float) -> str:
 
 def _by_mesh(rows: Sequence[Row]) -> list[str]:
     """Worst errors of each mesh, both discretisations side by side, a table for each coupling."""
-    newton = [r for r in rows if r.method == "newton" and r.compared]
+    newton = [r for r in rows if r.method == "newton" and r.counts]
     lines = []
     for coupling in sorted({r.coupling for r in newton}, reverse=True):
         lines += ["", f"## Errors by mesh, {coupling} coupling", "", *mesh_table(newton, coupling)]
@@ -311,7 +311,7 @@ def _by_mesh(rows: Sequence[Row]) -> list[str]:
 
 def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     """Worst errors of the Newton method's problems with this coupling, by mesh and discretisation, in Markdown."""
-    own = [r for r in rows if r.method == "newton" and r.compared and r.coupling == coupling]
+    own = [r for r in rows if r.method == "newton" and r.counts and r.coupling == coupling]
     tolerance = shown_tolerance(own)
     own = [r for r in own if r.tolerance == tolerance]
     columns = [[r for r in own if r.cells == n] for n in _meshes(own)]
@@ -367,16 +367,17 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
             own = [r for r in newton if (r.tolerance, r.scheme) == (tolerance, name) and _several(r, newton)]
             if not own:
                 continue
+            known = [r for r in own if r.solved]
             numbers = (
-                worst_of(r.error(SOLVER + "pressure") for r in own),
-                worst_of(r.error(SOLVER + "traction") for r in own),
-                median(r.error(SOLVER + "traction") for r in own),
+                worst_of(r.error(SOLVER + "pressure") for r in known),
+                worst_of(r.error(SOLVER + "traction") for r in known),
+                median(r.error(SOLVER + "traction") for r in known),
             )
             texts = [f"{n:.1e}" if np.isfinite(n) else "-" for n in numbers]
             products = median(r.products for r in own)
             solved = f"{sum(r.solved for r in own)} of {len(own)}"
             cells.append([f"{tolerance:.0e}", name, solved, *texts, f"{products:.0f}"])
-            if np.isfinite(numbers[:2]).all():
+            if len(known) == len(own) and np.isfinite(numbers[:2]).all():
                 found[tolerance] = max(found.get(tolerance, 0.0), *numbers[:2])
     if not cells:
         return []
@@ -452,7 +453,7 @@ def _unsolved(rows: Sequence[Row]) -> list[str]:
         "",
         "## Not solved",
         "",
-        "Cases of the Newton method that are not solved, and are not recommended above:",
+        "Cases of the Newton method that are not solved; no errors above are theirs, and none is recommended:",
         "",
     ]
     for status in sorted({r.status for r in failed}):
