@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import logging
 import math
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -40,6 +42,7 @@ from synthetic import (
     thickness_axis,
 )
 
+from rcstudy.cases import Axis, Coord
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
@@ -53,7 +56,7 @@ from rcstudy.report.paper import AXES, paper_cases
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.statements import Comparison, numbers, verdict
-from rcstudy.report.style import LINES, style
+from rcstudy.report.style import LINES, save, style
 from rcstudy.report.views import CaseView, GridView, grids
 from rcstudy.report.writers import write_table
 from rcstudy.result import ESTIMATED, CellState, Status
@@ -223,6 +226,7 @@ def test_maps_of_ellipses_have_marks_equally_far_apart_both_ways(tmp_path: Path)
                     assert max(distances) < most * min(distances), (name, case.label, distances)
                 lengths = np.hypot(arrows.U, arrows.V)
                 assert 0.4 * max(distances) < lengths.min() and lengths.max() < min(distances)
+                assert arrows.units == "x" and arrows.width * arrows.headlength < 0.6 * lengths.min()  # a shaft is left
             assert ("times as large" in caption_of(figure)) is (ax.get_aspect() != 1.0)
     assert stretched["long"] == stretched["broad"] == 1.0
     assert stretched["thin"] > 3.0 and stretched["narrow"] < 0.4
@@ -315,14 +319,17 @@ def test_figure_5_lines_are_the_traction_next_to_the_x_axis(tree: xr.DataTree) -
     for position, ax in enumerate(shown):
         m, t = divmod(position, 3)
         drawn = lines(ax)
-        assert len(drawn) == 6
+        assert len(drawn) == 7
         for c in range(5):
             line = drawn[rf"$\xi_x = {0.002 * (c + 1):.4g}$"]
             expected = -mean_of_middle_rows(data.traction_x.isel(thickness=t, modulus=m, creepage=c).values)
             at = dict(zip(data.x.values / a, expected, strict=True))
             np.testing.assert_allclose(line.get_ydata(), [at[x] for x in line.get_xdata()], atol=1e-12)
             assert sum(line.get_ydata()) == pytest.approx(sum(expected))
-        bound = drawn[r"bound $\mu p$"]
+        bound = drawn[r"bound $\pm\mu p$"]
+        other = drawn[""]
+        np.testing.assert_array_equal(other.get_ydata(), -bound.get_ydata())  # cells at the leading edge may slip there
+        assert ax.get_ylim()[0] > 0.5 * min(other.get_ydata())
         pressure = mean_of_middle_rows(data.pressure.isel(thickness=t, modulus=m, creepage=0).values)
         assert sum(bound.get_ydata()) == pytest.approx(sum(pressure))
         assert bound.get_linestyle() == "--"
@@ -351,6 +358,37 @@ def test_figure_3_shows_pressure_over_hertz_with_the_uncoated_case_in_both_panel
             assert max(line.get_xdata()) == pytest.approx(reach / a)
         assert (ax.get_xlabel(), ax.get_ylim()[0]) == ("$x/a$", 0.0)
     assert "the mean of the two rows" in " ".join(t.get_text() for t in figure.texts).replace("\n", " ")
+
+
+def test_figure_3_takes_any_numbers_of_layers(tmp_path: Path) -> None:
+    """A panel each, two side by side; names of more than two layers would be wider than that."""
+    counts = Axis("layer_count", 4, {"layer_count": Coord([0, 1, 2, 5], "1", "layers")}, ("0", "1", "2", "5"))
+    grid = make_grid("figure_3", counts, thickness_axis(), modulus_axis((0.5, 0.75, 2.0)))
+    made = assemble(make_study(), (grid, grid_cases(grid, replace(SCENE, creepage=None))))
+    with synthetic_tree(tmp_path, made) as tree, warnings.catch_warnings(), style():
+        warnings.simplefilter("error")
+        figure = paper_figure("figure_3", grids(tree))
+        save(figure, tmp_path, "figure_3", ["png"])
+    shown = panels(figure)
+    words = [
+        "no layer",
+        "one layer",
+        "two layers, each of the thickness given",
+        "5 layers, each of the thickness given",
+    ]
+    assert [ax.get_title(loc="left") for ax in shown] == [f"({'abcd'[k]}) {text}" for k, text in enumerate(words)]
+    assert len(lines(shown[0])) == 2 and len(lines(shown[3])) == 10
+    assert r"$E_1 = 32\,E_s$, $0.5\,a$" in lines(shown[3])
+    looks = {(line.get_color(), str(line.get_linestyle()), line.get_marker()) for line in shown[3].lines}
+    assert len(looks) == len(shown[3].lines)
+    boxes = [ax.get_legend().get_window_extent() for ax in shown]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+
+
+def test_other_panels_of_figure_4_are_named_only_where_they_are_not_drawn(tmp_path: Path) -> None:
+    grid = make_grid("figure_4", creepage_axis({"a": CREEPAGES["a"], "b": CREEPAGES["b"]}))
+    with synthetic_tree(tmp_path, assemble(make_study(), (grid, grid_cases(grid, SCENE)))) as tree:
+        assert "b, d, f and h" not in caption_of(draw(tree, "figure_4"))
 
 
 def test_captions_keep_numbers_with_their_units_and_name_what_is_shown(tree: xr.DataTree) -> None:
@@ -397,7 +435,7 @@ def test_unsolved_map_says_so_and_draws_nothing(failing: xr.DataTree) -> None:
 
 def test_unsolved_line_is_not_drawn(failing: xr.DataTree) -> None:
     ax = panels(draw(failing, "figure_5"))[1]
-    assert r"$\xi_x = 0.006$" not in lines(ax) and len(lines(ax)) == 5
+    assert r"$\xi_x = 0.006$" not in lines(ax) and len(lines(ax)) == 6
     assert r"not solved: $\xi_x = 0.006$: not converged" in remarks(ax)
     ax = panels(draw(failing, "figure_3"))[0]
     assert len(lines(ax)) == 7 and "not solved" in remarks(ax)
@@ -412,6 +450,20 @@ def test_unsolved_cases_have_no_numbers_in_tables_and_decide_nothing(failing: xr
     assert sum(r["status"] == "solved" for r in rows) == len(rows) - len(UNSOLVED)
     comparisons = [r for r in read(tmp_path / "statements_comparisons.csv") if "7b:" in r["cases"]]
     assert comparisons and all(r["holds"].startswith("undecided") for r in comparisons)
+
+
+def test_lines_none_of_which_is_solved_have_no_scales(tmp_path: Path) -> None:
+    made = papers()
+    made.results[:] = [
+        (case, made_up_result(case.scene, Status.NOT_CONVERGED) if case.grid == "figure_5" else result)
+        for case, result in made.results
+    ]
+    with synthetic_tree(tmp_path, made) as tree:
+        figure = draw(tree, "figure_5")
+    assert not figure.legends
+    for ax in panels(figure):
+        assert "not solved" in remarks(ax)
+        assert ax.get_xticks().size == ax.get_yticks().size == 0
 
 
 def test_field_of_an_unsolved_case_is_refused(failing: xr.DataTree) -> None:
@@ -527,13 +579,16 @@ def test_studies_of_several_grids_get_overviews_and_results(tmp_path: Path) -> N
 
 def test_overview_leaves_gaps_for_unsolved_cases(tmp_path: Path) -> None:
     made = small()
-    case = made.results[0][0]
-    made.results[0] = (case, made_up_result(case.scene, Status.NOT_CONVERGED))
+    for k in range(3):  # all of the first modulus
+        case = made.results[k][0]
+        made.results[k] = (case, made_up_result(case.scene, Status.NOT_CONVERGED))
     with synthetic_tree(tmp_path, made) as tree, style():
         figure = overview_figure(grids(tree)["tiny"])
     drawn = panels(figure)[0].lines[0].get_ydata()
     assert np.isnan(drawn[0]) and np.isfinite(drawn[1])
-    assert "1 of 6 cases not solved (gaps)" in " ".join(t.get_text() for t in figure.texts)
+    left, right = panels(figure)[0].get_xlim()
+    assert left < made.results[0][0].scene.layers[0].E < right  # at the end of the axis, too
+    assert "3 of 6 cases not solved (gaps)" in " ".join(t.get_text() for t in figure.texts)
 
 
 def test_figures_of_cases_none_of_which_is_solved_have_no_scales(tmp_path: Path) -> None:

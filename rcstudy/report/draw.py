@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 ARROWS = 9
 """Approximate number of arrows across a contact."""
 
+ARROW = 0.14
+"""Width of an arrow's shaft over its length: the head takes half of it, however small the contact is in its panel."""
+
 CIRCLES = 44
 """Approximate largest number of circles across a panel: on finer meshes not every cell has a circle."""
 
@@ -80,12 +83,19 @@ BOUND: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
 
 
 def bound_line(ax: Axes, case: CaseView, label: str) -> None:
-    """Coulomb's bound mu p in MPa against x/a on the x-axis, on the side where the traction is."""
+    """Coulomb's bounds mu p and -mu p in MPa against x/a on the x-axis.
+
+    Tractions may be reversed at the leading edge, and slip there at the other bound. The panel shows of it as much as
+    its limits leave, which hold the tractions and the bound on the side of the force.
+    """
+    from matplotlib.lines import Line2D
+
     a = case.stored("hertz_radius")
     side = -np.sign(case.number("force_x")) or 1.0
     bound = side * case.stored("friction") * on_x_axis(case.field("pressure"), case.y)
     inside = _with_edges(bound != 0)
     ax.plot(case.x[inside] / a, bound[inside], label=label, zorder=1, **BOUND)
+    ax.add_artist(Line2D(case.x[inside] / a, -bound[inside], zorder=1, **BOUND))
 
 
 def _with_edges(inside: np.ndarray) -> np.ndarray:
@@ -246,7 +256,8 @@ def _arrows(
         scale_units="x",
         scale=1,
         pivot="mid",
-        width=0.012,
+        units="x",
+        width=ARROW * length,
         headwidth=3.4,
         headlength=3.6,
         headaxislength=3.2,

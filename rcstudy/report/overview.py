@@ -90,6 +90,9 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
             values, bars = _values(cases, name)
             ax.plot(x[order] + aside, values, **look)
             ax.errorbar(x[order] + aside, values, bars, fmt="none", ecolor=look["color"], elinewidth=0.8)
+        # cases that are not solved leave gaps at the ends of the axis, too
+        ax.update_datalim([(x.min(), 0.0), (x.max(), 0.0)], updatey=False)
+        ax.autoscale_view()
         ax.set_ylabel(QUANTITIES[name])
         ax.set_title(f"({'abcdef'[k]})", loc="left")
         _label_axis(ax, grid, along)

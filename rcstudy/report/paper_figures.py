@@ -23,7 +23,7 @@ from rcstudy.report.layout import (
 )
 from rcstudy.report.measures import slip_ratio, slip_ratio_error
 from rcstudy.report.paper import BARE, panel_letter
-from rcstudy.report.style import BLUE, LINES, VERMILLION, WIDTH, traction_colours
+from rcstudy.report.style import BLUE, GREEN, LINES, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, traction_colours
 from rcstudy.report.views import CaseView, GridView, creepage_text
 from rcstudy.settings import unit_of
 
@@ -51,7 +51,8 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     if number in (5, 6):
         return lines_figure(number, grids[name])
     figure = maps_figure(list(grids[name].cases()), paper_title)
-    more = OTHER_PANELS if number == 4 else f" {MODULI}"
+    shown = "".join(map(panel_letter, grids[name].cases()))
+    more = f" {MODULI}" if number != 4 else OTHER_PANELS if shown == "aceg" else ""
     words = rf"{MAPS_SHOW}; spin $\varphi$ in {unit_of('spin')}.{more}"
     caption(figure, f"Fig. {number}. {words} {conditions(grids[name])}")
     return figure
@@ -60,7 +61,7 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
 def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     """Figure 3: p/p0 on the x-axis against x/a, a panel per number of layers, the uncoated case in each.
 
-    Colour stands for compliant or stiff layers, dash and marker for the thickness. The exact Hertz pressure is drawn
+    Colour stands for the modulus, dash and marker for the thickness. The exact Hertz pressure is drawn
     too.
     """
     grid = layered or bare
@@ -70,40 +71,62 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     for case in layered.cases() if layered else ():
         groups.setdefault(panel_letter(case), []).append(case)
     groups = groups or {"": []}
-    figure, axes = panels(1, len(groups), 3.9)
-    for ax, (letter, cases) in zip(axes.flat, groups.items(), strict=True):
+    columns = min(2, len(groups))
+    rows = -(-len(groups) // columns)
+    figure, axes = panels(rows, columns, 3.9 * rows)
+    for ax in axes.flat[len(groups) :]:
+        ax.set_visible(False)
+    for ax, (letter, cases) in zip(axes.flat, groups.items(), strict=False):
         x = np.linspace(-1.0, 1.0, 401)
         ax.plot(x, np.sqrt(1.0 - x**2), color="0.6", linewidth=0.8, label="no layer, Hertz (exact)", zorder=1)
         failures = []
-        for case in (*(bare.cases() if bare else ()), *cases):
-            label = layers_text(case, math=True)
-            label += f", {thickness_text(case, math=True)}" if case.layers else ", computed"
+        plain = list(bare.cases() if bare else ()) or [case for case in cases if not case.layers][:1]
+        for case in (*plain, *(case for case in cases if case.layers)):
+            label = f"{_surface_text(case)}, {thickness_text(case, math=True)}" if case.layers else "no layer, computed"
             if case.solved:
                 draw.pressure_line(ax, case, label, _by_modulus_and_thickness(case))
             else:
                 failures.append(f"{label}: {literal(case.failure)}")
         if failures:
             draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
-        count = len(cases[0].layers) if cases else 0
-        words = ("no layer", "one layer", "two layers, each of the thickness given")[min(count, 2)]
+        words = _layers_in_words(len(cases[0].layers) if cases else 0)
         ax.set_title(f"({letter}) {words}" if letter else words, loc="left")
         ax.set_xlabel("$x/a$")
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2, handlelength=3.4, columnspacing=1.0)
     share_limits(axes)
-    for ax in axes.flat:
-        ax.set_ylim(bottom=0.0)
-    _make_room(axes[0])
-    axes.flat[0].set_ylabel("$p/p_0$")
+    for row in axes:
+        for ax in row:
+            ax.set_ylim(bottom=0.0)
+        _make_room(row)
+        row[0].set_ylabel("$p/p_0$")
     text = "Pressure on the x-axis over Hertz's peak pressure $p_0$ of the uncoated pair"
     caption(figure, f"Fig. 3. {text}. {MODULI} {ROWS_NEXT_TO_AXIS} {conditions(grid, friction=False)}")
     return figure
+
+
+def _surface_text(case: CaseView) -> str:
+    """The moduli of a case's layers; of more than two, for which legends have no room, that at the surface alone."""
+    ratio = case.layers[0][0] / case.substrate_modulus
+    if len(case.layers) <= 2 or not np.isfinite(ratio):
+        return layers_text(case, math=True)
+    return rf"$E_1 = {ratio:.4g}\,E_s$"
+
+
+def _layers_in_words(count: int) -> str:
+    if count < 2:
+        return ("no layer", "one layer")[count]
+    return f"{'two' if count == 2 else count} layers, each of the thickness given"
+
+
+_MODULI = BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY
+"""Colours of the moduli of Figure 3, of which the paper has two."""
 
 
 def _by_modulus_and_thickness(case: CaseView) -> dict[str, Any]:
     if not case.layers:
         return {"color": "black", "linestyle": "", "marker": "+", "markersize": 4.5, "markeredgewidth": 0.8}
     look = LINES[case.index[case.grid.axes.index("thickness")] % len(LINES)]
-    colour = BLUE if case.layers[0][0] < case.substrate_modulus else VERMILLION
+    colour = _MODULI[case.index[case.grid.axes.index("modulus")] % len(_MODULI)]
     return look | {"color": colour, "markerfacecolor": "white", "markeredgewidth": 0.7}
 
 
@@ -119,7 +142,7 @@ def lines_figure(number: int, grid: GridView) -> Figure:
         solved = [c for c in cases if c.solved]
         if solved:
             # with one-way coupling all creepages have one pressure; with full coupling this is the last one's
-            draw.bound_line(ax, solved[-1], r"bound $\mu p$")
+            draw.bound_line(ax, solved[-1], r"bound $\pm\mu p$")
         for case in solved:
             draw.traction_line(ax, case, creepage_text(case, math=True), _by_creepage(case))
         failures = [f"{creepage_text(c, math=True)}: {literal(c.failure)}" for c in cases if not c.solved]
@@ -127,16 +150,19 @@ def lines_figure(number: int, grid: GridView) -> Figure:
             draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
         title = f"({letter}) {layers_text(cases[0], math=True)}, {thickness_text(cases[0], math=True)}"
         ax.set_title(title, loc="left")
-    share_limits(axes)
-    for row in axes:
-        _make_room(row)
-    outer_labels(axes, "$x/a$", "$-q_x$ (MPa)")
-    first = next(iter(groups.values()))
-    looks = {r"bound $\mu p$": draw.BOUND} | {creepage_text(c, math=True): _by_creepage(c) for c in first}
-    legend(figure, looks, **LINE_SPACING)
+        if not solved:
+            ax.set(xticks=[], yticks=[])
+    if any(case.solved for case in grid.cases()):
+        share_limits(axes)
+        for row in axes:
+            _make_room(row)
+        outer_labels(axes, "$x/a$", "$-q_x$ (MPa)")
+        first = next(iter(groups.values()))
+        looks = {r"bound $\pm\mu p$": draw.BOUND} | {creepage_text(c, math=True): _by_creepage(c) for c in first}
+        legend(figure, looks, **LINE_SPACING)
     text = (
         "Longitudinal traction on the x-axis under longitudinal creepage alone, shown as $-q_x$ (the traction on the "
-        rf"counterbody); dashed: the bound $\mu p$. Rolling towards $+x$. {_small_creepages(grid)}{MODULI} "
+        rf"counterbody); dashed: the bounds $\pm\mu p$. Rolling towards $+x$. {_small_creepages(grid)}{MODULI} "
         f"{ROWS_NEXT_TO_AXIS}"
     )
     caption(figure, f"Fig. {number}. {text} {conditions(grid)}")
@@ -171,7 +197,7 @@ MAPS_SHOW = (
 
 
 OTHER_PANELS = " Letters are the paper's, whose b, d, f and h are the same by another method."
-"""Remark on the panels of the paper's Figure 4 that are not drawn here."""
+"""Remark on the panels of the paper's Figure 4 that are not drawn here, where the others are."""
 
 
 def paper_title(case: CaseView) -> str:
