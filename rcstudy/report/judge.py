@@ -99,7 +99,7 @@ def _why_unknown(case: PaperCase) -> str:
 
 def spread(cases: Iterable[PaperCase], measure: Measure, least: float) -> Iterator[Comparison]:
     """Whether `measure` varies by more than `least` of its largest value: from the case with that to the smallest."""
-    # cases without the number come last and first, and so decide nothing
+    # a case without the number comes last, and the comparison with it decides nothing
     ranked = sorted(cases, key=lambda c: np.nan_to_num(measure(c.view), nan=np.inf))
     if len(ranked) > 1:
         yield from shrinks([(ranked[-1], ranked[0])], measure, by=1.0 - least)
