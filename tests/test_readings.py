@@ -51,3 +51,5 @@ def test_published_readings_have_the_statements_numbers() -> None:
     rows = [line.split(" | ") for line in (ROOT / "results" / "paper" / "readings.md").read_text().splitlines()]
     listed: list[Any] = [(int(row[0].strip("| ")), row[1]) for row in rows if len(row) > 4 and row[0][2:].isdigit()]
     assert listed and all(STATEMENTS[number - 1].quote == quote for number, quote in listed)
+    negated = [row[-1].strip("| ") for row in rows if len(row) > 4 and row[0][2:].isdigit()]
+    assert [text for text in negated if text != "same"] == ["borne out (4 of 4)"] * 4  # as the README says
