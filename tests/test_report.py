@@ -232,6 +232,30 @@ def test_maps_of_ellipses_have_marks_equally_far_apart_both_ways(tmp_path: Path)
     assert stretched["thin"] > 3.0 and stretched["narrow"] < 0.4
 
 
+LOADS = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  mesh: {size: [1, 1], cells: [64, 64]}
+  creepage: {longitudinal: 0.001}
+grids:
+  loads: {axes: {load: [1, 100]}}
+"""
+
+
+def test_arrows_are_no_shorter_in_small_contacts(tmp_path: Path) -> None:
+    """Than 5 % of the panel: shorter ones cannot be seen."""
+    run(load_text(tmp_path, LOADS), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        figure = case_maps(grids(tree)["loads"])
+        assert figure is not None
+        for ax in panels(figure):
+            arrows = markers(ax, "direction")
+            assert len(arrows.U) >= 4
+            assert np.hypot(arrows.U, arrows.V).min() > 0.05 * np.ptp(ax.get_xlim())
+
+
 def test_maps_show_the_magnitude_of_the_traction_on_one_scale(tree: xr.DataTree) -> None:
     data = tree["figure_7"].to_dataset()
     figure = draw(tree, "figure_7")

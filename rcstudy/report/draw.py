@@ -24,8 +24,11 @@ if TYPE_CHECKING:
 ARROWS = 9
 """Approximate number of arrows across a contact."""
 
-ARROW = 0.14
-"""Width of an arrow's shaft over its length: the head takes half of it, however small the contact is in its panel."""
+ARROW = 0.165
+"""Width of an arrow's shaft over its length, of which the head takes six tenths, however small the arrow is."""
+
+ARROWS_AT_MOST = 11
+"""Approximate largest number of arrows across a panel."""
 
 CIRCLES = 44
 """Approximate largest number of circles across a panel: on finer meshes not every cell has a circle."""
@@ -119,6 +122,11 @@ class Window:
         """Height of the panel over its width."""
         return self.y * self.stretch / self.x
 
+    @property
+    def longest(self) -> float:
+        """The longer side of the panel as it is drawn, mm along x."""
+        return 2.0 * max(self.x, self.y * self.stretch)
+
     def on(self, ax: Axes) -> None:
         """Give `ax` these limits, at the top of its place: the layout leaves room for titles above that."""
         ax.set(xlim=(-self.x, self.x), ylim=(-self.y, self.y), aspect=self.stretch, anchor="N")
@@ -181,7 +189,8 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, s
     )
     shown.on(ax)
     longest = max(shown.pitches(case, (int(np.ptp(i)) + 1, int(np.ptp(j)) + 1)))
-    every = _steps(shown.pitches(case, (1, 1)), longest / ARROWS)
+    # in small contacts fewer: arrows that can be seen
+    every = _steps(shown.pitches(case, (1, 1)), max(longest / ARROWS, shown.longest / ARROWS_AT_MOST))
     _arrows(ax, case, qx, qy, contact, every, shown)
     steps = circle_steps(case, shown)
     # beneath an arrow in each cell a circle has to be wider than the arrow's head
@@ -210,7 +219,7 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, s
 
 def circle_steps(case: CaseView, shown: Window) -> tuple[int, int]:
     """Cells from one circle to the next along x and y in a panel of this window: 1 unless the mesh is fine; odd."""
-    return _steps(shown.pitches(case, (1, 1)), 2.0 * max(shown.x, shown.y * shown.stretch) / CIRCLES)
+    return _steps(shown.pitches(case, (1, 1)), shown.longest / CIRCLES)
 
 
 def _steps(cells: tuple[float, float], pitch: float) -> tuple[int, int]:
