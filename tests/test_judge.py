@@ -107,6 +107,16 @@ def test_numbers_with_error_bars_differ_by_more_than_these(
     assert [c.holds for c in judge.at_most([low], judge.peak, 105.0)] == [holds]
 
 
+@pytest.mark.parametrize(("error", "holds"), [(9.0, True), (11.0, None)])
+def test_only_small_error_bars_tell_that_a_mesh_is_representative(
+    monkeypatch: pytest.MonkeyPatch, error: float, holds: bool | None
+) -> None:
+    """Of 100 MPa; a larger bar does not tell that the error is as large."""
+    view = SimpleNamespace(number={"pressure_max": 100.0, "pressure_max_error": error}.__getitem__)
+    (found,) = judge.representative(named(monkeypatch, {"a": view}), judge.peak)
+    assert found.holds is holds
+
+
 def of_paper(modulus: float, thickness: float = 0.5, creepage: tuple[float, float, float] = (0.002, 0.0, 0.0)) -> Any:
     """A case of Figure 5 with one layer of this modulus, over the substrate's."""
     kind = "compliant" if modulus < 1.0 else "stiff"

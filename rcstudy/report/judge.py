@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain, product
 
 import numpy as np
@@ -211,13 +212,14 @@ def papers_mesh(cases: Cases) -> list[PaperCase]:
     return [c for c in located if np.allclose(c.view.spacing, 2.0 / 64.0, rtol=1e-6)]
 
 
-def relative_error(measure: Measure) -> Measure:
-    """The measure's error bar over its value."""
+def representative(cases: Cases, measure: Measure) -> Iterator[Comparison]:
+    """Whether the measure's error bar is below REPRESENTATIVE of its value; larger bars decide nothing."""
 
     def relative(case: CaseView) -> float:
         return BARS[measure](case) / measure(case)
 
-    return relative
+    for c in at_most(cases, relative, REPRESENTATIVE):
+        yield replace(c, holds=None, undecided="the error may be less than its estimate") if c.holds is False else c
 
 
 def between_kinds(cases: Cases, figures: Iterable[int]) -> Iterator[Pair]:
