@@ -571,6 +571,15 @@ def test_figures_show_each_discretisation_once():
     np.testing.assert_allclose(line.get_ydata(), 0.004)
 
 
+def test_no_line_leaves_its_panel():
+    """Be its errors ever so small."""
+    rows = [row(n, 1e-3, e) for n, e in ((16, 1e-2), (32, 3e-7))]
+    for ax in work_precision(rows).axes:
+        low, high = ax.get_ylim()
+        assert all(low < y < high for line in ax.get_lines() for y in line.get_ydata())
+    assert work_precision([row(16, 1e-3, 1e-2)]).axes[0].get_ylim()[0] == pytest.approx(0.7e-5)
+
+
 def test_the_published_study_has_a_reference_for_every_problem():
     cases = accuracy.expand(load_study(CONFIGS / "accuracy.yaml")).cases
     problems = {accuracy.problem(c.scene) for c in cases}
