@@ -221,7 +221,7 @@ def test_room_of_last_cells() -> None:
     room, bound, slip = np.linspace(1.0, 2.0, 9), np.linspace(3.0, 4.0, 9), np.zeros(9, dtype=np.bool_)
     slip[7] = True
     found = room.copy()
-    stick.lower_room_at_ends(found, slip, bound, index, start, count, edges)
+    stick.lower_room_at_ends(found, slip, 0.3, bound / 0.3, index, start, count, edges)
     r = np.linspace(0.0, 1.4, 200001)  # from the edge of the first row to the front of its last cell
     behind = np.trapezoid(np.sqrt(r[r <= 0.4]), r[r <= 0.4]) / np.trapezoid(np.sqrt(r), r)
     expected = room.copy()
@@ -248,7 +248,7 @@ def test_stick_zone(seed: int) -> None:
     (room, speed), widths = np.zeros((2, m)), np.zeros(ny)
     expected = stick.rooms_and_speeds(q, s, slip, friction, pressure, room, speed)
     stick.hidden_widths(index, count, ends, q, slip, pressure, friction, widths)
-    stick.lower_room_at_ends(room, slip, friction * pressure, index, start, count, ends)
+    stick.lower_room_at_ends(room, slip, friction, pressure, index, start, count, ends)
 
     def empty() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * m, 2))

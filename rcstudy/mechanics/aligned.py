@@ -252,9 +252,7 @@ class AlignedContact(NormalContact):
 
     @cached_property
     def _slip_by_pressure_at_centres(self) -> np.ndarray:
-        """Slip [m, 2] due to pressure at the cells' centres."""
-        if not self.scene.moves_by_pressure:
-            return np.zeros((len(self.cells), 2))
+        """Slip [m, 2] due to pressure at the cells' centres, of bodies whose surfaces pressure moves."""
         return by_pressure_at_centres(self.slip_by_pressure, self.rows, self.influence, _LEADING)
 
     def resultant(self, rolling: RollingSolution, friction: float) -> tuple[float, float, float]:

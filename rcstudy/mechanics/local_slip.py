@@ -54,12 +54,9 @@ def by_pressure_at_centres(s: np.ndarray, rows: MovedRows, influence: Influence,
     By parabolas, as in `centring.py`; all of the local part is known, as tractions do not enter. `leading`: as in
     `local_slip`.
     """
-    count = rows.pressure.size
-    local, out = np.zeros((5, count)), np.empty(s.shape)
-    local[3] = rows.weighted
-    of_rows = rows.index, rows.count, rows.normals, rows.trailing_normals
-    kernel.local_slip(rows.pressure, *of_rows, influence.slip_under_pressure, leading, local)
-    kernel.centre(s, np.ones(count, dtype=np.bool_), rows.neighbours, local, np.zeros((3, count)), out)
+    local, everywhere = _local(rows, influence.slip_under_pressure, leading), np.ones(len(s), dtype=np.bool_)
+    out = np.empty(s.shape)
+    kernel.centre(s, everywhere, rows.neighbours, local, np.zeros((3, len(s))), out)
     return out
 
 
@@ -71,10 +68,16 @@ def local_slip(rows: MovedRows, influence: Influence, friction: float, leading: 
     those at the centres, weighted means over the cells; the slips at which tractions begin to cancel it. `leading`: the
     part by which the slip is reduced in leading cells (`aligned.py`).
     """
+    kappa, compliance = influence.slip_under_pressure, influence.slip_under_tractions[0]
+    local = _local(rows, _MOST * kappa, leading)
+    local[4] = _BEGINS * math.hypot(friction * compliance, kappa) * rows.weighted
+    return local
+
+
+def _local(rows: MovedRows, per_pressure: float, leading: float) -> np.ndarray:
+    """`local_slip` with `per_pressure` (1/MPa) for the slip per unit pressure, which no tractions cancel."""
     local = np.zeros((5, rows.pressure.size))
     local[3] = rows.weighted
-    kappa, compliance = influence.slip_under_pressure, influence.slip_under_tractions[0]
-    local[4] = _BEGINS * math.hypot(friction * compliance, kappa) * rows.weighted
     of_rows = rows.index, rows.count, rows.normals, rows.trailing_normals
-    kernel.local_slip(rows.pressure, *of_rows, _MOST * kappa, leading, local)
+    kernel.local_slip(rows.pressure, *of_rows, per_pressure, leading, local)
     return local

@@ -55,17 +55,14 @@ from rcstudy.report.paper import (
 )
 from rcstudy.report.statements import Statement
 
-SYMMETRY = (
-    "odd part of the traction's magnitude, ||q(x,y)| - |q(x,-y)|| / (2 |q|) in L2 norms, below "
-    f"{ALMOST_SYMMETRIC:g}; compliant, lateral creepage without spin"
-)
-SYMMETRY_RUINED = SYMMETRY.replace("below", "above").replace("lateral creepage without spin", "with spin")
+OF_SYMMETRY, OF_SPIN = "compliant, lateral creepage without spin", "compliant, with spin"
+ODD_PART = "odd part of the traction's magnitude, ||q(x,y)| - |q(x,-y)|| / (2 |q|) in L2 norms"
 VECTORS = "By the vector, whose y component changes sign in a mirror image"
 TRAILING = (
     f"share of slip cells that lie behind all stick cells of their row above {BEHIND:g} (rows with stick cells); "
-    "compliant, lateral creepage without spin"
+    f"{OF_SYMMETRY}"
 )
-TOP = "centroid of the slip cells at x < 0 and y > 0, compliant, with spin; numbers: its y over the contact radius"
+TOP = f"centroid of the slip cells at x < 0 and y > 0, {OF_SPIN}; numbers: its y over the contact radius"
 SPIN_NOTE = (
     "By Eq. 5 as printed the rigid slip in x is xi_x - phi y: for phi > 0 spin adds to it at y < 0. The paper's text "
     "has the sign of phi reversed, or its y-axis, which reverses xi_y, too."
@@ -221,7 +218,7 @@ STATEMENTS = (
     Statement(
         "3.3",
         "The traction results are almost symmetric with respect to the x-axis [7a, 7b]",
-        SYMMETRY,
+        f"{ODD_PART}, below {ALMOST_SYMMETRIC:g}; {OF_SYMMETRY}",
         lambda c: at_most(symmetric_creepage(c, 7), measures.asymmetry, ALMOST_SYMMETRIC),
         instead=lambda c: at_most(symmetric_creepage(c, 7), measures.vector_asymmetry, ALMOST_SYMMETRIC),
         instead_of=VECTORS,
@@ -245,7 +242,7 @@ STATEMENTS = (
         "3.3",
         "Due to the involving spin creepage, the symmetrical behavior of the traction distribution is ruined. [7c to "
         "7f]",
-        SYMMETRY_RUINED,
+        f"{ODD_PART}, above {ALMOST_SYMMETRIC:g}; {OF_SPIN}",
         lambda c: at_least(with_spin(c, 7), measures.asymmetry, ALMOST_SYMMETRIC),
         instead=lambda c: at_least(with_spin(c, 7), measures.vector_asymmetry, ALMOST_SYMMETRIC),
         instead_of=VECTORS,
@@ -351,14 +348,13 @@ STATEMENTS = (
     Statement(
         "3.3",
         "[the slip zones] show symmetrical behaviors [9a, 9b]",
-        f"share of slip cells whose mirror image is none below {ALMOST_SYMMETRIC:g}; compliant, lateral creepage "
-        "without spin",
+        f"share of slip cells whose mirror image is none below {ALMOST_SYMMETRIC:g}; {OF_SYMMETRY}",
         lambda c: at_most(symmetric_creepage(c, 9), measures.slip_asymmetry, ALMOST_SYMMETRIC),
     ),
     Statement(
         "3.3",
         "the slip zones are relatively small [9a, 9b]",
-        f"slip area / contact area below {SMALL:g}; compliant, lateral creepage without spin",
+        f"slip area / contact area below {SMALL:g}; {OF_SYMMETRY}",
         lambda c: at_most(symmetric_creepage(c, 9), measures.slip_ratio, SMALL),
     ),
     Statement(

@@ -76,12 +76,17 @@ class Row:
         return np.isfinite(self.error("pressure")).item()
 
     @property
-    def counts(self) -> bool:
-        """Whether figures and tables of errors show the case: compared and, if it is the Newton method's, solved.
+    def shown(self) -> bool:
+        """Whether figures and tables may show the case: it is solved, unless its method is not Newton's.
 
         Few cases of other methods pass their proof; those are shown for comparison, and figures say how many do.
         """
-        return self.compared and (self.solved or self.method != "newton")
+        return self.solved or self.method != "newton"
+
+    @property
+    def counts(self) -> bool:
+        """Whether figures and tables of errors show the case."""
+        return self.compared and self.shown
 
     def error(self, name: str) -> float:
         """The error `name`, NaN if there is none."""

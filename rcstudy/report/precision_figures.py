@@ -116,7 +116,7 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
 
     None without cases that have such an error.
     """
-    usable = [r for r in rows if r.error(SOLVER + "traction") > 0.0 and (r.solved or r.method != "newton")]
+    usable = [r for r in rows if r.shown and r.error(SOLVER + "traction") > 0.0]
     usable = [r for r in usable if r.coupling == shown_coupling(usable)]
     if not usable:
         return None

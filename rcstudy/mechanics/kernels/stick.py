@@ -139,7 +139,8 @@ def hidden_widths(
 def lower_room_at_ends(
     room: np.ndarray,
     slip: np.ndarray,
-    bound: np.ndarray,
+    friction: float,
+    pressure: np.ndarray,
     index: np.ndarray,
     start: np.ndarray,
     count: np.ndarray,
@@ -147,18 +148,18 @@ def lower_room_at_ends(
 ) -> None:
     """Take what does not belong to it off the room [m] (MPa) of each row's last cell, if this sticks; in place.
 
-    A last cell carries all of the load up to the edge, which may lie e = 1/2 to 1 cell behind its centre. Of its bound
-    [m] (MPa) the part ((e - 1/2)/(e + 1/2))^(3/2), by p = K r^(1/2), lies behind the cell and slips. Half of that is
-    taken off: in the mean over 300 contacts that hardly slip and 100 of steel on steel borders are then closest. Slip
-    areas of the latter are off by 0.6 of what they were, largest tractions too. (All of it moves borders too far.)
-    Other arguments as in `stick_rows`.
+    A last cell carries all of the load up to the edge, which may lie e = 1/2 to 1 cell behind its centre. Of its bound,
+    friction times pressure [m] (MPa), the part ((e - 1/2)/(e + 1/2))^(3/2), by p = K r^(1/2), lies behind the cell and
+    slips. Half of that is taken off: in the mean over 300 contacts that hardly slip and 100 of steel on steel borders
+    are then closest. Slip areas of the latter are off by 0.6 of what they were, largest tractions too. (All of it moves
+    borders too far.) Other arguments as in `stick_rows`.
     """
     for j in range(count.size):
         if count[j] > 1:
             last = index[count[j] - 1, j]
             end = start[j] - (count[j] - 1) - edges[0, j]
             if end > 0.5 and not slip[last]:
-                room[last] -= 0.5 * bound[last] * ((end - 0.5) / (end + 0.5)) ** 1.5
+                room[last] -= 0.5 * (friction * pressure[last]) * ((end - 0.5) / (end + 0.5)) ** 1.5
 
 
 @jit
@@ -261,7 +262,7 @@ def stick_zone(
     room, speed = np.zeros(slip.size), np.zeros(slip.size)
     largest, backwards = rooms_and_speeds(q, s, slip, friction, pressure, room, speed)
     hidden_widths(index, count, edges, q, slip, pressure, friction, widths)
-    lower_room_at_ends(room, slip, friction * pressure, index, start, count, edges)
+    lower_room_at_ends(room, slip, friction, pressure, index, start, count, edges)
     found = stick_rows(room, speed, slip, index, start, count, edges, widths, narrow, b1, shift, length, last, borders)
     return found, largest, backwards
 
