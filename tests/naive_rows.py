@@ -423,6 +423,34 @@ def radius(terms: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
     return np.sqrt(square)
 
 
+def turns_behind(states: str, q: np.ndarray) -> tuple[float, float, float]:
+    """cos and sin of twice the direction of the traction behind a row's last "-", and its turn from there to the end.
+
+    states: "s" for slip cells, from the leading one on; q [cells, 2].
+    """
+    if not states:
+        return 0.0, 0.0, 0.0
+    behind = q[min(states.rfind("-") + 1, len(states) - 1)]
+    first, last = complex(*behind), complex(*q[-1])
+    twice = (first / abs(first)) ** 2
+    return twice.real, twice.imag, abs(float(np.angle(last / first)))
+
+
+def too_far_back(
+    slope: np.ndarray, length: np.ndarray, width: np.ndarray, aspect: float, turns: np.ndarray, unlike: float
+) -> np.ndarray:
+    """By the formula of the kernel, with angles: of the border's normal, and of the traction behind it."""
+    normal, traction = np.arctan(aspect * slope), 0.5 * np.arctan2(turns[1], turns[0])
+    square, w = aspect * slope**2, np.maximum(width, 0.0)
+    more = np.where(turns[0] ** 2 + turns[1] ** 2 > 0.0, 1.0 - unlike * np.cos(2.0 * traction), 1.0)
+    shear = unlike * 0.5 * np.sin(2.0 * normal) * np.where(more == 1.0, 0.0, np.cos(2.0 * traction))
+    b = 0.22 * more * square / (length + 0.9) + 0.25 * shear**2
+    b -= 0.038 * unlike * np.sqrt(aspect) * slope * turns[1]
+    out = 0.0225 * np.exp(-w / 4.0) + 0.9 * (1.0 - np.exp(-np.maximum(b, -0.1) / 0.9))
+    out -= 0.03 * more * square / np.sqrt(1.0 + (square / 1.44) ** 2) * np.exp(-((w / 3.2) ** 2))
+    return np.minimum(out * np.exp(-(turns[2] ** 4)), length)
+
+
 def slip_widths(
     border: np.ndarray,
     length: np.ndarray,
@@ -433,6 +461,8 @@ def slip_widths(
     hidden: np.ndarray,
     aspect: float,
     bow: float,
+    turns: np.ndarray,
+    unlike: float,
 ) -> np.ndarray | None:
     """Widths [ny] of the slip zone behind the stick zone's rows, or None.
 
@@ -447,9 +477,7 @@ def slip_widths(
     found = np.nan_to_num(border[stuck] - ends[0, stuck])
     rates = np.gradient(found)
     rates[0], rates[-1] = found[2] - found[1], found[-2] - found[-3]
-    slope = np.abs(slopes[stuck] + rates)
-    back = aspect * slope**2 * (0.15 / (length[stuck] + 4.0) + 0.03 / (np.maximum(found, 0.0) + 1.26))
-    back = np.minimum(np.minimum(back, 0.075 * slope), length[stuck])
+    back = too_far_back(slopes[stuck] + rates, length[stuck], found, aspect, turns[:, stuck], unlike)
     back = (bow + back) * np.where(hidden[stuck], 0.5, 1.0)
     value, noise = found + np.where(np.isnan(border[stuck]), 0.0, back), np.full(len(stuck), 0.023)
     for k, of_row in enumerate((None, 0.035, 0.028)):

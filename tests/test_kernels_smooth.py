@@ -144,13 +144,54 @@ def test_a_straight_line_stays_and_goes_on() -> None:
     np.testing.assert_allclose(out, value, atol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_turns_behind(seed: int) -> None:
+    """Rows that slip or stick in parts, stick or slip throughout, and one without cells."""
+    rng = np.random.default_rng(seed)
+    states = [
+        "",
+        "-",
+        "s",
+        "ss",
+        "---",
+        "s--ss",
+        "-s-s",
+        "--ssss",
+        *("".join(rng.choice(list("s-"), 7)) for _ in "abc"),
+    ]
+    count = np.array([len(row) for row in states])
+    m = int(count.sum())
+    index, number = np.full((7, count.size), -1), rng.permutation(m)
+    for j, firsts in enumerate(np.cumsum(count) - count):
+        index[: count[j], j] = number[firsts : firsts + count[j]]
+    q, slip, out = rng.normal(size=(m, 2)), np.zeros(m, dtype=np.bool_), np.full((3, count.size), np.nan)
+    slip[number] = [state == "s" for row in states for state in row]
+    smooth.turns_behind(q, slip, index, count, out)
+    for j, row in enumerate(states):
+        expected = naive_rows.turns_behind(row, q[index[: count[j], j]])
+        np.testing.assert_allclose(out[:, j], expected, atol=1e-12)
+    q[:] = 0.0
+    smooth.turns_behind(q, slip, index, count, out)
+    np.testing.assert_array_equal(out, 0.0)
+
+
 def test_too_far_back() -> None:
-    """Like the square of the slope, less in longer rows and behind wider zones; never more than rows hold."""
-    assert smooth.too_far_back(0.0, 5.0, 3.0, 1.0) == 0.0
-    assert smooth.too_far_back(-0.5, 6.0, 1.74, 2.0) == pytest.approx(0.5 * (0.015 + 0.01))
-    assert smooth.too_far_back(0.5, 6.0, -4.0, 1.0) == smooth.too_far_back(0.5, 6.0, 0.0, 1.0)
-    assert smooth.too_far_back(8.0, 1.0, 0.0, 1.0) == pytest.approx(0.6)
-    assert smooth.too_far_back(8.0, 0.2, 0.0, 1.0) == 0.2
+    """Most at steep borders and under friction across the rows, less in long rows, nothing where tractions turn."""
+    along, across, slanting = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    assert smooth.too_far_back(0.0, 5.0, 0.0, 1.0, along, 0.4) == pytest.approx(0.0225)
+    assert smooth.too_far_back(0.0, 5.0, -4.0, 1.0, along, 0.4) == pytest.approx(0.0225)
+    assert smooth.too_far_back(0.0, 0.01, 0.0, 1.0, along, 0.4) == 0.01
+    # 0.22 s^2/(l + 0.9) where nothing else is left
+    for aspect in (1.0, 2.0):
+        found = smooth.too_far_back(-0.3, 8.1, 40.0, aspect, along, 0.0)
+        assert found == pytest.approx(0.22 * aspect * 0.09 / 9.0, rel=5e-3)
+    of_row = 1.0, 20.0, 40.0, 1.0
+    assert smooth.too_far_back(*of_row, across, 0.7) - smooth.too_far_back(*of_row, along, 0.7) > 0.012
+    assert smooth.too_far_back(*of_row, slanting, 0.7) == pytest.approx(0.0105 - 0.0266, abs=3e-4)
+    assert smooth.too_far_back(-1.0, *of_row[1:], slanting, 0.7) == pytest.approx(0.0105 + 0.0266, abs=1e-3)
+    assert smooth.too_far_back(6.0, 8.0, 3.0, 1.0, across, 0.4) == pytest.approx(0.66, abs=0.01)
+    turned = smooth.too_far_back(1.0, 20.0, 4.0, 1.0, (1.0, 0.0, 1.5), 0.0)
+    assert abs(turned) < 0.01 * smooth.too_far_back(1.0, 20.0, 4.0, 1.0, along, 0.0)
 
 
 def test_noise() -> None:
@@ -199,12 +240,15 @@ def numbered(rows: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.nd
     return np.column_stack([border[with_border], with_border]), last, slip, leading
 
 
-def widths_of(rows: dict[str, np.ndarray], aspect: float, bow: float) -> np.ndarray | None:
+def widths_of(
+    rows: dict[str, np.ndarray], aspect: float, bow: float, turns: np.ndarray | None = None, unlike: float = 0.0
+) -> np.ndarray | None:
     """What the kernel finds."""
     borders, last, slip, leading = numbered(rows)
     widths = np.zeros(last.size)
     of_rows = borders, last, rows["length"], rows["hidden"], rows["ends"], rows["slopes"], slip, leading
-    return widths if smooth.slip_widths(*of_rows, aspect, bow, widths) else None
+    turns = np.zeros((3, last.size)) if turns is None else turns
+    return widths if smooth.slip_widths(*of_rows, aspect, bow, turns, unlike, widths) else None
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -222,7 +266,10 @@ def test_slip_widths(seed: int) -> None:
     if seed % 8 == 7:
         of_rows["length"] *= 1.9 / of_rows["length"].max()
     aspect, bow = rng.uniform(0.5, 2.0), rng.uniform(-0.02, 0.02)
-    expected, found = naive_rows.slip_widths(*of_rows.values(), aspect, bow), widths_of(of_rows, aspect, bow)
+    angle = rng.uniform(0.0, 7.0, of_rows["slopes"].size)
+    turns = np.array([np.cos(angle), np.sin(angle), rng.uniform(0.0, 1.5, angle.size)])
+    corrections = aspect, bow, turns, rng.uniform(0.0, 0.7)
+    expected, found = naive_rows.slip_widths(*of_rows.values(), *corrections), widths_of(of_rows, *corrections)
     assert (found is None) == (expected is None)
     if expected is not None:
         np.testing.assert_allclose(found, expected, atol=1e-8)
@@ -247,7 +294,7 @@ def test_stick_range() -> None:
 
 
 def test_most_of_these_stick_zones_tell() -> None:
-    told = [naive_rows.slip_widths(*contact(seed).values(), 1.0, 0.0) is not None for seed in range(40)]
+    told = [widths_of(contact(seed), 1.0, 0.0) is not None for seed in range(40)]
     assert sum(told) >= 20
 
 
@@ -322,9 +369,12 @@ def test_area_behind(seed: int) -> None:
     ends, slopes = of_rows["ends"], of_rows["slopes"]
     chords, tips = np.nan_to_num(ends[1] - ends[0]), np.array([0.3, slopes.size - 1.3])
     borders, last, slip, leading = numbered(of_rows)
-    arguments = borders, last, of_rows["length"], of_rows["hidden"], ends, slopes, chords, tips, slip, leading
-    found, area = smooth.area_behind(*arguments, 0.8, 0.01)
-    expected = naive_rows.slip_widths(*of_rows.values(), 0.8, 0.01)
+    # rows of a single cell
+    q, index, count = np.random.default_rng(seed).normal(size=(slip.size, 2)), leading[None], np.ones_like(leading)
+    of_rows_ = borders, last, of_rows["length"], of_rows["hidden"], ends, slopes, chords, tips
+    found, area = smooth.area_behind(*of_rows_, q, slip, index, count, 0.8, 0.01, 0.4)
+    turns = np.array([naive_rows.turns_behind("s" if slip[m] else "-", q[[m]]) for m in leading]).T
+    expected = naive_rows.slip_widths(*of_rows.values(), 0.8, 0.01, turns, 0.4)
     if seed == 7:
         assert expected is None
         assert (found, area) == (False, 0.0)

@@ -8,6 +8,7 @@ to the leading edge, the slip zone lies behind it, with a width that hardly chan
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
@@ -19,11 +20,11 @@ from rcstudy.mechanics.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.trailing import NARROW
 
-# `stick.border_behind` puts a curved border too far back (cells) by (_BOW - _BOW_BY_PRESSURE s) times the curvature of
-# the contact's outline (cells per row squared). s = beta/mu times the mean of -q_x/|q| in slip cells: the slip due to
-# pressure in the direction of friction, over the friction coefficient. Set on 35 contacts on 32 and 64 cells against
-# 512; `_BOW` also on 200 random ones and the paper's.
-_BOW, _BOW_BY_PRESSURE = 0.13, 0.25
+# `smooth.too_far_back` is for bodies that are alike. Otherwise `stick.border_behind` puts borders less far back (cells)
+# by _BOW_BY_PRESSURE s times the curvature of the contact's outline (cells per row squared). s is beta/mu times the
+# mean of -q_x/|q| in slip cells: the slip due to pressure in the direction of friction, over the friction coefficient.
+_BOW_BY_PRESSURE = 0.25
+_MOST_UNLIKE = 0.71  # largest (d - c)/sqrt(c d), see `smooth.too_far_back`: that of incompressible half-spaces
 _NOT_KNOWN = np.full(2, np.nan)  # position of the tips of a zone
 
 
@@ -33,6 +34,8 @@ class SlipZones:
     def __init__(self, cells: MovedRows, outline: Outline, influence: Influence) -> None:
         self._cells, self._outline = cells, outline
         self._line = influence.half_line_of_tractions(outline.spacing[0])
+        along, across = influence.slip_under_tractions
+        self._unlike = min((across - along) / math.sqrt(along * across), _MOST_UNLIKE)
         self._by_pressure = influence.slip_by_pressure_over_tractions
 
     def area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
@@ -57,7 +60,8 @@ class SlipZones:
         if not slip.any():
             dx, dy = outline.spacing
             return min(float(np.nansum(widths)) * dx * dy, outline.within), peak
-        area = self._area_behind((borders[:found], last, length, widths < NARROW), slip, backwards / friction)
+        of_zone = borders[:found], last, length, widths < NARROW
+        area = self._area_behind(of_zone, rolling, backwards / friction)
         return self._area_around(length) if area is None else area, peak
 
     @cached_property
@@ -72,22 +76,22 @@ class SlipZones:
         return numbers
 
     def _area_behind(
-        self, of_rows: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], slip: np.ndarray, backwards: float
+        self, of_zone: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], rolling: RollingSolution, backwards: float
     ) -> float | None:
         """Area of the slip zone (mm^2) behind a stick zone in one piece, from its width in each row.
 
-        of_rows: borders, last and length as from `stick.stick_rows`, and whether widths are hidden; backwards: the
+        of_zone: borders, last and length as from `stick.stick_rows`, and whether widths are hidden; backwards: the
         fraction of the slip cells' tractions that points towards -x (`stick.rooms_and_speeds`) over the friction
         coefficient. None if the outline is not smooth or the stick zone is not of this kind.
         """
-        outline = self._outline
+        outline, cells = self._outline, self._cells
         if outline.smooth is None:
             return None
         ends, slopes, chords, tips, curvature = outline.smooth
         dx, dy = outline.spacing
-        bow = curvature * (_BOW - _BOW_BY_PRESSURE * backwards * self._by_pressure)
-        of_cells = slip, self._cells.index[0]
-        found, slips = smooth.area_behind(*of_rows, ends, slopes, chords, tips, *of_cells, dx / dy, bow)
+        bow = -_BOW_BY_PRESSURE * curvature * backwards * self._by_pressure
+        of_outline, of_cells = (ends, slopes, chords, tips), (rolling.q, rolling.slip, cells.index, cells.count)
+        found, slips = smooth.area_behind(*of_zone, *of_outline, *of_cells, dx / dy, bow, self._unlike)
         return self._slipping_part(slips / outline.within_in_cells) if found else None
 
     def _area_around(self, length: np.ndarray) -> float:
