@@ -1,16 +1,18 @@
 """Speed against error: every case of a study over meshes, tolerances and methods is compared with a converged case.
 
-Scenes that differ only in cells, tolerance, method, discretisation or spin point form one problem. The reference of a
-problem is its solved Newton case on the finest mesh with the tightest tolerance, in any grid of the study; if both
-discretisations have such a case, it is that of `aligned`. Each case is given
+Scenes that differ only in cells, tolerance, method, discretisation or spin point form one problem, also if few cells
+make a window that is fitted to the contact wider. The reference of a problem is its solved Newton case on the finest
+mesh with the tightest tolerances, in any grid of the study; if both discretisations have such a case, it is that of
+`aligned`. Each case is given
 
 - the error: its difference from the reference,
 - the solver's error: its difference from the Newton case with the tightest tolerance on the same mesh and with the same
   discretisation, and
 - the reference's own error, as far as it is known: the reference's difference from the next coarser mesh.
 
-Fields are compared on the mesh of the case: the reference is averaged over each of its cells, weighted by area. The
-mean is exact for stresses that are constant in each cell, and the meshes need not nest. With `aligned` tractions are
+Fields are compared on the mesh of the case: the reference is averaged over each of its cells, weighted by area, and is
+zero outside of its own window, which holds all of the contact. The mean is exact for stresses that are constant in each
+cell, and neither meshes nor windows need to nest. With `aligned` tractions are
 solved for on moved rows and stored after interpolation to the cell centres of the mesh. The stored values are compared,
 so the interpolation error counts as an error of that discretisation.
 """
@@ -35,7 +37,7 @@ from rcstudy.errors import UserError
 from rcstudy.layout import CASE_KEY, LABEL
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.publish import make_folder, replacing
-from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, Row, settings
+from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, BothTolerances, Row, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import FIGURES, errors_table, settings_table, summary_text
 from rcstudy.report.style import check_formats, save, style
@@ -75,11 +77,15 @@ _REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved repeatedly until one of t
 
 @dataclass
 class Entry:
-    """One case of a cube: `dataset` is its grid, `values` its scalars by name, `errors` its errors (NaN: undefined)."""
+    """One case of a cube: `dataset` is its grid, `values` its scalars by name, `errors` its errors (NaN: undefined).
+
+    `margin`: of its window if that is fitted to the contact, else None.
+    """
 
     case: Case
     dataset: xr.Dataset
     values: dict[str, float]
+    margin: float | None = None
     errors: dict[str, float] = field(default_factory=dict)
     reference: bool = False
 
@@ -87,6 +93,11 @@ class Entry:
     def scene(self) -> Scene:
         """The case's scene."""
         return self.case.scene
+
+    @property
+    def problem(self) -> Problem:
+        """The problem that the case belongs to."""
+        return problem(self.scene, self.margin)
 
     @property
     def status(self) -> Status:
@@ -99,9 +110,9 @@ class Entry:
         return self.scene.mesh.cells[0] * self.scene.mesh.cells[1]
 
     @property
-    def tolerance(self) -> float:
-        """The looser of the two tolerances."""
-        return max(self.scene.tolerance.normal, self.scene.tolerance.tangential)
+    def tolerance(self) -> BothTolerances:
+        """Both tolerances; the looser ones are the greater."""
+        return BothTolerances(self.scene.tolerance.normal, self.scene.tolerance.tangential)
 
     @property
     def products(self) -> float:
@@ -122,10 +133,29 @@ class Entry:
         return np.stack([self._case_of(self.dataset[n]).transpose("x", "y").values[:nx, :ny] for n in names])
 
 
-def problem(scene: Scene) -> Scene:
-    """`scene` without the settings of its solution: equal for all cases that have the same exact solution."""
-    plain = Mesh(scene.mesh.size, (1, 1))
-    return replace(scene, mesh=plain, tolerance=Tolerance(), method="newton", discretisation="kalker", spin_point=0.0)
+Problem = tuple[Scene, float | None]
+"""What all cases with the same exact solution have in common: scene, and margin of a window fitted to the contact."""
+
+_ANY_SIZE = (1.0, 1.0)  # placeholder for the size of a fitted window (mm)
+
+
+def problem(scene: Scene, margin: float | None = None) -> Problem:
+    """`scene` without the settings of its solution: equal for all cases that have the same exact solution.
+
+    A window that is fitted to the contact, by `margin`, counts as what was asked for: few cells make it wider. The
+    `margin` of other windows is None.
+    """
+    plain = Mesh(scene.mesh.size if margin is None else _ANY_SIZE, (1, 1))
+    bare = replace(scene, mesh=plain, tolerance=Tolerance(), method="newton", discretisation="kalker", spin_point=0.0)
+    return bare, margin
+
+
+def margin_of(case: Case, study: Study) -> float | None:
+    """The margin of the window of a case of `study` if it is fitted to the contact, else None."""
+    plan = next(plan for plan in study.grids if plan.name == case.grid)
+    mesh = plan.parts(case.index)["mesh"]  # the scene has no more than the size that came of it
+    margin: float | None = mesh["margin"] if mesh["size"] is None else None
+    return margin
 
 
 def timed(scenes: Sequence[Scene]) -> Iterator[Result]:
@@ -171,7 +201,8 @@ def run(
         raise UserError(f"{study.path}: outputs.fields: errors of pressure and tractions need the fields: true")
     if study.outputs.crop != "none":
         raise UserError(f"{study.path}: outputs.crop: errors of pressure and tractions need the whole window: none")
-    problems = Counter(problem(case.scene) for case in expand(study).cases if case.scene.creepage is not None)
+    rolling = (case for case in expand(study).cases if case.scene.creepage is not None)
+    problems = Counter(problem(case.scene, margin_of(case, study)) for case in rolling)
     if max(problems.values(), default=0) < 2:
         raise UserError(
             f"{study.path}: no problem is solved with more than one mesh, tolerance, method or discretisation: "
@@ -215,17 +246,18 @@ def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
     datasets = grids(tree)
     cube = tree.encoding.get("source", "the cube")
     cases = expand(study).cases
-    for name in dict.fromkeys(case.grid for case in cases if case.scene.creepage is not None):
+    rolling = [case for case in cases if case.scene.creepage is not None]
+    for name in dict.fromkeys(case.grid for case in rolling):
         if name in datasets and (missing := [n for n in _NEEDED if n not in datasets[name].variables]):
             raise UserError(f"{cube}: has no {', '.join(missing)} in grid {name}: run without --cube")
     if any(not _holds(datasets.get(case.grid), case) for case in cases):
         raise UserError(f"{cube}: is not of the study {study.path} as it is now: run without --cube")
-    entries = [_entry(case, datasets[case.grid]) for case in cases if case.scene.creepage is not None]
+    entries = [_entry(case, margin_of(case, study), datasets[case.grid]) for case in rolling]
     order = list(datasets)
     entries.sort(key=lambda e: (order.index(e.case.grid), e.case.index))
-    of_problem: dict[Scene, list[Entry]] = {}
+    of_problem: dict[Problem, list[Entry]] = {}
     for entry in entries:
-        of_problem.setdefault(problem(entry.scene), []).append(entry)
+        of_problem.setdefault(entry.problem, []).append(entry)
     found = False
     for group in of_problem.values():
         found = _measure(group) or found
@@ -242,14 +274,14 @@ def _holds(dataset: xr.Dataset | None, case: Case) -> bool:
     return all(i < n for i, n in zip(case.index, keys.shape, strict=True)) and keys.values[case.index] == case.key
 
 
-def _entry(case: Case, dataset: xr.Dataset) -> Entry:
+def _entry(case: Case, margin: float | None, dataset: xr.Dataset) -> Entry:
     at = dict(zip(case_dims(dataset), case.index, strict=True))
     values = {
         str(name): float(variable.isel(at))
         for name, variable in dataset.data_vars.items()
         if set(variable.dims) == at.keys() and variable.dtype.kind in "fi"
     }
-    return Entry(case, dataset, values)
+    return Entry(case, dataset, values, margin)
 
 
 def _measure(group: list[Entry]) -> bool:
@@ -257,14 +289,15 @@ def _measure(group: list[Entry]) -> bool:
     exact = [e for e in group if e.scene.method == "newton" and e.status is Status.SOLVED]
     if not exact:
         return False
-    finest = max(exact, key=lambda e: (e.cells, -e.tolerance, e.scene.discretisation == "aligned"))
+    finest = min(exact, key=_rank)
     finest.reference = True
     tightest: dict[Any, Entry] = {}
-    for e in sorted(exact, key=lambda e: -e.tolerance):
-        tightest[_equations(e.scene)] = e
+    for e in exact:
+        key = _equations(e.scene)
+        tightest[key] = min(tightest.get(key, e), e, key=lambda e: e.tolerance)
     fields = {key: e.stress() for key, e in tightest.items()}
-    own = [e for e in tightest.values() if _equations(e.scene)[1:] == _equations(finest.scene)[1:] and e is not finest]
-    coarser = max(own, key=lambda e: e.cells, default=None)
+    own = [e for e in tightest.values() if _equations(e.scene)[1:] == _equations(finest.scene)[1:]]
+    coarser = max((e for e in own if e.cells < finest.cells), key=lambda e: (e.cells, e.scene.mesh.cells), default=None)
     means: dict[tuple[Any, Mesh], np.ndarray] = {}
 
     def onto(other: Entry, mesh: Mesh) -> np.ndarray:
@@ -288,6 +321,14 @@ def _measure(group: list[Entry]) -> bool:
             solver = _differences(e, stress, same, fields[_equations(e.scene)])
             e.errors |= {SOLVER + name: value for name, value in solver.items()}
     return True
+
+
+def _rank(e: Entry) -> Any:
+    """Sort key of solved Newton cases of one problem, the reference first.
+
+    Number of cells along x and spin point decide where the rest leaves it open, so that the order of cases never does.
+    """
+    return -e.cells, e.tolerance, e.scene.discretisation != "aligned", e.scene.mesh.cells, e.scene.spin_point
 
 
 def _equations(scene: Scene) -> Any:
@@ -361,7 +402,7 @@ def write_report(entries: Sequence[Entry], out: Path, formats: Sequence[str]) ->
 
 def report_rows(entries: Sequence[Entry]) -> list[Row]:
     """The cases as rows of the report; problems are numbered in the order in which they occur."""
-    numbers: dict[Scene, int] = {}
+    numbers: dict[Problem, int] = {}
     rows = []
     for e in entries:
         scene, values = e.scene, e.values
@@ -369,7 +410,7 @@ def report_rows(entries: Sequence[Entry]) -> list[Row]:
             Row(
                 grid=e.case.grid,
                 label=str(e.at(LABEL)),
-                problem=numbers.setdefault(problem(scene), len(numbers)),
+                problem=numbers.setdefault(e.problem, len(numbers)),
                 method=scene.method,
                 discretisation=scene.discretisation,
                 coupling=scene.coupling,
@@ -390,10 +431,11 @@ def report_rows(entries: Sequence[Entry]) -> list[Row]:
 
 def coupling_errors(entries: Sequence[Entry]) -> list[tuple[str, dict[str, float]]]:
     """Name and ERRORS of each problem with references for both couplings on one mesh: one-way against full."""
-    references: dict[Scene, dict[str, Entry]] = {}
+    references: dict[Problem, dict[str, Entry]] = {}
     for e in entries:
         if e.reference:
-            references.setdefault(replace(problem(e.scene), coupling="one-way"), {})[e.scene.coupling] = e
+            alike = problem(replace(e.scene, coupling="one-way"), e.margin)
+            references.setdefault(alike, {})[e.scene.coupling] = e
     found = []
     for both in references.values():
         if len(both) == 2 and both["one-way"].scene.mesh == both["full"].scene.mesh:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import total_ordering
 
 import numpy as np
 
@@ -34,6 +35,51 @@ REFERENCE = "reference_"
 """Prefix of the reference's own error, as its difference from the next coarser mesh."""
 
 
+@total_ordering
+@dataclass(frozen=True)
+class BothTolerances:
+    """The tolerances of pressure and tractions (`normal`, `tangential`, -) of a case. The looser ones are the greater.
+
+    The looser of the two decides, as it bounds the error of the tractions; then the tighter one, then that of the
+    pressure, whose errors reach both fields. So no two that differ are equally tight.
+    """
+
+    normal: float
+    tangential: float
+
+    def __lt__(self, other: BothTolerances) -> bool:
+        return self._looseness < other._looseness
+
+    def __str__(self) -> str:
+        """`1e-05`, or `1e-05/1e-07` (pressure/tractions) where they differ."""
+        return "/".join(map(tolerance_text, (self.normal, self.tangential)[: 1 + self.differ]))
+
+    @property
+    def differ(self) -> bool:
+        """Whether the two are not the same."""
+        return self.normal != self.tangential
+
+    @property
+    def _looseness(self) -> tuple[float, float, float]:
+        return max(self.normal, self.tangential), min(self.normal, self.tangential), self.normal
+
+
+def tolerance_text(tolerance: float) -> str:
+    """A tolerance with as many digits as it has: `1e-05`, `1.5e-05`."""
+    short = f"{tolerance:.0e}"
+    return short if float(short) == tolerance else f"{tolerance:g}"
+
+
+def explained(tolerances: Iterable[BothTolerances | None]) -> str:
+    """A sentence, after a space, on what stands on either side of a stroke in these tolerances; empty if none has one.
+
+    None, which stands for no tolerances, is passed over.
+    """
+    if any(tolerance is not None and tolerance.differ for tolerance in tolerances):
+        return " Two tolerances, as in 1e-05/1e-07, are those of pressure/tractions."
+    return ""
+
+
 @dataclass(frozen=True)
 class Row:
     """One case: what it is, what it cost, and its errors.
@@ -51,7 +97,7 @@ class Row:
     coupling: str
     cells: int
     radius: float
-    tolerance: float
+    tolerance: BothTolerances
     status: str
     products: float
     iterations_normal: float
@@ -103,11 +149,12 @@ class Row:
 
 @dataclass(frozen=True)
 class Setting:
-    """The coarsest mesh with the loosest tolerance whose worst error is within `target`, and what it costs.
+    """The coarsest mesh with the loosest tolerances whose worst error is within `target`, and what it costs.
 
-    `cells` is 0 if no mesh that was tried reaches the target. Then `needed` is the number of cells along a side by a
-    power law of order `order` through all meshes, meaningful if larger than `finest`, the finest mesh tried. The power
-    law is fitted without the reference's own error, which is the same on all meshes and would lower the order.
+    `cells` is 0, and `tolerance` None, if no mesh that was tried reaches the target. Then `needed` is the number of
+    cells along a side by a power law of order `order` through all meshes, meaningful if larger than `finest`, the
+    finest mesh tried. The power law is fitted without the reference's own error, which is the same on all meshes and
+    would lower the order.
     """
 
     coupling: str
@@ -116,7 +163,7 @@ class Setting:
     target: float
     cells: int = 0
     radius: tuple[float, float] = (0.0, 0.0)
-    tolerance: float = float("nan")
+    tolerance: BothTolerances | None = None
     worst: float = float("nan")
     products: float = float("nan")
     seconds: float = float("nan")
@@ -125,16 +172,16 @@ class Setting:
     finest: int = 0
 
 
-Groups = dict[tuple[int, float], list[Row]]
-"""Cases by cells and tolerance."""
+Groups = dict[tuple[int, BothTolerances], list[Row]]
+"""Cases by cells and tolerances."""
 
 
 def settings(rows: Sequence[Row], quantities: Iterable[str] = tuple(QUANTITIES)) -> list[Setting]:
     """For each coupling, discretisation, quantity and target the coarsest setting that reaches it in every problem.
 
     Only cases of the Newton method are considered, and only quantities that have an error: one that is zero by symmetry
-    has none. A setting counts if all problems are solved with it, and if all finer meshes with that tolerance reach the
-    target too (errors of coarse meshes can be small by chance). The reference's own error is added to each error.
+    has none. A setting counts if all problems are solved with it, and if all finer meshes with these tolerances reach
+    the target too (errors of coarse meshes can be small by chance). The reference's own error is added to each error.
     """
     newton = [r for r in rows if r.method == "newton" and r.compared]
     found = []
@@ -161,7 +208,7 @@ def schemes(rows: Iterable[Row]) -> list[str]:
 
 
 def _setting(asked: Setting, whole: Groups) -> Setting:
-    """`asked` completed by the setting found; `whole`: cases by cells and tolerance, where every problem has one."""
+    """`asked` completed by the setting found; `whole`: cases by cells and tolerances, where every problem has one."""
     worst = {key: worst_bound(group, asked.quantity) for key, group in whole.items()}
     worst = {key: value for key, value in worst.items() if not np.isnan(value)}
     asked = replace(asked, finest=max((cells for cells, _ in worst), default=0))
@@ -172,7 +219,8 @@ def _setting(asked: Setting, whole: Groups) -> Setting:
     ]
     if not good:
         return _extrapolated(asked, whole)
-    key = min(good, key=lambda k: (k[0], -k[1]))
+    coarsest = min(cells for cells, _ in good)
+    key = coarsest, max(tolerance for cells, tolerance in good if cells == coarsest)
     group = whole[key]
     return replace(
         asked,
@@ -192,8 +240,8 @@ def worst_bound(rows: Iterable[Row], quantity: str) -> float:
 
 
 def _extrapolated(none: Setting, whole: Groups) -> Setting:
-    """`none` completed by the cells that its target takes, by a power law through all meshes at the least tolerance."""
-    tightest = min((tolerance for _, tolerance in whole), default=0.0)
+    """`none` completed by the cells that its target takes, by a power law through all meshes at the tightest one."""
+    tightest = min((tolerance for _, tolerance in whole), default=None)
     worst = {
         cells: worst_of(r.error(none.quantity) if r.solved else np.inf for r in group)
         for (cells, tolerance), group in whole.items()
@@ -229,10 +277,10 @@ def worst_of(values: Iterable[float]) -> float:
     return max(known) if known else float("nan")
 
 
-def shown_tolerance(rows: Iterable[Row]) -> float:
-    """The loosest tolerance but one: of those that count, what is enough for all meshes. NaN if there is none."""
+def shown_tolerance(rows: Iterable[Row]) -> BothTolerances | None:
+    """The loosest tolerances but one: of those that count, what is enough for all meshes. None if there are none."""
     found = sorted({r.tolerance for r in rows}, reverse=True)
-    return found[min(1, len(found) - 1)] if found else float("nan")
+    return found[min(1, len(found) - 1)] if found else None
 
 
 def shown_coupling(rows: Iterable[Row]) -> str:

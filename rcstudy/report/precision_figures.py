@@ -9,7 +9,9 @@ from rcstudy.report.layout import caption, log_ticks, panels
 from rcstudy.report.precision import (
     QUANTITIES,
     SOLVER,
+    BothTolerances,
     Row,
+    explained,
     median,
     proven,
     schemes,
@@ -60,11 +62,12 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
     for ax in axes[:, 0]:
         ax.set_ylabel("relative error")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5, handlelength=3.6)
-    each = _by_scheme({name: f"{tolerance:.0e}" for name, tolerance in tolerances.items()})
+    each = _by_scheme({name: str(tolerance) for name, tolerance in tolerances.items()})
     caption(
         figure,
         "Lines: medians over the problems along the meshes (numbers: cells along a side); dots: each problem with "
-        f"one-way coupling, where its error is {_LEAST:.0e} or more. Tolerance: {each}. "
+        f"one-way coupling, where its error is {_LEAST:.0e} or more. "
+        f"Tolerance: {each}.{explained(tolerances.values())} "
         + proven(r for r in rows if r.tolerance == tolerances[r.scheme]),
     )
     return figure
@@ -122,7 +125,7 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
         return None
     figure, (axes,) = panels(1, 2, 3.3, sharey=True)
     costs: tuple[Callable[[Row], float], ...] = (lambda r: r.seconds, lambda r: r.products)
-    tolerances: dict[str, list[float]] = {}
+    tolerances: dict[str, list[BothTolerances]] = {}
     for scheme in schemes(usable):
         named = False
         for cells in sorted({r.cells for r in usable if r.scheme == scheme}):
@@ -144,11 +147,13 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
     axes[0].set_ylabel("error of the tractions, L2, against\nthe same mesh's tightest solution")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    each = _by_scheme({name: ", ".join(f"{t:.0e}" for t in found) for name, found in tolerances.items()})
+    each = _by_scheme({name: ", ".join(map(str, found)) for name, found in tolerances.items()})
+    both = explained(t for found in tolerances.values() for t in found)
     caption(
         figure,
         "A line for each mesh (numbers: cells along a side), its points from the loosest tolerance to the tightest but "
-        f"the reference's: {each}. Medians over the problems with {shown_coupling(usable)} coupling. {proven(usable)}",
+        f"the reference's: {each}.{both} "
+        f"Medians over the problems with {shown_coupling(usable)} coupling. {proven(usable)}",
     )
     return figure
 
@@ -182,7 +187,7 @@ def quantities_figure(rows: Sequence[Row]) -> Figure | None:
     caption(
         figure,
         f"Worst error of each quantity, relative to its own value, over the problems with {shown_coupling(newton)} "
-        f"coupling at tolerance {tolerance:.0e}, along the meshes; fields in the L2 norm.",
+        f"coupling at tolerance {tolerance}, along the meshes; fields in the L2 norm.{explained([tolerance])}",
     )
     return figure
 

@@ -16,8 +16,10 @@ from rcstudy.report.precision import (
     REFERENCE,
     SOLVER,
     TARGETS,
+    BothTolerances,
     Row,
     Setting,
+    explained,
     median,
     schemes,
     shown_tolerance,
@@ -81,7 +83,7 @@ def settings_table(chosen: Sequence[Setting]) -> Table:
         Column("discretisation", "Discretisation"),
         Column("cells", "Cells"),
         Column("radius", "Cells per contact radius"),
-        Column("tolerance", "Tolerance", form=".0e"),
+        *_tolerance_columns(chosen),
         Column("worst", "Worst error", form=".1e"),
         Column("products", "Products, median", form=".0f"),
         Column("seconds", "Seconds, median", form=".2g"),
@@ -96,7 +98,7 @@ def settings_table(chosen: Sequence[Setting]) -> Table:
             row |= {
                 "cells": f"{s.cells} x {s.cells}",
                 "radius": _range_of(s.radius, ".0f"),
-                "tolerance": s.tolerance,
+                **_tolerance_values(s.tolerance),
                 "worst": s.worst,
                 "products": s.products,
                 "seconds": s.seconds,
@@ -108,6 +110,23 @@ def settings_table(chosen: Sequence[Setting]) -> Table:
         "none of the meshes does; extrapolated by a power law, rounded up."
     )
     return caption if listed else _NO_ERRORS, columns, listed
+
+
+def _tolerance_columns(chosen: Sequence[Setting]) -> list[Column]:
+    """One column, or one for pressure and one for tractions if these have different tolerances in some setting."""
+    differ = any(s.tolerance is not None and s.tolerance.differ for s in chosen)
+    titles = {"normal": ", pressure", "tangential": ", tractions"} if differ else {"": ""}
+    tolerances = [t for s in chosen if s.tolerance is not None for t in (s.tolerance.normal, s.tolerance.tangential)]
+    form = ".0e" if all(float(f"{t:.0e}") == t for t in tolerances) else "g"
+    return [Column(f"tolerance_{key}".rstrip("_"), f"Tolerance{title}", form=form) for key, title in titles.items()]
+
+
+def _tolerance_values(tolerance: BothTolerances | None) -> dict[str, Value]:
+    """What the columns of `_tolerance_columns` have in a row."""
+    if tolerance is None:
+        return {}
+    normal, tangential = tolerance.normal, tolerance.tangential
+    return {"tolerance": normal, "tolerance_normal": normal, "tolerance_tangential": tangential}
 
 
 def _none(s: Setting) -> str:
@@ -145,7 +164,7 @@ def summary_text(
             "coupling. Aligned cells find their tractions on moved rows and store them at the mesh's own cell centres: "
             "what that interpolation loses counts as their error. Forces, moment, friction power, slip area and "
             "largest traction come from the moved rows themselves. Seconds are processor time of one whole solve, "
-            "coefficients and pressure included."
+            f"coefficients and pressure included.{explained(r.tolerance for r in rows)}"
         ),
         "",
         "## Which setting",
@@ -193,8 +212,7 @@ def _references(rows: Sequence[Row]) -> str:
     missing = len({r.problem for r in rows}) - kinds.total()
     several = len(kinds) + (missing > 0) > 1
     parts = [
-        f"{cells} cells along a side, `{discretisation}`, {tolerance:.0e}"
-        + (f" for {count} of them" if several else "")
+        f"{cells} cells along a side, `{discretisation}`, {tolerance}" + (f" for {count} of them" if several else "")
         for (cells, discretisation, tolerance), count in kinds.items()
     ]
     return "; ".join([*parts, f"none for {missing} of them"] if missing else parts)
@@ -236,7 +254,7 @@ def _side_by_side(rows: Sequence[Row]) -> list[str]:
 
 def _costs(rows: Iterable[Row]) -> list[float]:
     """Ratios of times, `aligned` to `kalker`: for each mesh the median over the problems and tolerances of both."""
-    seconds: dict[int, dict[tuple[int, float], dict[str, float]]] = {}
+    seconds: dict[int, dict[tuple[int, BothTolerances], dict[str, float]]] = {}
     for r in rows:
         seconds.setdefault(r.cells, {}).setdefault((r.problem, r.tolerance), {})[r.scheme] = r.seconds
     costs = []
@@ -274,22 +292,30 @@ def _recommended(chosen: Sequence[Setting]) -> list[str]:
 
 def _sentence(chosen: Sequence[Setting]) -> str:
     """Quantities grouped by the setting that reaches the target, cheapest first, then those that none reaches."""
-    reached: dict[tuple[int, float], list[Setting]] = {}
+    reached: dict[tuple[int, BothTolerances], list[Setting]] = {}
     missed: dict[str, list[Setting]] = {}
     for s in sorted(chosen, key=lambda s: (np.isnan(s.needed), s.needed)):
-        if s.cells:
+        if s.tolerance is not None:
             reached.setdefault((s.cells, s.tolerance), []).append(s)
         else:
             missed.setdefault(_needed(s), []).append(s)
     parts = []
-    for (cells, tolerance), group in sorted(reached.items(), key=lambda item: (item[0][0], -item[0][1])):
+    for (cells, tolerance), group in _coarsest_then_loosest(reached):
         s = group[0]
         where = f"{_range_of(s.radius, '.0f')} per contact radius"
         cost = f"{s.products:.0f} products, {1e3 * s.seconds:.3g} ms"
-        parts.append(f"**{_names(group)}**: {cells} x {cells} cells ({where}), tolerance {tolerance:.0e}, {cost}")
+        parts.append(f"**{_names(group)}**: {cells} x {cells} cells ({where}), tolerance {tolerance}, {cost}")
     if missed:
         parts.append("not reached: " + "; ".join(f"{_names(group)}: {needed}" for needed, group in missed.items()))
     return "; ".join(parts) + "."
+
+
+def _coarsest_then_loosest(
+    groups: dict[tuple[int, BothTolerances], list[Setting]],
+) -> list[tuple[tuple[int, BothTolerances], list[Setting]]]:
+    """The groups by cells and tolerances: of those on one mesh the loosest tolerances come first."""
+    loosest = sorted(groups.items(), key=lambda item: item[0][1], reverse=True)
+    return sorted(loosest, key=lambda item: item[0][0])
 
 
 def _names(chosen: Iterable[Setting]) -> str:
@@ -326,7 +352,7 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     times = [[1e3 * median(r.seconds for r in c if r.scheme == n) for n in names] for c in columns]
     table.append(["processor time, ms", *_cells(times)])
     return [
-        f"Worst of {_problems(own)} at tolerance {tolerance:.0e}, {' / '.join(names)}:",
+        f"Worst of {_problems(own)} at tolerance {tolerance}, {' / '.join(names)}:",
         "",
         *markdown_lines(["cells along a side (per contact radius)", *heads], table),
     ]
@@ -361,7 +387,7 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
     newton = [r for r in rows if r.method == "newton"]
     titles = ["Tolerance", "Discretisation", "Solved", "Pressure, worst", "Tractions, worst", "Tractions, median"]
     cells: list[list[str]] = []
-    found: dict[float, float] = {}
+    found: dict[BothTolerances, float] = {}
     for tolerance in sorted({r.tolerance for r in newton}, reverse=True):
         for name in schemes(newton):
             own = [r for r in newton if (r.tolerance, r.scheme) == (tolerance, name) and _several(r, newton)]
@@ -376,13 +402,13 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
             texts = [f"{n:.1e}" if np.isfinite(n) else "-" for n in numbers]
             products = median(r.products for r in own)
             solved = f"{sum(r.solved for r in own)} of {len(own)}"
-            cells.append([f"{tolerance:.0e}", name, solved, *texts, f"{products:.0f}"])
+            cells.append([str(tolerance), name, solved, *texts, f"{products:.0f}"])
             if len(known) == len(own) and np.isfinite(numbers[:2]).all():
                 found[tolerance] = max(found.get(tolerance, 0.0), *numbers[:2])
     if not cells:
         return []
     reach = [
-        f"{_per_cent(target)}: {max(t for t, e in found.items() if e <= target):.0e}"
+        f"{_per_cent(target)}: {max(t for t, e in found.items() if e <= target)}"
         for target in TARGETS
         if any(e <= target for e in found.values())
     ]
@@ -417,7 +443,7 @@ def _methods(rows: Sequence[Row]) -> list[str]:
             *_paragraph(
                 f"Its tractions differ by {_range(r.error(SOLVER + 'traction') for r in own)} (L2) from the discrete "
                 "Coulomb solution on the same mesh, whatever the tolerance; its forces, at "
-                f"{tight:.0e}, by {_range(r.error(SOLVER + 'force') for r in own if r.tolerance == tight)}, after "
+                f"{tight}, by {_range(r.error(SOLVER + 'force') for r in own if r.tolerance == tight)}, after "
                 f"{products:.0f} products (median). {sum(r.solved for r in own)} of {len(own)} cases pass their proof."
             ),
         ]
@@ -458,6 +484,6 @@ def _unsolved(rows: Sequence[Row]) -> list[str]:
     ]
     for status in sorted({r.status for r in failed}):
         own = [r for r in failed if r.status == status]
-        tolerances = ", ".join(f"{t:.0e}" for t in sorted({r.tolerance for r in own}, reverse=True))
+        tolerances = ", ".join(map(str, sorted({r.tolerance for r in own}, reverse=True)))
         lines.append(f"- {status}: {len(own)} (tolerance {tolerances}): {own[0].grid}, {own[0].label} and the like")
     return lines
