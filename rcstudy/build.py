@@ -32,6 +32,9 @@ Parts = dict[str, Any]
 
 
 _WIDER = 1.05  # largest expected width of the contact on a finer mesh over that on the coarse one
+_ROOM = 1.19  # width within the outermost cells, over that of the contact on the coarse mesh, that holds any contact
+_STEP = 1.03  # width of a window over that of one that was found too small
+_STEPS = 24  # largest number of those: to twice the width
 _ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # placeholder for a mesh that is not known yet
 
 
@@ -125,21 +128,43 @@ def _extents(scene: Scene) -> tuple[tuple[float, float], tuple[float, float]]:
     return extent, sliding_extent(scene, extent) if scene.coupling == "full" else extent
 
 
+@lru_cache(maxsize=4096)
+def _widened(scene: Scene) -> tuple[float, float]:
+    """Sides (mm) of the window of `scene`, widened until the contact without friction leaves a cell free on each side.
+
+    That is needed under thin soft layers, whose contacts reach farther than they do on the coarse mesh.
+    """
+    from rcstudy.mechanics.window import reached_sides  # as in `_extents`
+
+    x, y = scene.mesh.size
+    for _ in range(_STEPS):
+        along_x, along_y = reached_sides(replace(scene, mesh=Mesh((x, y), scene.mesh.cells)))
+        if not (along_x or along_y):
+            break
+        x, y = x * (_STEP if along_x else 1.0), y * (_STEP if along_y else 1.0)
+    return x, y
+
+
 def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[float, float]:
     """Sides (mm) of a window of `cells` that is `margin` times as wide as the contact (`mesh.size: auto`).
 
-    The contact is that without friction. With full coupling the window also holds the contact in full sliding.
+    The contact is that without friction. With full coupling the window also holds the contact in full sliding. It is
+    wider where that is needed for a free cell on either side.
     """
     # settings that do not affect the window are left out, so that all cases with one pressure have the same window
     bare = Scene(scene.substrate, scene.radius, scene.load, _ANY_MESH, scene.layers, scene.counterbody)
-    if scene.is_coupled:
-        bare = replace(bare, friction=scene.friction, coupling="full")
+    moved = replace(bare, friction=scene.friction, coupling="full") if scene.is_coupled else bare
+    free, in_sliding = _extents(moved)
     # on few cells one cell has to be free on either side, whatever the margin
     least = [_WIDER * n / (n - 2) for n in cells]
     x, y = (
         max(max(margin, wider) * width, wider * sliding)
-        for wider, width, sliding in zip(least, *_extents(bare), strict=True)
+        for wider, width, sliding in zip(least, free, in_sliding, strict=True)
     )
+    # the solver refuses a contact in the outermost cells; most margins leave room enough
+    inside = (size * (n - 2) / n for size, n in zip((x, y), cells, strict=True))
+    if bare.layers and any(width < _ROOM * own for width, own in zip(inside, free, strict=True)):
+        return _widened(replace(bare, mesh=Mesh((x, y), cells)))
     return x, y
 
 

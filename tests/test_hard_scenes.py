@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, TIGHT, hertz_of, solved, steel, window
 
+from rcstudy import build
 from rcstudy.estimate import error_estimates
 from rcstudy.fits import ALIGNED, ALIKE, FITS
+from rcstudy.mechanics import window as fitting
 from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.window import _extent, _reach, contact_extent, sliding_extent
@@ -713,6 +715,53 @@ def test_fitted_window_leaves_a_cell_free(margin, cells):
     bare = {"substrate": {"E": 210000, "nu": 0.3}, "radius": 50, "load": 100}
     result = of(bare, mesh={"size": "auto", "cells": [cells, cells], "margin": margin})
     assert result.status == Status.SOLVED, result.reason
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("margin", "cells", "modulus", "nu", "thickness", "radius"),
+    [
+        (1.05, [7, 33], 224.4, 0.4778, "0.05954 a", 225.2),
+        (1.11, [7, 33], 224.4, 0.4778, "0.05954 a", 225.2),
+        (1.05, [46, 17], 252.0, 0.364, "0.1513 a", 14.7),
+        (1.05, [300, 300], 63.0, 0.5, "0.02351 a", 10.6),
+    ],
+)
+def test_fitted_window_on_thin_soft_layers_leaves_a_cell_free(margin, cells, modulus, nu, thickness, radius):
+    """The coarse mesh finds their contacts up to 16 % too narrow: these were refused."""
+    rubber = {
+        "substrate": {"E": 210000, "nu": 0.3},
+        "layers": [{"E": modulus, "nu": nu, "thickness": thickness}],
+        "radius": [50, radius],
+        "load": 100,
+        "mesh": {"size": "auto", "cells": cells, "margin": margin},
+    }
+    result = of(rubber)
+    assert result.status == Status.SOLVED, result.reason
+
+
+@pytest.mark.heavy
+def test_fitted_window_is_wider_only_where_a_contact_needs_it(monkeypatch):
+    """Windows are part of results: neither those of ordinary layers nor those with room may change."""
+    coated = {
+        "substrate": {"E": 210000, "nu": 0.3},
+        "layers": [{"E": "0.5 Es", "nu": 0.3, "thickness": "0.5 a"}],
+        "radius": 50,
+        "load": 100,
+    }
+
+    def width(margin, cells):
+        mesh = {"size": "auto", "cells": [cells, cells], "margin": margin}
+        return scene_from_mapping({**coated, "mesh": mesh}).mesh.size[0]
+
+    extent = contact_extent(scene_from_mapping({**coated, "mesh": {"size": [2, 2], "cells": [8, 8]}}))[0]
+    assert width(1.05, 8) == pytest.approx(1.05 * 8 / 6 * extent, rel=1e-12)
+    assert width(1.1, 64) == pytest.approx(1.1 * extent, rel=1e-12)
+    build._widened.cache_clear()
+    monkeypatch.setattr(fitting, "reached_sides", lambda scene: (True, False))
+    assert width(1.25, 48) == pytest.approx(1.25 * extent, rel=1e-12)  # has room, and is not even checked
+    assert width(1.1, 64) > 2.0 * 1.1 * extent
+    build._widened.cache_clear()
 
 
 @pytest.mark.heavy
