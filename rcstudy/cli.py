@@ -46,19 +46,27 @@ app = typer.Typer(
 
 _P = ParamSpec("_P")
 SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="Study file (YAML).")]
+
+
+def _named(output: Path | None) -> Path | None:
+    """`output`; a usage error if it is -, the standard output elsewhere: a file of that name would be written."""
+    if output is not None and str(output) == "-":
+        raise typer.BadParameter("-: does not stand for the standard output here: give the name of a file or folder")
+    return output
+
+
+def _output_option(words: str, metavar: str = "DIR") -> Any:
+    return typer.Option("-o", "--output", metavar=metavar, callback=_named, help=words)
+
+
 CubeOption = Annotated[
-    Path | None,
-    typer.Option("-o", "--output", metavar="CUBE", help="Cube of the study; default: the study file's name with .nc."),
+    Path | None, _output_option("Cube of the study; default: the study file's name with .nc.", "CUBE")
 ]
 Unlock = Annotated[
     bool,
     typer.Option("--unlock", help="Continue despite another machine's lock; only if its process is certainly dead."),
 ]
 CubePath = Annotated[Path, typer.Argument(metavar="CUBE", help="Cube written by sweep (.nc).")]
-
-
-def _folder_option(words: str) -> Any:
-    return typer.Option("-o", "--output", metavar="DIR", help=words)
 
 
 def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
@@ -322,8 +330,7 @@ def status(spec: SpecPath, output: CubeOption = None) -> None:
 def failures(
     cube: CubePath,
     output: Annotated[
-        Path | None,
-        _folder_option("Folder for the studies, one file each; default: print them."),
+        Path | None, _output_option("Folder for the studies, one file each; default: print them.")
     ] = None,
 ) -> None:
     """List the unsolved cases of a cube, each as a study of that case alone, ready to run."""
@@ -422,7 +429,7 @@ def compare(
 @_guarded
 def figures(
     cube: CubePath,
-    output: Annotated[Path, _folder_option("Folder for the figures.")] = Path("figures"),
+    output: Annotated[Path, _output_option("Folder for the figures.")] = Path("figures"),
     formats: Annotated[
         str, typer.Option("--formats", metavar="LIST", help="File formats, of png, pdf and svg, separated by commas.")
     ] = "png,pdf",
@@ -453,10 +460,7 @@ def figures(
 
 @app.command()
 @_guarded
-def tables(
-    cube: CubePath,
-    output: Annotated[Path, _folder_option("Folder for the tables.")] = Path("tables"),
-) -> None:
+def tables(cube: CubePath, output: Annotated[Path, _output_option("Folder for the tables.")] = Path("tables")) -> None:
     """Write the tables of a cube as CSV, Markdown and LaTeX."""
     from rcstudy.tables import make_tables
 
@@ -469,7 +473,7 @@ def tables(
 @_guarded
 def accuracy(
     spec: SpecPath,
-    output: Annotated[Path, _folder_option("Folder for the report.")] = Path("results/accuracy"),
+    output: Annotated[Path, _output_option("Folder for the report.")] = Path("results/accuracy"),
     cube: Annotated[
         Path | None, typer.Option("--cube", metavar="CUBE", help="Cube of this study; default: solve the study.")
     ] = None,

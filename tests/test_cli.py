@@ -420,6 +420,17 @@ def test_names_of_other_formats_are_refused(folder: Path, name: str) -> None:
     assert not Path(name).exists()
 
 
+@pytest.mark.parametrize("command", ["sweep", "merge", "status", "accuracy", "figures", "tables", "failures"])
+def test_the_standard_output_is_no_file(folder: Path, command: str) -> None:
+    """A file or folder called - was written."""
+    run("sweep", "quick.yaml")
+    done = run(command, "quick.nc" if command in ("figures", "tables", "failures") else "quick.yaml", "-o", "-")
+    assert done.exit_code == EXIT_BAD_INPUT
+    assert "Usage: " in done.output
+    assert "'-o' / '--output': -: does not stand for the standard output here: give the name" in done.output
+    assert not Path("-").exists()
+
+
 def test_a_folder_that_is_made_is_told(folder: Path) -> None:
     made = "nonexist: a new folder, which is made for the cube"
     assert run("sweep", "quick.yaml", "-o", "nonexist/x").output.splitlines()[0] == made

@@ -58,6 +58,17 @@ def test_nothing_but_a_cube_is_replaced(name: str, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link.nc", "s.yaml", "text.nc"]
 
 
+def test_an_empty_file_is_replaced(tmp_path: Path) -> None:
+    """As the documentation says: it holds nothing, and may be what mktemp or a crash has left."""
+    study, told = load_text(tmp_path, SWEPT), []
+    (tmp_path / "empty.nc").touch()
+    assert "will be replaced" in report(study, tmp_path / "empty.nc")
+    sweep.run(study, tmp_path / "empty.nc", workers=1, solve=workers.made_up, tell=told.append)
+    assert any("empty.nc: no cases are taken from it: " in line and "it will be replaced" in line for line in told)
+    assert (tmp_path / "empty.nc").stat().st_size > 0
+    assert "(An empty file is: " in (Path(__file__).parent.parent / "docs" / "cube.md").read_text(encoding="utf-8")
+
+
 def test_foreign_files_of_hdf5_are_not_replaced(tmp_path: Path) -> None:
     study = load_text(tmp_path, SWEPT)
     with h5py.File(tmp_path / "other.nc", "w") as file:
