@@ -232,6 +232,37 @@ def test_maps_of_ellipses_have_marks_equally_far_apart_both_ways(tmp_path: Path)
     assert stretched["thin"] > 3.0 and stretched["narrow"] < 0.4
 
 
+FITTED = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  creepage: {longitudinal: 0.001}
+  mesh: {size: auto, cells: [48, 48], margin: 1.3}
+grids:
+  loads: {axes: {load: [20, 100]}}
+  meshes: {scene: {load: 100}, axes: {mesh.cells: [[16, 16], [96, 96]]}}
+"""
+
+
+@pytest.mark.parametrize("crop", ["none", "contact"])
+def test_contacts_of_as_many_cells_have_as_many_circles(tmp_path: Path, crop: str) -> None:
+    """However large they are: the largest one had one in each cell, the others in one of 3 x 3. Few cells keep all."""
+    run(load_text(tmp_path, f"{FITTED}outputs: {{crop: {crop}}}\n"), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        found = {}
+        for name, grid in grids(tree).items():
+            figure = case_maps(grid)
+            assert figure is not None
+            found[name] = []
+            for ax, case in zip(panels(figure), grid.cases(), strict=True):
+                x = np.concatenate([markers(ax, state).get_offsets() for state in ("slip", "stick")])[:, 0]
+                found[name].append(round(float(np.diff(np.unique(x.round(9))).min() / case.spacing[0])))
+            words = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+            assert "slip cell (one of 3 × 3 where fine)" in words
+    assert found == {"loads": [3, 3], "meshes": [1, 3]}
+
+
 LOADS = """\
 study: s
 scene:

@@ -33,6 +33,9 @@ ARROWS_AT_MOST = 11
 CIRCLES = 44
 """Approximate largest number of circles across a panel: on finer meshes not every cell has a circle."""
 
+_ALIKE = 1.15
+"""Largest ratio of the numbers of cells across two contacts that are about the same."""
+
 ROOM = 1.15
 """Half a panel's side over what has to fit into it."""
 
@@ -163,12 +166,14 @@ def _half_sides(case: CaseView) -> tuple[float, float]:
     return float(np.abs(case.x[i]).max() + dx / 2), float(np.abs(case.y[j]).max() + dy / 2)
 
 
-def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, shown: Window) -> None:
+def traction_map(
+    ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, shown: Window, steps: tuple[int, int]
+) -> None:
     """Map of |q| with one marker per contact cell and arrows along q.
 
     Cells are coloured by |q| (MPa, `norm`); slip cells carry a filled circle, stick cells an open one (every
-    `circle_steps`-th cell along x and y where cells are finer than circles can be told apart); arrows of equal length
-    give the direction of the traction on a coarser grid, at its true angle. Axes in mm.
+    `steps`-th cell along x and y, see `circle_steps`); arrows of equal length give the direction of the traction on a
+    coarser grid, at its true angle. Axes in mm.
     """
     from matplotlib.collections import EllipseCollection
 
@@ -192,7 +197,6 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, s
     # in small contacts fewer: arrows that can be seen
     every = _steps(shown.pitches(case, (1, 1)), max(longest / ARROWS, shown.longest / ARROWS_AT_MOST))
     _arrows(ax, case, qx, qy, contact, every, shown)
-    steps = circle_steps(case, shown)
     # beneath an arrow in each cell a circle has to be wider than the arrow's head
     diameter = (0.75 if every == (1, 1) else 0.5) * min(shown.pitches(case, steps))
     chosen = _chosen(case, steps)
@@ -217,9 +221,29 @@ def traction_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, s
         )
 
 
-def circle_steps(case: CaseView, shown: Window) -> tuple[int, int]:
-    """Cells from one circle to the next along x and y in a panel of this window: 1 unless the mesh is fine; odd."""
-    return _steps(shown.pitches(case, (1, 1)), shown.longest / CIRCLES)
+def circle_steps(cases: Sequence[CaseView], shown: Window) -> list[tuple[int, int]]:
+    """Cells from one circle to the next along x and y in the panel of each case: 1 unless the mesh is fine; odd.
+
+    On a fine mesh cells are left out as circles could not be told apart. A contact of about as many cells as one where
+    that is so, or of more, has no more circles, even if its cells are larger: windows that fit their contacts give all
+    of them the same number of cells.
+    """
+    sizes = [shown.pitches(case, (1, 1)) for case in cases]
+    steps = [_steps(size, shown.longest / CIRCLES) for size in sizes]
+    across = [_cells_across(case) for case in cases]
+    found = []
+    for own, size, cells in zip(steps, sizes, across, strict=True):
+        alike = [math.prod(pair) for pair, n in zip(steps, across, strict=True) if n <= _ALIKE * cells]
+        fewer = max(alike) > math.prod(own)
+        # a little less than the distance wanted, so that rounding does not leave out more
+        found.append(_steps(size, (1.0 - 1e-9) * math.sqrt(max(alike) * math.prod(size))) if fewer else own)
+    return found
+
+
+def _cells_across(case: CaseView) -> float:
+    """Number of cells across the contact, the geometric mean of those along x and y."""
+    sides, spacing = _half_sides(case), case.spacing
+    return math.sqrt(math.prod(2.0 * side / step for side, step in zip(sides, spacing, strict=True)))
 
 
 def _steps(cells: tuple[float, float], pitch: float) -> tuple[int, int]:

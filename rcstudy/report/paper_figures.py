@@ -229,13 +229,14 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
     colours = traction_colours()
     for ax in axes.flat[len(cases) :]:
         ax.set_visible(False)
+    steps = dict(zip(solved, draw.circle_steps(solved, shown), strict=True))
     for ax, case in zip(axes.flat, cases, strict=False):
         shown.on(ax)
         ax.set_title(titles[case], loc="left", linespacing=1.35)
         if not case.rolling:
             draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
             continue
-        draw.traction_map(ax, case, norm, colours, shown)
+        draw.traction_map(ax, case, norm, colours, shown, steps[case])
         decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
         ratio = f"slip {100 * slip_ratio(case):.{decimals}f} %"
         ax.text(
@@ -254,7 +255,7 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
             ax.set(xticks=[], yticks=[])
         return figure
     outer_labels(axes, "$x$ (mm), rolling $\\rightarrow$", "$y$ (mm)")
-    _map_legend(figure, axes, norm, colours, [draw.circle_steps(c, shown) for c in solved])
+    _map_legend(figure, axes, norm, colours, list(steps.values()))
     return figure
 
 
