@@ -3,8 +3,8 @@
 `fits.py` estimates it from the differences between these meshes and from N, the number of cells per radius of the
 contact. Here the other contributions are added:
 
-- Contacts of fewer than five cells, or long and at most three cells across, may be of any size below that of their
-  cells. Their difference from an estimated Hertz contact is added; of long ones N is counted along the narrower side.
+- Contacts without a coarser mesh have the errors that contacts on so few cells have (`few.py`). Those with one coarser
+  mesh have at least a part of these (`_OF_FEW`) below twelve cells across.
 - The slip area with `aligned` has the error of the contact area, too, in quadrature. If no cell slips, a zone narrower
   than half a cell may (`_UNSEEN`), and tractions grow towards the trailing edge beyond those of the cells (`aligned`
   corrects for both, `trailing.py`). If all cells slip, a strip narrower than a cell may stick unless all of them slip
@@ -22,12 +22,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from rcstudy import few
 from rcstudy.fits import ALIGNED, ALIKE, FITS, Fit
-from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.unseen import Unseen
 
@@ -67,14 +68,15 @@ def least_over_largest(slip: np.ndarray) -> float:
     return float(sizes.min() / sizes.max()) if sizes.any() else 1.0
 
 
-# With fewer cells per radius and only one coarser mesh the estimate by meshes is too small: it is multiplied by these
-# factors (set on 500 contacts). That of the largest pressure with `aligned` is too small on more cells as well: round
-# contacts 21 to 23 cells across hardly differ from those on half as many (1400 contacts).
+# With fewer cells per radius and only one coarser mesh the estimate by meshes is too small, as that mesh, of three to
+# six cells, may agree by chance: it is multiplied by these factors (set on 500 contacts) and is no less than a part of
+# what so few cells miss (`few.py`). That of the largest pressure with `aligned` is too small on more cells as well:
+# round contacts 21 to 23 cells across hardly differ from those on half as many (1400 contacts).
 _FEW = 6.0
 _ON_FEW = {"kalker": 1.15, "aligned": 1.4}
+_OF_FEW = 0.5
 _PEAK_ON_TWO = 1.85
 _FEW_ACROSS = 3  # cells across the narrower side, up to which long contacts count as too narrow
-_FEWEST = 5  # number of cells below which a contact may be of any size below that of its cells
 
 # Relative errors per unit of `by_layers`. Areas are corrected for layers too thin for the cells, by the shift of the
 # edge (`half_line.py`): theirs are the parts that may be left. Forces are not corrected.
@@ -140,8 +142,7 @@ def error_estimates(
     dx, dy = scene.mesh.spacing
     # of oblong cells the longer side counts
     per_radius = math.sqrt(cells * min(dx / dy, dy / dx) / math.pi)
-    long = across <= _FEW_ACROSS and cells > _FEW_ACROSS * across
-    if long:
+    if across <= _FEW_ACROSS and cells > _FEW_ACROSS * across:
         per_radius = min(per_radius, 0.5 * across)
     case = _Case(scene, levels[0], hidden or Hidden(), per_radius)
     fits = (ALIGNED if scene.moves_by_pressure else ALIKE) if case.aligned else FITS
@@ -151,14 +152,16 @@ def error_estimates(
         if name in levels[0]:
             bars[name] = case.by_meshes(name, fit, [level[name] for level in levels]) + case.left_by_solver(name)
             bars[name] += hides.get(name, 0.0) * abs(levels[0][name])
-    if cells < _FEWEST or long:
-        case.add_what_cells_miss(bars)
     if "slip_area" in levels[0]:
-        case.add_what_slips(bars, len(levels))
-        case.raise_largest_traction(bars)
-        case.add_unseen_slip(bars)
-        case.add_slip_by_pressure(bars)
-        case.balance_power(bars)
+        if len(levels) == 1 and case.on_few:  # the laws of few cells hold for all parts of the errors
+            if case.at_peak:
+                bars["traction_max"] = scene.friction * bars["pressure_max"]
+        else:
+            case.add_what_slips(bars, len(levels))
+            case.raise_largest_traction(bars)
+            case.add_unseen_slip(bars)
+            case.add_slip_by_pressure(bars)
+            case.balance_power(bars)
     return {f"{name}_error": case.tolerance(name) if case.vanishes(name) else bar for name, bar in bars.items()}
 
 
@@ -192,18 +195,35 @@ class _Case:
         most = scene.friction * finest.get("pressure_max", math.inf)
         self.at_peak = finest.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
 
+    @cached_property
+    def on_few(self) -> bool:
+        """Whether the contact is less than twelve cells across its narrower side."""
+        return few.cells_per_radius(self.scene, self.per_radius) < _FEW
+
     def by_meshes(self, name: str, fit: Fit, values: Sequence[float]) -> float:
         """Estimate from the `values` of a scalar on the meshes; from the number of cells if there is only one mesh."""
         scale = abs(self.scales[name])
         if len(values) == 1:
-            return fit.by_cells(scale, self.per_radius)
+            return self.by_few_cells(name) if self.on_few else fit.by_cells(scale, self.per_radius)
         pulling = self.scene.friction if self.scene.is_coupled else 0.0
         by_meshes = fit.by_meshes(values, scale, self.per_radius, self.slipping, pulling)
         if len(values) > 2:
             return by_meshes
         if self.per_radius < _FEW:
-            return by_meshes * _ON_FEW[self.scene.discretisation]
+            return max(by_meshes * _ON_FEW[self.scene.discretisation], _OF_FEW * self.by_few_cells(name))
         return by_meshes * (_PEAK_ON_TWO if self.aligned and name == "pressure_max" else 1.0)
+
+    def by_few_cells(self, name: str) -> float:
+        """Estimate from the number of cells by the laws of few cells (`few.py`)."""
+        scene = self.scene
+        law = few.laws(scene)[name]
+        part = law.at(few.cells_per_radius(scene, self.per_radius), few.ORDER[scene.discretisation])
+        return part * self.scales_on_few[name]
+
+    @cached_property
+    def scales_on_few(self) -> dict[str, float]:
+        """Scales of the errors by the laws of few cells (`few.scales`)."""
+        return few.scales(self.scene, self.finest, self.hidden.largest_of_cells, self.hidden.by_pressure)
 
     def vanishes(self, name: str) -> bool:
         """Whether the scalar is a force or moment that vanishes by the mirror symmetry of the contact, on any mesh."""
@@ -211,25 +231,6 @@ class _Case:
         if name == "force_x":
             return creepage.longitudinal == 0.0 and not self.scene.moves_by_pressure
         return name in ("force_y", "moment_z") and creepage.lateral == creepage.spin == 0.0
-
-    def add_what_cells_miss(self, bars: dict[str, float]) -> None:
-        """Add the difference of a contact on too few cells from the Hertz contact that approximates it."""
-        finest, (ax, ay) = self.finest, estimated_contact(self.scene)
-        pressure = abs(1.5 * self.scene.load / (math.pi * ax * ay) - finest["pressure_max"])
-        area = abs(math.pi * ax * ay - finest["contact_area"])
-        radius = abs(math.sqrt(ax * ay) - finest["contact_radius"])
-        approach = abs(ax * ay / math.sqrt(math.prod(self.scene.radius)) - finest["approach"])
-        missed = {
-            "pressure_max": pressure,
-            "contact_area": area,
-            "contact_radius": radius,
-            "slip_area": area,
-            "traction_max": self.scene.friction * pressure,
-            "approach": max(0.5 * radius / finest["contact_radius"] * abs(finest["approach"]), approach),
-            "moment_z": 0.6 * self.scales["moment_z"],
-        }
-        for name in bars:
-            bars[name] += missed.get(name, 0.0)
 
     def left_by_solver(self, name: str) -> float:
         """Error left by the tolerances, by unsettled directions of slip, and by layers too thin for the cells."""

@@ -21,13 +21,12 @@ of the contact that slips.
 - x max(D - 6 noise, 0): differences far beyond the noise show a mesh too coarse for the bodies, for example for layers
   thinner than a cell.
 
-A contact too small for a coarser mesh (fewer than six cells across) gets the larger of k0 scale/N and q scale/N^r. The
-latter holds on the fewest cells, where errors fall like that. 19 of 20 such contacts were within these bars, of largest
-tractions with `aligned` 86 to 93 in a hundred.
+Without a coarser mesh the estimate is the larger of k0 scale/N and q scale/N^r. This is for contacts of six cells a
+radius and more whose coarser mesh ends too close to them; those too small for a coarser mesh are in `few.py`.
 
 Constants of `aligned` were set on 2500 random contacts, 400 of them wild, those of `kalker` on 1350, most of them in
-windows that fit: mild, wild, coatings and rails; those of contacts without a coarser mesh on 560 (`aligned`: and 300).
-The reference was `aligned` on cells four times finer (eight times without a coarser mesh); checked on others
+windows that fit: mild, wild, coatings and rails; those without a coarser mesh on 560 (`aligned`: and 300). The
+reference was `aligned` on cells four times finer (eight times without a coarser mesh); checked on others
 (`scripts/error_bars.py`).
 """
 
