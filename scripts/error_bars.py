@@ -14,6 +14,8 @@ judged: `kalker` on cells four times finer still has a quarter of the error (`--
 - `films`: soft films, thinner or thicker than cells, some of them nearly incompressible or under stiff skins;
 - `unlike`: steel, in half of the cases with a layer, under a rigid or elastic ball, with friction from 0.05 to 0.3;
 - `few`: contacts of `mild` and `engineering` on 5 to 18 cells along the window, against eight times as many;
+- `fewest`: contacts of `mild`, `full`, `alike` and `unlike` 1 to 12 cells across, as many of each number (`--across`:
+  only of this one), on square and oblong cells, against 128 cells along a window that fits;
 - `coarse`: contacts of `mild`, `engineering` and `unlike` on 10 to 30 cells along the window, most of which have one
   coarser mesh, against eight times as many;
 - `sticking`: contacts of `mild` and `alike` at 0.003 to 0.3 of their creepages;
@@ -27,6 +29,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,6 +45,7 @@ from rcstudy.study import scene_from_mapping
 
 STEEL = Material(210000.0, 0.3)
 _FINER = {"few": 8, "coarse": 8}  # times as many cells along each side for the truth; 4 for the others
+_ACROSS = 1, 2, 3, 4, 5, 6, 8, 10, 12  # cells across the contacts of `fewest`
 CREEPAGES = (
     (0.002, 0.0, 0.0),
     (0.002, 0.001, 0.0),
@@ -229,6 +233,24 @@ def few_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     return _on_cells(scene, int(rng.integers(5, 19)))
 
 
+def fewest_scene(rng: np.random.Generator, discretisation: str, across: int = 0) -> Scene:
+    """A contact of `mild`, `full`, `alike` or `unlike`, `across` (0: one of `_ACROSS`) cells across, within a tenth.
+
+    The contact is that of Hertz's estimate. Cells are square, or up to 2.5 times as long as wide, or such that as many
+    lie across either side. At least one to three rows are free all round, so that edges lie anywhere between cells.
+    """
+    kind = (mild_scene, full_scene, alike_scene, unlike_scene)[rng.integers(4)]
+    scene = kind(rng, discretisation)
+    semi_axes = np.array(estimated_contact(scene))
+    mean = np.sqrt(semi_axes.prod())
+    stretch = 10.0 ** (rng.uniform(-0.2, 0.2) * np.array([1.0, -1.0]))
+    shape = (np.full(2, mean), mean * stretch, semi_axes)[rng.integers(3)]
+    sides = 2.0 * shape / ((across or rng.choice(_ACROSS)) * rng.uniform(0.9, 1.1))
+    cells = np.ceil(2.0 * semi_axes / sides).astype(int) + rng.integers(3, 7, size=2)
+    width, height = (cells * sides).tolist()
+    return replace(scene, mesh=Mesh((width, height), (int(cells[0]), int(cells[1]))))
+
+
 def coarse_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     """A contact of `mild`, `engineering` or `unlike` on 10 to 30 cells along the longer side of its window."""
     kind = (mild_scene, engineering_scene, unlike_scene)[rng.integers(3)]
@@ -360,6 +382,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "films": film_scene,
     "unlike": unlike_scene,
     "few": few_scene,
+    "fewest": fewest_scene,
     "coarse": coarse_scene,
     "sticking": sticking_scene,
     "sliding": sliding_scene,
@@ -367,23 +390,34 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
 
 
 def main() -> None:
-    """Solve each contact on its own mesh and on one four (`few`, `coarse`: eight) times finer, and compare."""
+    """Solve each contact on its own mesh and on one four (`few`, `coarse`: eight) times finer, and compare.
+
+    Eight times as many cells as `fewest` have may be too few for the truth. Its window fits the contact.
+    """
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=64)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--discretisation", default="kalker")
     parser.add_argument("--contacts", choices=CONTACTS, default="mild")
     parser.add_argument("--truth", choices=["aligned", "own"], default="aligned")
+    parser.add_argument("--across", type=int, choices=_ACROSS, help="with fewest: cells across each contact")
     options = parser.parse_args()
+    contacts = CONTACTS[options.contacts]
+    if options.across is not None:
+        if options.contacts != "fewest":
+            parser.error("--across goes with --contacts fewest")
+        contacts = partial(fewest_scene, across=options.across)
     rng = np.random.default_rng(options.seed)
     truth: dict[str, list[float]] = {name: [] for name in ESTIMATED}
     estimate: dict[str, list[float]] = {name: [] for name in ESTIMATED}
     scale: dict[str, list[float]] = {name: [] for name in ESTIMATED}
     count = unsolved = 0
     while count < options.cases:
-        scene = CONTACTS[options.contacts](rng, options.discretisation)
+        scene = contacts(rng, options.discretisation)
         nx, ny = (_FINER.get(options.contacts, 4) * n for n in scene.mesh.cells)
         fine_mesh = Mesh(scene.mesh.size, (nx, ny))
+        if options.contacts == "fewest":
+            fine_mesh = Mesh(fitted_size(scene, 1.25, (128, 128)), (128, 128))
         cells: Any = "aligned" if options.truth == "aligned" else scene.discretisation
         own, fine = solve_scene(scene), solve_scene(replace(scene, mesh=fine_mesh, discretisation=cells))
         if own.status != Status.SOLVED or fine.status != Status.SOLVED:
@@ -397,7 +431,8 @@ def main() -> None:
             by = {"force_x": force, "force_y": force, "moment_z": force * fine.scalars["contact_radius"]}
             scale[name].append(by.get(name, abs(fine.scalars[name]) or 1.0))
     left_out = counted(unsolved, "further contact")
-    print(f"`--discretisation {options.discretisation} --contacts {options.contacts}", end=" ")
+    across = f" --across {options.across}" if options.across else ""
+    print(f"`--discretisation {options.discretisation} --contacts {options.contacts}{across}", end=" ")
     print(f"--seed {options.seed} --cases {count}`: {left_out} left out: not solved on one of the two meshes.\n")
     print(
         "| scalar | within estimate, % | estimate / true error, median | true error, median, % "
