@@ -4,7 +4,7 @@
 contact. Here the other contributions are added:
 
 - Contacts without a coarser mesh have the errors that contacts on so few cells have (`few.py`). Those with one coarser
-  mesh have at least a part of these (`_OF_FEW`) below twelve cells across.
+  mesh have at least half of these below twelve cells across, or all of it (`_OF_FEW`, `_BY_PLACE`).
 - The slip area with `aligned` has the error of the contact area, too, in quadrature. If no cell slips, a zone narrower
   than half a cell may (`_UNSEEN`), and tractions grow towards the trailing edge beyond those of the cells (`aligned`
   corrects for both, `trailing.py`). If all cells slip, a strip narrower than a cell may stick unless all of them slip
@@ -69,12 +69,14 @@ def least_over_largest(slip: np.ndarray) -> float:
 
 
 # With fewer cells per radius and only one coarser mesh the estimate by meshes is too small, as that mesh, of three to
-# six cells, may agree by chance: it is multiplied by these factors (set on 500 contacts) and is no less than a part of
-# what so few cells miss (`few.py`). That of the largest pressure with `aligned` is too small on more cells as well:
-# round contacts 21 to 23 cells across hardly differ from those on half as many (1400 contacts).
+# six cells, may agree by chance: it is multiplied by these factors (set on 500 contacts) and is no less than half of
+# what so few cells miss (`few.py`); than all of it where errors depend on how edges lie between cells (`_BY_PLACE`).
+# That of the largest pressure with `aligned` is too small on more cells as well: round contacts 21 to 23 cells across
+# hardly differ from those on half as many (1400 contacts).
 _FEW = 6.0
 _ON_FEW = {"kalker": 1.15, "aligned": 1.4}
 _OF_FEW = 0.5
+_BY_PLACE = {"pressure_max", "contact_area", "contact_radius", "approach", "traction_max", "moment_z"}
 _PEAK_ON_TWO = 1.85
 _FEW_ACROSS = 3  # cells across the narrower side, up to which long contacts count as too narrow
 
@@ -210,7 +212,8 @@ class _Case:
         if len(values) > 2:
             return by_meshes
         if self.per_radius < _FEW:
-            return max(by_meshes * _ON_FEW[self.scene.discretisation], _OF_FEW * self.by_few_cells(name))
+            part = 1.0 if name in _BY_PLACE else _OF_FEW
+            return max(by_meshes * _ON_FEW[self.scene.discretisation], part * self.by_few_cells(name))
         return by_meshes * (_PEAK_ON_TWO if self.aligned and name == "pressure_max" else 1.0)
 
     def by_few_cells(self, name: str) -> float:

@@ -28,6 +28,7 @@ ORDER = [
     "rcstudy.cases",
     "rcstudy.plan",
     "rcstudy.fits",
+    "rcstudy.few",
     "rcstudy.estimate",
     "rcstudy.solve",
     "rcstudy.batch",
