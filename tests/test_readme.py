@@ -59,6 +59,7 @@ CONTACTS = {
     "films": "soft films, also incompressible or under skins",
     "unlike": "rigid or elastic ball, friction 0.05 to 0.3",
     "few": "of the first and fourth kind, on 1 to 6 cells a radius",
+    "fewest": "of the first three kinds and the sixth, 1 to 12 cells across",
     "coarse": "of the first, fourth and sixth kind, on 3 to 12 cells a radius",
     "sticking": "contacts that hardly slip",
     "sliding": "near full slip",
