@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED
+from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, is_interrupt
 from rcstudy.streams import prepare_streams
 from rcstudy.threads import limit_threads
 
@@ -35,7 +35,9 @@ def main() -> None:
     try:
         with _workers(sys.argv[1:]) as processes:
             code = _run(processes)
-    except KeyboardInterrupt:  # before or after the command line could handle it
+    except (KeyboardInterrupt, RuntimeError) as error:  # before or after the command line could handle it
+        if not is_interrupt(error):
+            raise
         print("interrupted", file=sys.stderr)
     if isinstance(code, int):
         # Also for Ctrl-C inside exec() of text (any dataclass being made): it stays "unhandled" to CPython even

@@ -25,3 +25,10 @@ class UserError(Exception):
 def first_line(error: Exception) -> str:
     """The first line of an error's message, or its type if it has none."""
     return (str(error).strip() or type(error).__name__).splitlines()[0]
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Whether `error` is a Ctrl-C, also one that comes while a class is being made (imports): Python 3.11 wraps it."""
+    return isinstance(error, KeyboardInterrupt) or (
+        isinstance(error, RuntimeError) and isinstance(error.__cause__, KeyboardInterrupt)
+    )

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from rcstudy import cluster, pool, provenance, threads
 from rcstudy.assemble import Assembly
 from rcstudy.batch import make_batches, solve_batch, solve_series, warm_up_scenes
-from rcstudy.errors import UserError
+from rcstudy.errors import UserError, is_interrupt
 from rcstudy.layout import case_label, lay_out
 from rcstudy.progress import Progress, Silent, announced_if_slow, counted
 from rcstudy.record import Keep, Packed, Packer, Packing
@@ -245,7 +245,9 @@ def _interrupts(cases: Sequence[Case], store: Store) -> Iterator[Callable[[], No
     try:
         with interrupts_remembered() as check:
             yield check
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, RuntimeError) as error:
+        if not is_interrupt(error):
+            raise
         raise Interrupted(kept(), len(cases)) from None
     except UserError as error:
         count = kept()

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 import synthetic
@@ -21,7 +22,7 @@ from workers import gone
 from rcstudy import __main__ as main_module
 from rcstudy import accuracy, cli, plan, progress, sweep, threads
 from rcstudy.cube import case_table, open_cube
-from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED
+from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, is_interrupt
 from rcstudy.report import overview
 from rcstudy.result import Status
 
@@ -252,6 +253,24 @@ def test_ctrl_c(tmp_path: Path, workers: str, prepare: Callable[[], None], end: 
     units = ["long.nc.units"] if int(told[1]) else []
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["long.nc", *units, "long.yaml"]
     assert gone(sweep.pid), "a worker is left"
+
+
+def test_ctrl_c_while_a_class_is_being_made() -> None:
+    """As in imports, where Python 3.11 wraps the exception; other errors of that kind are none."""
+
+    class Interrupting:
+        def __set_name__(self, owner: type, name: str) -> None:
+            raise KeyboardInterrupt
+
+    with pytest.raises((KeyboardInterrupt, RuntimeError)) as raised:
+        type("Made", (), {"attribute": Interrupting()})
+    assert is_interrupt(raised.value)
+    assert is_interrupt(KeyboardInterrupt())
+    assert not is_interrupt(RuntimeError())
+    with pytest.raises(sweep.Interrupted), sweep._interrupts([], Mock()):
+        raise raised.value
+    with pytest.raises(RuntimeError, match="other"), sweep._interrupts([], Mock()):
+        raise RuntimeError("other")
 
 
 @pytest.mark.parametrize(("told", "words"), [(False, "interrupted\n"), (True, "")])
