@@ -302,8 +302,11 @@ def test_ends_that_are_ignored_stay_so() -> None:
         )
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         command = ["bash", "-c", f'{words} "{code}"']
-        found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60).stdout
-        assert found == {"HUP": "[True, True, False]\n", "INT": "[False, True, True]\n"}[ignored]
+        # whatever this process itself ignores, as under nohup
+        ran = subprocess.run(
+            command, env=environment, capture_output=True, text=True, check=True, timeout=60, preexec_fn=heeding
+        )
+        assert ran.stdout == {"HUP": "[True, True, False]\n", "INT": "[False, True, True]\n"}[ignored]
 
 
 def test_a_study_that_is_refused_leaves_no_workers(tmp_path: Path) -> None:
