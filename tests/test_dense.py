@@ -575,7 +575,8 @@ def test_preconditioner_leaves_out_what_nothing_needs(
     for v in np.random.default_rng(13).normal(size=(2, len(matrix))):
         found, expected = np.full((2, v.size), np.nan)
         with monkeypatch.context() as patch:
-            patch.setattr(system, "_slipping", 0.5)  # neither none nor all of any number of cells
+            patch.setattr(system, "_slipping", 1)
+            patch.setattr(system, "_near", 1)
             system.precondition(v, expected)
         system.operator.torus_plan.field[:] = 7.0
         system.precondition(v, found)
@@ -583,11 +584,15 @@ def test_preconditioner_leaves_out_what_nothing_needs(
 
 
 @pytest.mark.parametrize(
-    ("slipping", "beyond", "share"), [(0.0, 0.1, 0.3), (0.5, 0.1, 0.45), (1.0, 0.1, 0.55), (1.0, 30.0, 0.8)]
+    ("slipping", "beyond", "share"), [(0.0, 0.1, 0.3), (0.5, 0.1, 0.24), (1.0, 0.1, 0.24), (1.0, 30.0, 0.8)]
 )
 @pytest.mark.parametrize("name", ["round", "layered"])
 def test_preconditioner_saves_steps(name: str, slipping: float, beyond: float, share: float) -> None:
-    """Of GMRES, to 1e-6: what is left of the steps it takes without. (0.22, 0.36, 0.48, 0.67; with d = 2 b 2.3.)"""
+    """Of GMRES, to 1e-6: what is left of the steps it takes without.
+
+    (0.24, 0.20, 0.19, 0.67. Without slip cells that hardly slip in part 1: 0.24, 0.32, 0.47, 0.67; with d = 2 b the
+    last one 2.3.)
+    """
     system, matrix = newton_system(name, slipping, beyond)
     solution = np.random.default_rng(12).normal(size=(len(matrix) // 2, 2))
     solution[system.slip, 0] *= 0.01 / system.unit  # iterates are nearer to the bound than to the solution along it
@@ -635,9 +640,14 @@ def test_inverse_on_rows_that_end(torus: tuple[int, int]) -> None:
     "creepage",
     [Creepage(0.002, 0.0, 0.0), Creepage(0.002, 0.001, 0.01), Creepage(0.0, 0.0, 0.02), Creepage(0.02, 0.0, 0.0)],
 )
-@pytest.mark.parametrize("layers", [(), (Layer(105000.0, 0.3, 0.06),)])
-def test_products_hardly_grow_with_the_mesh(layers: tuple[Layer, ...], creepage: Creepage) -> None:
-    """From 20 to 160 cells across, partial slip to full (spin alone: 1.48); 1.9 without the edge and the smaller d."""
+@pytest.mark.parametrize(
+    ("layers", "most"), [((), 28), ((Layer(105000.0, 0.3, 0.06),), 28), ((Layer(1000.0, 0.3, 0.02),), 38)]
+)
+def test_products_hardly_grow_with_the_mesh(layers: tuple[Layer, ...], most: int, creepage: Creepage) -> None:
+    """From 20 to 160 cells across, partial slip to full: 7 to 23 products, then 7 to 27; on a film 13 to 15, then 35.
+
+    Without slip cells that hardly slip in part 1 of the preconditioner spin alone takes 41, 43 and 103 in the end.
+    """
     products = []
     for cells in (32, 256):
         mesh, tolerance = Mesh((0.9, 0.9), (cells, cells)), Tolerance(1e-6, 1e-6)
@@ -647,7 +657,8 @@ def test_products_hardly_grow_with_the_mesh(layers: tuple[Layer, ...], creepage:
         rolling = solve_rolling(solve_normal(scene), scene)
         assert rolling.converged
         products.append(rolling.products)
-    assert products[1] < 1.5 * products[0]
+    assert products[0] <= 25
+    assert products[1] <= most
 
 
 def test_slip_operators_are_kept() -> None:

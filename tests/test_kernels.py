@@ -681,11 +681,11 @@ def test_slip_damping() -> None:
     share = np.array([1.0, 0.9, 0.34, 1.0 / 3.0, 0.32, 1e-7, 0.5])
     slip = np.array([False, True, True, True, True, True, False])
     damping, root = np.full((2, 7), 7.0)
-    assert tractions.slip_damping(share, slip, 0.7, damping, root) == 0.9
+    assert tractions.slip_damping(share, slip, 0.7, damping, root) == (0.9, 3)
     passing = np.where(share > 0.33, 1.0 / (1.0 + 0.7 * (1.0 / share - 1.0)), 0.0)
     np.testing.assert_allclose(damping, np.where(slip, passing, 7.0), rtol=1e-15)
     np.testing.assert_allclose(root, np.where(slip, np.sqrt(share), 7.0), rtol=1e-15)
-    assert tractions.slip_damping(share, np.zeros(7, dtype=np.bool_), 0.7, damping, root) == 0.0
+    assert tractions.slip_damping(share, np.zeros(7, dtype=np.bool_), 0.7, damping, root) == (0.0, 0)
 
 
 @pytest.mark.parametrize("shape", BOXES)
@@ -749,50 +749,65 @@ class Torus(Contact):
     def elsewhere(self, field: np.ndarray) -> np.ndarray:
         return super().elsewhere(np.moveaxis(field, -1, 0))
 
+    def damping(self) -> np.ndarray:
+        """Factors [m] by which displacements pass cells: stick cells' mean nothing, half of the others pass none."""
+        passing = self.rng.random(self.m) < 0.5
+        return np.where(self.slip & ~passing, 0.0, self.rng.uniform(0.1, 1.0, size=self.m))
+
 
 @pytest.mark.parametrize("shape", BOXES)
-def test_scatter_stick(shape: tuple[int, int]) -> None:
+def test_near_residual(shape: tuple[int, int]) -> None:
     c = Torus(shape)
-    out = c.empty()
-    tractions.scatter_stick(c.v, c.places, c.slip, c.flat(out))
-    np.testing.assert_array_equal(c.at(out), np.where(c.slip[:, None], 0.0, c.v.reshape(-1, 2)))
+    damping, out = c.damping(), c.empty()
+    tractions.near_residual(c.v, c.places, c.slip, c.normal, c.share, damping, c.flat(out))
+    across = (np.where(damping > 0.0, c.v[1::2] / c.share, 0.0))[:, None] * c.across
+    expected = np.where(c.slip[:, None], across, c.v.reshape(-1, 2))
+    np.testing.assert_allclose(c.at(out), expected, rtol=1e-14)
     assert not c.elsewhere(out).any()
 
 
 @pytest.mark.parametrize("shape", BOXES)
-def test_integrate_rows(shape: tuple[int, int]) -> None:
+@pytest.mark.parametrize("in_place", [False, True])
+def test_integrate_rows(shape: tuple[int, int], in_place: bool) -> None:
     c = Torus(shape)
-    damping, dx = c.rng.uniform(0.0, 1.0, size=c.m), 0.3
-    out, edge = c.empty(), np.full((c.pairs.shape[1], 2), np.nan)
-    tractions.integrate_rows(c.v, c.cells, c.places, c.slip, c.normal, damping, dx, edge, c.flat(out))
-    expected = np.full((c.m, 2), np.nan)
+    damping, dx = c.damping(), 0.3
+    slips, edge = c.pairs.copy(), np.full((c.pairs.shape[1], 2), np.nan)
+    out = slips if in_place else c.empty()
+    of_rows = c.cells, c.places, c.slip, c.normal, damping, dx, edge
+    tractions.integrate_rows(c.flat(slips), *of_rows, c.flat(out))
+    expected, of_cells = np.full((c.m, 2), np.nan), c.at(c.pairs)
     for j in range(shape[1]):
         u = np.zeros(2)
         for i in reversed(range(shape[0])):
             for k in np.flatnonzero((c.cells == (i, j)).all(axis=1)):
-                u = damping[k] * (c.across[k] @ u) * c.across[k] if c.slip[k] else u + dx * c.v[2 * k : 2 * k + 2]
+                u = u + dx * of_cells[k]
+                u = damping[k] * (c.across[k] @ u) * c.across[k] if c.slip[k] else u
                 expected[k] = u
     np.testing.assert_allclose(c.at(out), expected, rtol=1e-12, atol=1e-14)
-    assert not c.elsewhere(out).any()
+    np.testing.assert_array_equal(c.elsewhere(out), c.elsewhere(c.pairs if in_place else c.empty()))
 
 
 @pytest.mark.parametrize("shape", BOXES)
-def test_keep_known(shape: tuple[int, int]) -> None:
+def test_store_near(shape: tuple[int, int]) -> None:
     c = Torus(shape)
-    along = np.stack([c.v[0::2], np.zeros(c.m)], axis=1)
+    damping = c.damping()
+    tau = np.where(damping > 0.0, (c.across * c.at(c.pairs)).sum(axis=1), 0.0)
     out, known = np.full(2 * c.m, np.nan), c.empty()
-    tractions.store_known(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, c.unit, out, c.flat(known))
-    np.testing.assert_array_equal(out.reshape(-1, 2), np.where(c.slip[:, None], along, c.at(c.pairs)))
-    np.testing.assert_allclose(c.at(known), c.vectors(out), rtol=1e-14)
+    tractions.store_near(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, damping, c.unit, out, c.flat(known))
+    expected = np.where(c.slip[:, None], np.stack([c.v[0::2], tau], axis=1), c.at(c.pairs))
+    np.testing.assert_allclose(out.reshape(-1, 2), expected, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(c.at(known), c.vectors(out), rtol=1e-14, atol=1e-15)
     assert (c.elsewhere(known) == 7.0).all()
 
 
 @pytest.mark.parametrize("shape", BOXES)
 def test_slip_residual(shape: tuple[int, int]) -> None:
     c = Torus(shape)
-    rest, out = c.v[1::2] - c.share * (c.across * c.at(c.pairs)).sum(axis=1), c.empty()
+    found, out = c.rng.normal(size=2 * c.m), c.empty()
+    rest = c.v[1::2] - c.share * (c.across * c.at(c.pairs)).sum(axis=1)
+    rest -= (1.0 - c.share) * c.diagonal * found[1::2]
     root = np.sqrt(c.share)
-    tractions.slip_residual(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, root, c.flat(out))
+    tractions.slip_residual(c.flat(c.pairs), c.v, c.places, c.slip, c.normal, root, c.diagonal, found, c.flat(out))
     expected = np.where(c.slip[:, None], (rest / root)[:, None] * c.across, 0.0)
     np.testing.assert_allclose(c.at(out), expected, rtol=1e-12, atol=1e-14)
     assert (c.elsewhere(out) == 7.0).all()
@@ -802,11 +817,12 @@ def test_slip_residual(shape: tuple[int, int]) -> None:
 def test_gather_slip_traction(shape: tuple[int, int]) -> None:
     """Stick cells' unknowns stay."""
     c = Torus(shape)
-    out = np.full(2 * c.m, 7.0)
+    before = c.rng.normal(size=2 * c.m)
+    out = before.copy()
     tractions.gather_slip_traction(c.flat(c.pairs), c.places, c.slip, c.normal, c.share, out)
-    tau = c.share * (c.across * c.at(c.pairs)).sum(axis=1)
-    assert (out[0::2] == 7.0).all()
-    np.testing.assert_allclose(out[1::2], np.where(c.slip, tau, 7.0), rtol=1e-12, atol=1e-14)
+    tau = np.where(c.slip, c.share * (c.across * c.at(c.pairs)).sum(axis=1), 0.0)
+    np.testing.assert_array_equal(out[0::2], before[0::2])
+    np.testing.assert_allclose(out[1::2], before[1::2] + tau, rtol=1e-12, atol=1e-14)
 
 
 def place_of(window: tuple[int, int], coarse: tuple[int, int]) -> tuple[float, float]:

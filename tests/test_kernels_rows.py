@@ -878,7 +878,7 @@ def test_of_line_ahead() -> None:
 
 
 def test_centred_slip_residual() -> None:
-    """Dense: (1 + c (C - 1))^-1 of the residuals less c m.C s, by the matrix C of what is across the bounds.
+    """Dense: (1 + c (C - 1))^-1 of residuals less c m.C s and (1 - c) b tau, by the matrix C of what is across bounds.
 
     The second slip ahead of a trailing end is as far from the first as that is from its own. Where slip is not centred
     it is `slip_residual`, and what does not slip stays empty.
@@ -890,7 +890,7 @@ def test_centred_slip_residual() -> None:
         angle = c.rng.uniform(0.0, 7.0, size=c.m)
         normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(0.1, 1.0, size=c.m)
         across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-        v, root = c.rng.normal(size=2 * c.m), np.sqrt(share)
+        (v, found), root, diagonal = c.rng.normal(size=(2, 2 * c.m)), np.sqrt(share), 0.8
         places = 12 * c.cells[:, 0] + c.cells[:, 1]
         field, out = np.full((200, 2), np.nan), np.full((200, 2), 7.0)
         field[places] = c.s
@@ -903,9 +903,10 @@ def test_centred_slip_residual() -> None:
                 matrix[k, k] -= share[k] * in_line[side, k]
                 if c.slip[other]:
                     matrix[k, other] += share[k] * in_line[side, k] * (across[k] @ across[other])
-        rest = np.where(c.slip, v[1::2] - share * (across * centred).sum(axis=1), 0.0)
+        rest = v[1::2] - share * (across * centred).sum(axis=1) - (1.0 - share) * diagonal * found[1::2]
+        rest[~c.slip] = 0.0
         expected = (np.linalg.solve(matrix, rest) / root)[:, None] * across
-        of_rows = field, v, places, c.slip, normal, root
+        of_rows = field, v, places, c.slip, normal, root, diagonal, found
         tractions.centred_slip_residual(*of_rows, c.neighbours, weight, np.full((2, c.m), np.nan), out)
         np.testing.assert_allclose(out[places], expected, rtol=1e-10, atol=1e-12)
         assert (np.delete(out, places, axis=0) == 7.0).all()

@@ -55,6 +55,7 @@ from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
     RollingSolution,
+    alternating,
     on_bound,
     rigid_slip,
     within,
@@ -212,12 +213,12 @@ class CoupledSystem:
         tractions.gather_slip(plan.flat[:2], v[m:], f.places, f.operator.ahead, *f.rows, slips, out[m:])
         self.operator.closing(plan.real[2], self.cells, self.unit, out[:m])
 
-    def precondition(self, v: np.ndarray, out: np.ndarray) -> None:
-        """Write an approximate solution for the residuals `v` [3 m] into `out` [3 m]."""
+    def precondition(self, v: np.ndarray, out: np.ndarray, from_edge: bool = False) -> None:
+        """Write an approximate solution for the residuals `v` [3 m] into `out` [3 m]; from_edge: `NewtonSystem`'s."""
         self.products += 1
         m = len(self.cells)
         np.divide(v[:m], self.unit, out=out[:m])
-        self.friction.precondition(v[m:], out[m:])
+        self.friction.precondition(v[m:], out[m:], from_edge)
 
     def step(self, forcing: float) -> None:
         """Take the full Newton step; the linear system is solved to `forcing` times its initial residual."""
@@ -238,7 +239,7 @@ class CoupledSystem:
         residual = np.empty(3 * m)
         np.multiply(self.closing, -self.unit, out=residual[:m])
         tractions.newton_residual(self.s, self.q, *f.rows, friction * self.p, f.unit, residual[m:])
-        change, _ = gmres(self.apply, residual, self.precondition, forcing, _MAX_STEPS)
+        change, _ = gmres(self.apply, residual, alternating(self.precondition), forcing, _MAX_STEPS)
         p, q, stress = self.p.copy(), self.q.copy(), np.empty_like(self.stress)
         coupled.move_contact(change, f.slip, f.normal, friction, f.unit, self.total, p, q)
         coupled.scatter_contact(p, q, self.cells, stress)

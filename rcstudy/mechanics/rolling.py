@@ -20,32 +20,34 @@ and would save no step. Slips are linear in q and follow from the products of th
 The linear systems are solved by GMRES. Its preconditioner has two parts, both on a torus no larger than the contact.
 
 1. Stick cells (rows s). B is the upwind difference of the convolution A. So B^-1 is about a sum along each row from the
-   leading edge back, which undoes the difference, followed by A^-1.
+   leading edge back, which undoes the difference, followed by A^-1. Slip cells with d <= 2 b, which are those beside
+   the stick zone, hardly slip across their bounds: their rows, c m.s + ..., take part like those of stick cells, and
+   displacements across their bounds are passed on along the row, less d tau.
 2. Slip cells (rows c (m.s + d tau)), with the residual that part 1 leaves. (B + d)^-1 is a convolution if d is the same
    for all: 2 b, or 2 b 4^n near the least d if all cells slip faster than that. The residual is multiplied by
    root(1/c), by (1 + d/b) (B + d)^-1 and by root(c). For short waves, where B is about b, that inverts the row exactly.
    Where slip is centred (`centring.py`: C B in place of B), the residual is first divided by 1 + c (C - 1), a
    tridiagonal matrix along each row; without that there are a tenth to a third more products.
 
-Both parts have an error that costs products on fine meshes: part 1 takes the displacement ahead of the leading edge for
-zero, and part 2 one d even for cells at the border of the stick zone, which hardly slip. Flexible GMRES allows another
-preconditioner in each step. On boxes of about 30 cells along x and more every second one is therefore exact at the
-leading edge (`slip_operator.from_leading_edge`), and every fourth has a quarter of d. The number of products then
-hardly depends on the mesh: 23 to 26 in the median of the paper's cases, from 64 to 512 cells (25 to 39 with one).
+Part 1 takes the displacement ahead of the leading edge for zero, which costs products on fine meshes. Flexible GMRES
+allows another preconditioner in each step. On boxes of about 30 cells along x and more every second one is therefore
+exact at the leading edge (`slip_operator.from_leading_edge`). The number of products then hardly depends on the mesh:
+23, 21, 23 and 23 in the median of the paper's cases on 64, 128, 256 and 512 cells.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import cycle, repeat
+from itertools import cycle
 
 import numpy as np
 
 from rcstudy.mechanics import newton
 from rcstudy.mechanics.centring import Centring
 from rcstudy.mechanics.kernels import arrays, tractions
-from rcstudy.mechanics.krylov import gmres
+from rcstudy.mechanics.krylov import Product, gmres
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SHIFT, SlipOperator
 from rcstudy.mechanics.stopping import traction_residual
@@ -55,9 +57,6 @@ _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shorten
 _MAX_STEPS = 100  # of one linear system
 _SETTLED = 1e-4  # error of tractions by the frozen correction of slip, over the sum of bounds, that is accepted
 _LARGEST = 1e30  # largest d of the preconditioner, over `SHIFT` b
-# preconditioners: right at the leading edge; with a smaller d, for the border of the stick zone; plain
-_AT_EDGE, _AT_BORDER, _PLAIN = range(3)
-_TURNS = _AT_EDGE, _PLAIN, _AT_EDGE, _AT_BORDER
 _WEIGHT = 2.0  # of the residual mu p - n.q against slips; with 0.1 to 6 the number of products differs by a tenth
 
 
@@ -143,6 +142,7 @@ class NewtonSystem:
         self.rows = self.slip, self.normal, self.share, operator.diagonal  # these define the rows
         self._no_slip = np.zeros(n, dtype=np.bool_)
         self._slipping = 0  # number of slip cells
+        self._near = n  # number of cells that stick or hardly slip
         # slips to which Coulomb's law was last applied: as they are, at cell centres, or with the frozen correction
         self.lawful = w
 
@@ -166,7 +166,8 @@ class NewtonSystem:
             self.lawful, miss = centring.update_with_law(q, s, of_law)
         operator = self.operator
         coupling = operator.diagonal * operator.spacing[0] / operator.own_displacement
-        largest = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
+        largest, near = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
+        self._near = near + self.slip.size - self._slipping
         over = (1.0 / largest - 1.0) / SHIFT if largest > 0.0 else 1.0
         self._power = round(math.log(min(max(over, 1.0), _LARGEST), 4.0))
         residual = _relative(math.sqrt(miss), min(math.sqrt(square), self._scale))
@@ -212,46 +213,40 @@ class NewtonSystem:
             leading, cross, ahead = operator.cross
             tractions.add_cross_slip(v, leading, *of_unknowns, cross, ahead, operator.plan.flat)
 
-    def precondition(self, v: np.ndarray, out: np.ndarray, turn: int = _PLAIN) -> None:
-        """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick cells, then slip cells with the rest."""
+    def precondition(self, v: np.ndarray, out: np.ndarray, from_edge: bool = False) -> None:
+        """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick cells, then slip cells with the rest.
+
+        `from_edge`: part 1 is right at the leading edge, on boxes long enough for that.
+        """
         self.products += 1
         operator = self.operator
         plan = operator.torus_plan
-        cells, places, slip, normal = self.cells, self._places, self.slip, self.normal
-        power, rest, inverse = self._power, v, operator.torus_inverse
-        # the first of these kernels sets plan.field to zero outside the cells; the others leave it so
-        if self._slipping < len(cells):
-            if turn == _AT_EDGE and operator.torus_edge is not None:
+        of_cells = self._places, self.slip, self.normal
+        if self._near > 0:
+            # the first of these kernels sets plan.field to zero outside the cells; the others leave it so
+            tractions.near_residual(v, *of_cells, self.share, self._damping, plan.field)
+            slips, inverse = plan.field, operator.torus_inverse
+            if from_edge and operator.torus_edge is not None:
                 before, inverse = operator.torus_edge
-                rest = self._before_cut(v, before)
-            elif turn == _AT_BORDER:
-                power -= 1
-            tractions.integrate_rows(
-                rest, cells, places, slip, normal, self._damping, operator.spacing[0], operator.edge, plan.field
-            )
+                plan.forward()
+                arrays.scale_packed(plan.hat, before)
+                plan.backward()
+                slips = plan.result
+            of_rows = *of_cells, self._damping, operator.spacing[0], operator.edge
+            tractions.integrate_rows(slips, self.cells, *of_rows, plan.field)
             self._on_torus(inverse)
         else:
             plan.field[:] = 0.0
-        tractions.store_known(plan.result, v, places, slip, normal, self.unit, out, plan.field)
+        tractions.store_near(plan.result, v, *of_cells, self._damping, self.unit, out, plan.field)
         if self._slipping > 0:
             self._on_torus(operator.torus_symbol)
-            centring, of_rows = self._active_centring, (plan.result, v, places, slip, normal, self._root)
+            centring, of_slip = self._active_centring, (plan.result, v, *of_cells, self._root, operator.diagonal, out)
             if centring is None:
-                tractions.slip_residual(*of_rows, plan.field)
+                tractions.slip_residual(*of_slip, plan.field)
             else:
-                tractions.centred_slip_residual(*of_rows, centring.neighbours, centring.weight, self._work, plan.field)
-            self._on_torus(operator.torus_shifted(power))
-            tractions.gather_slip_traction(plan.result, places, slip, normal, self._root, out)
-
-    def _before_cut(self, v: np.ndarray, symbol: np.ndarray) -> np.ndarray:
-        """Residuals `v` [2 m] of stick cells after a convolution on the torus; values of slip cells are meaningless."""
-        plan = self.operator.torus_plan
-        tractions.scatter_stick(v, self._places, self.slip, plan.field)
-        plan.forward()
-        arrays.scale_packed(plan.hat, symbol)
-        plan.backward()
-        out: np.ndarray = plan.result.take(self._places, axis=0).reshape(-1)
-        return out
+                tractions.centred_slip_residual(*of_slip, centring.neighbours, centring.weight, self._work, plan.field)
+            self._on_torus(operator.torus_shifted(self._power))
+            tractions.gather_slip_traction(plan.result, *of_cells, self._root, out)
 
     def _on_torus(self, symbol: np.ndarray) -> None:
         """Product of the convolution with `symbol` and the preconditioner's `field`, into its `result`."""
@@ -268,15 +263,16 @@ class NewtonSystem:
         """
         residual = np.empty(q.size)
         tractions.newton_residual(self.lawful, q, *self.rows, self.bound, self.unit, residual)
-        turn = repeat(_PLAIN) if self.operator.torus_edge is None else cycle(_TURNS)
-
-        def precondition(v: np.ndarray, out: np.ndarray) -> None:
-            self.precondition(v, out, next(turn))
-
-        change, slips = gmres(self.apply, residual, precondition, forcing, _MAX_STEPS, q.size)
+        change, slips = gmres(self.apply, residual, alternating(self.precondition), forcing, _MAX_STEPS, q.size)
         after = np.empty(q.shape)
         tractions.add_step(q, change, self.slip, self.normal, self.unit, after)
         return after, s + slips.reshape(s.shape)
+
+
+def alternating(precondition: Callable[[np.ndarray, np.ndarray, bool], None]) -> Product:
+    """`precondition` as GMRES takes it: the first time and every other time after that right at the leading edge."""
+    from_edge = cycle((True, False))
+    return lambda v, out: precondition(v, out, next(from_edge))
 
 
 def solve_tractions(

@@ -203,21 +203,26 @@ def gather_centred_slip(
 
 
 @jit
-def slip_damping(share: np.ndarray, slip: np.ndarray, coupling: float, damping: np.ndarray, root: np.ndarray) -> float:
-    """Factor damping [m] by which displacements pass slip cells, and root [m] of their share c; returns the largest c.
+def slip_damping(
+    share: np.ndarray, slip: np.ndarray, coupling: float, damping: np.ndarray, root: np.ndarray
+) -> tuple[float, int]:
+    """Factor damping [m] by which displacements pass slip cells, and root [m] of their share c.
 
-    share [m]: c; coupling: b dx over the cell's own coefficient in u = A tau. Where c is less than 1/3 the factor is
-    set to zero.
+    share [m]: c; coupling: b dx over the cell's own coefficient in u = A tau. Slip cells with c below 1/3 pass none;
+    the others hardly slip, which the preconditioner takes for stick across their bounds (`rolling.py`). Returns the
+    largest c, and the number of cells that hardly slip.
     """
-    largest = 0.0
+    largest, near = 0.0, 0
     for m in range(share.size):
         if slip[m]:
             c = share[m]
             largest = max(largest, c)
             root[m] = math.sqrt(c)
-            # neglecting so little hardly changes the number of products (160 random contacts: 5166, with it 5164)
-            damping[m] = 0.0 if 3.0 * c < 1.0 else 1.0 / (1.0 + coupling * (1.0 / c - 1.0))
-    return largest
+            damping[m] = 0.0
+            if 3.0 * c >= 1.0:
+                damping[m] = 1.0 / (1.0 + coupling * (1.0 / c - 1.0))
+                near += 1
+    return largest, near
 
 
 @jit
@@ -284,18 +289,32 @@ def put_on_bound(q: np.ndarray, slip: np.ndarray, normal: np.ndarray, bound: np.
 
 
 @jit
-def scatter_stick(v: np.ndarray, places: np.ndarray, slip: np.ndarray, out: np.ndarray) -> None:
-    """Residuals v [2 m] of stick cells into out [px py, 2], zeros elsewhere."""
+def near_residual(
+    v: np.ndarray,
+    places: np.ndarray,
+    slip: np.ndarray,
+    normal: np.ndarray,
+    share: np.ndarray,
+    damping: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Residuals v [2 m] as slips into out [px py, 2]: of stick cells and, across the bound, of those that hardly slip.
+
+    The latter have a damping [m] above zero (`slip_damping`); their rows are share [m] times slips. Zero elsewhere.
+    """
     out[:, :] = 0.0
     for m in range(places.size):
         if not slip[m]:
             out[places[m], 0] = v[2 * m]
             out[places[m], 1] = v[2 * m + 1]
+        elif damping[m] > 0.0:
+            out[places[m], 0] = -normal[m, 1] * v[2 * m + 1] / share[m]
+            out[places[m], 1] = normal[m, 0] * v[2 * m + 1] / share[m]
 
 
 @jit
 def integrate_rows(
-    v: np.ndarray,
+    slips: np.ndarray,
     cells: np.ndarray,
     places: np.ndarray,
     slip: np.ndarray,
@@ -305,57 +324,57 @@ def integrate_rows(
     edge: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Displacements that invert the upwind difference in stick cells: sums of dx v from each row's leading edge.
+    """Displacements that invert the upwind difference: sums of dx slips from each row's leading edge on.
 
-    v [2 m]: residuals as rows of the Newton system; cells are ordered by i, so that going backwards leads from the
-    leading edge to the trailing one. At a slip cell only the component of the displacement across the bound is carried
-    on, times damping [m]. Result in out [px py, 2], zero elsewhere; edge [py, 2]: work array.
+    slips [px py, 2]: residuals (`near_residual`); cells are ordered by i, so that going backwards leads from the
+    leading edge to the trailing one. At a slip cell only the displacement across the bound is carried on, times damping
+    [m]. Result in the cells' places of out [px py, 2], which may be slips itself; edge [py, 2]: work array.
     """
-    out[:, :] = 0.0
     edge[:, :] = 0.0
     for m in range(cells.shape[0] - 1, -1, -1):
         k, j = places[m], cells[m, 1]
+        x, y = edge[j, 0] + dx * slips[k, 0], edge[j, 1] + dx * slips[k, 1]
         if slip[m]:
             tx, ty = -normal[m, 1], normal[m, 0]
-            t = (tx * edge[j, 0] + ty * edge[j, 1]) * damping[m]
-            edge[j, 0] = t * tx
-            edge[j, 1] = t * ty
-        else:
-            edge[j, 0] += dx * v[2 * m]
-            edge[j, 1] += dx * v[2 * m + 1]
-        out[k, 0] = edge[j, 0]
-        out[k, 1] = edge[j, 1]
+            t = (tx * x + ty * y) * damping[m]
+            x, y = t * tx, t * ty
+        edge[j, 0] = out[k, 0] = x
+        edge[j, 1] = out[k, 1] = y
 
 
 @jit
-def store_known(
+def store_near(
     field: np.ndarray,
     v: np.ndarray,
     places: np.ndarray,
     slip: np.ndarray,
     normal: np.ndarray,
+    damping: np.ndarray,
     unit: float,
     out: np.ndarray,
     known: np.ndarray,
 ) -> None:
-    """Unknowns out [2 m] known before the slip cells' tau: of stick cells from field [px py, 2], a/unit from v.
+    """Unknowns out [2 m] of stick cells and tau of those that hardly slip from field [px py, 2]; a/unit from v [2 m].
 
-    The equation of a/unit is the identity, so it equals its residual; tau is set to zero. The same tractions, as
-    vectors, go into known [px py, 2] at the cells' places.
+    The equation of a/unit is the identity, so it equals its residual; tau of other slip cells is set to zero. damping
+    [m]: as in `near_residual`. The same tractions, as vectors, go into known [px py, 2] at the cells' places.
     """
     for m in range(places.size):
         k = places[m]
+        x, y = field[k, 0], field[k, 1]
         if slip[m]:
+            nx, ny = normal[m, 0], normal[m, 1]
+            a, tau = unit * v[2 * m], 0.0
+            if damping[m] > 0.0:
+                tau = nx * y - ny * x
             out[2 * m] = v[2 * m]
-            out[2 * m + 1] = 0.0
-            known[k, 0] = normal[m, 0] * unit * v[2 * m]
-            known[k, 1] = normal[m, 1] * unit * v[2 * m]
+            out[2 * m + 1] = tau
+            x, y = a * nx - tau * ny, a * ny + tau * nx
         else:
-            x, y = field[k, 0], field[k, 1]
             out[2 * m] = x
             out[2 * m + 1] = y
-            known[k, 0] = x
-            known[k, 1] = y
+        known[k, 0] = x
+        known[k, 1] = y
 
 
 @jit
@@ -366,18 +385,21 @@ def slip_residual(
     slip: np.ndarray,
     normal: np.ndarray,
     root: np.ndarray,
+    diagonal: float,
+    found: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Residuals v of slip cells across the bound, less what slips in field [px py, 2] contribute to them, as vectors.
+    """Residuals v of slip cells across the bound, as vectors, less what unknowns found [2 m] contribute to them.
 
-    They are divided by root [m], the root of the cell's share, and go into the cells of out [px py, 2], zero in stick
-    cells.
+    field [px py, 2]: slips by the tractions found; diagonal: b. The residuals are divided by root [m], the root of the
+    cell's share, and go into the cells of out [px py, 2], zero in stick cells.
     """
     for m in range(places.size):
         k = places[m]
         if slip[m]:
-            tx, ty = -normal[m, 1], normal[m, 0]
-            rest = v[2 * m + 1] / root[m] - root[m] * (tx * field[k, 0] + ty * field[k, 1])
+            tx, ty, c = -normal[m, 1], normal[m, 0], root[m] * root[m]
+            by_found = c * (tx * field[k, 0] + ty * field[k, 1]) + (1.0 - c) * diagonal * found[2 * m + 1]
+            rest = (v[2 * m + 1] - by_found) / root[m]
             out[k, 0] = rest * tx
             out[k, 1] = rest * ty
         else:
@@ -399,6 +421,8 @@ def centred_slip_residual(
     slip: np.ndarray,
     normal: np.ndarray,
     root: np.ndarray,
+    diagonal: float,
+    found: np.ndarray,
     neighbours: np.ndarray,
     weight: np.ndarray,
     work: np.ndarray,
@@ -422,7 +446,7 @@ def centred_slip_residual(
         i, n = places[ahead], places[behind]
         x += of_ahead * (field[i, 0] - field[k, 0]) + of_behind * (field[n, 0] - field[k, 0])
         y += of_ahead * (field[i, 1] - field[k, 1]) + of_behind * (field[n, 1] - field[k, 1])
-        rest[m] = v[2 * m + 1] - c * (normal[m, 0] * y - normal[m, 1] * x)
+        rest[m] = v[2 * m + 1] - c * (normal[m, 0] * y - normal[m, 1] * x) - (1.0 - c) * diagonal * found[2 * m + 1]
         pivot[m] = 1.0 - c * (of_ahead + of_behind)
         if behind != m and slip[behind]:
             turned = normal[m, 0] * normal[behind, 0] + normal[m, 1] * normal[behind, 1]
@@ -448,8 +472,8 @@ def centred_slip_residual(
 def gather_slip_traction(
     field: np.ndarray, places: np.ndarray, slip: np.ndarray, normal: np.ndarray, root: np.ndarray, out: np.ndarray
 ) -> None:
-    """Unknowns tau of slip cells into out [2 m]: component across the bound of field [px py, 2], times root [m]."""
+    """Component across the bound of field [px py, 2], times root [m], added to the tau of slip cells in out [2 m]."""
     for m in range(places.size):
         if slip[m]:
             k = places[m]
-            out[2 * m + 1] = root[m] * (normal[m, 0] * field[k, 1] - normal[m, 1] * field[k, 0])
+            out[2 * m + 1] += root[m] * (normal[m, 0] * field[k, 1] - normal[m, 1] * field[k, 0])
