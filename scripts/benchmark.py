@@ -3,7 +3,7 @@
 Usage: python scripts/benchmark.py [--parts a,b] [--repeats 9] [--cells 64,128,256,512] [--large] [--json FILE]
 
 a  whole solves against CONTACT, in units of one SciPy rfft2 + irfft2 of the doubled window, measured in between
-b  products and iterations over meshes
+b  products and iterations over meshes, and for contacts of all kinds
 c  time of the parts of a solve, and time of the tractions against that of their FFTs alone
 d  the paper's 48 layered cases at 1e-6
 e  full coupling against one-way
@@ -46,6 +46,7 @@ import scipy.fft
 from aligned_errors import rolling_groups
 
 from rcstudy import provenance, sweep
+from rcstudy.build import fitted_size
 from rcstudy.cases import expand
 from rcstudy.mechanics import contact, convolution, influence, layered, normal, proof
 from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Material, Mesh, Scene, Tolerance
@@ -236,6 +237,38 @@ def part_b(options: argparse.Namespace) -> Any:
                 }
             )
     table(list(found[0]), [list(row.values()) for row in found])
+    contacts = of_all_kinds()
+    print(f"Contacts of {len(contacts)} pairs of bodies, each under {len(contacts[0])} creepages from next to none to")
+    print("full slip, some 52 cells across on 64 x 64. ", end="")
+    return {"scenes": found, "all kinds": growth(contacts, [n for n in options.cells if n <= 512])}
+
+
+def of_all_kinds() -> list[list[Scene]]:
+    """Scenes of one normal problem each, in windows that fit: homogeneous bodies, layers and films, all creepages."""
+    steel, aluminium, rubber = STEEL, Material(70000.0, 0.33), Layer(5.0, 0.4999, 1.0)
+    pairs: list[tuple[tuple[Layer, ...], Material | None]] = [
+        ((), steel),
+        ((), None),
+        ((), aluminium),
+        ((Layer(52500.0, 0.3, 0.1),), None),
+        ((Layer(840000.0, 0.3, 0.1),), None),
+        ((Layer(500000.0, 0.25, 0.003),), steel),
+        ((Layer(1000.0, 0.3, 0.02),), None),
+        ((Layer(1000.0, 0.49, 0.02),), None),
+        ((rubber,), None),
+    ]
+    # over friction times the radius of the contact over that of the ball, about the creepage of full slip
+    partial = (0.1, 0.05, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.75), (0.5, 0.25, 0.5)
+    creepages = *partial, (2.0, 0.0, 0.0), (0.0, 0.0, 3.0), (2.0, 1.0, 2.0)
+    found = []
+    for layers, counterbody in pairs:
+        scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (64, 64)), layers, counterbody, friction=0.3)
+        scene = replace(scene, mesh=Mesh(fitted_size(scene, 1.25, (64, 64)), (64, 64)))
+        radius = float(np.sqrt(np.prod(normal.estimated_contact(scene))))
+        scale = scene.friction * radius / scene.radius[0]
+        found.append(
+            [replace(scene, creepage=Creepage(x * scale, y * scale, r * scale / radius)) for x, y, r in creepages]
+        )
     return found
 
 
@@ -455,9 +488,9 @@ def in_series(families: dict[str, list[list[Scene]]]) -> list[dict[str, Any]]:
 
 
 def growth(groups: list[list[Scene]], meshes: list[int]) -> list[dict[str, Any]]:
-    """Products of the paper's rolling cases by mesh; groups: those of one normal problem each."""
+    """Products of rolling cases by mesh; groups: those of one normal problem each."""
     number = sum(map(len, groups))
-    print(f"Products of all its {number} rolling cases at 1e-6; growth: case by case, over the first mesh.\n")
+    print(f"Products of all {number} rolling cases at 1e-6; growth: case by case, over the first mesh.\n")
     found: list[dict[str, Any]] = []
     first: np.ndarray | None = None
     for n in meshes:
