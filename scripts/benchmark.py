@@ -245,17 +245,16 @@ def part_b(options: argparse.Namespace) -> Any:
 
 def of_all_kinds() -> list[list[Scene]]:
     """Scenes of one normal problem each, in windows that fit: homogeneous bodies, layers and films, all creepages."""
-    steel, aluminium, rubber = STEEL, Material(70000.0, 0.33), Layer(5.0, 0.4999, 1.0)
     pairs: list[tuple[tuple[Layer, ...], Material | None]] = [
-        ((), steel),
+        ((), STEEL),
         ((), None),
-        ((), aluminium),
+        ((), Material(70000.0, 0.33)),  # aluminium
         ((Layer(52500.0, 0.3, 0.1),), None),
         ((Layer(840000.0, 0.3, 0.1),), None),
-        ((Layer(500000.0, 0.25, 0.003),), steel),
+        ((Layer(500000.0, 0.25, 0.003),), STEEL),
         ((Layer(1000.0, 0.3, 0.02),), None),
         ((Layer(1000.0, 0.49, 0.02),), None),
-        ((rubber,), None),
+        ((Layer(5.0, 0.4999, 1.0),), None),  # rubber
     ]
     # over friction times the radius of the contact over that of the ball, about the creepage of full slip
     partial = (0.1, 0.05, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.75), (0.5, 0.25, 0.5)
