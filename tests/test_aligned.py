@@ -574,7 +574,7 @@ def test_what_is_added_to_the_slip_is_kept_once_looking_gets_nowhere():
 
 @pytest.mark.parametrize("creepage", [SLOPING, Creepage(0.001, 0.0, 0.02), Creepage(0.001)])
 def test_the_start_does_not_matter(creepage):
-    """From the coarser mesh's solution, from nothing, and from far off, with more steps: the same to the tolerance."""
+    """From the coarser mesh's solution, from nothing, and from far off, at more cost: the same to the tolerance."""
     layers = (Layer(420000.0, 0.3, 0.1),)
     scene = steel(Mesh((0.9, 0.9), (44, 44)), layers=layers, counterbody=None, creepage=creepage, tolerance=TOLERANCE)
     contact = AlignedContact(solve_normal(scene))
@@ -583,7 +583,7 @@ def test_the_start_does_not_matter(creepage):
     for guess in (np.zeros(usual.q.shape), -usual.q, np.flip(usual.q)):
         found = solve_rolling(contact, scene, within(np.ascontiguousarray(guess), contact.pressure * scene.friction))
         assert found.converged
-        assert found.iterations > usual.iterations
+        assert found.products > usual.products
         assert np.linalg.norm(found.q - usual.q) < 10.0 * TOLERANCE.tangential * np.linalg.norm(usual.q)
 
 
