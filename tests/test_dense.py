@@ -669,6 +669,21 @@ def test_products_hardly_grow_with_the_mesh(
     assert products[1] <= most
 
 
+@pytest.mark.parametrize("spacing", [(0.1, 0.1), (0.4, 0.05), (0.02, 0.1)])
+def test_displacement_of_cells_that_hardly_slip(spacing: tuple[float, float]) -> None:
+    """By the twin of `SlipOperator.held`: tractions of every second row summed, on a torus of 12 x 8 cells."""
+    operator = SlipOperator(Influence(STEEL, (), None, spacing, 4.0), (11, 7))
+    _, xx, yy, *_ = Influence(STEEL, (), None, spacing, 4.0).around((12, 8), ahead=1)
+    of_rows = 0.0
+    for coefficients in (xx, yy):
+        displacement = sum((-1) ** j * coefficients[min(i, 12 - i), min(j, 8 - j)] for i in range(12) for j in range(8))
+        of_rows += 0.5 / displacement
+    taken = (1.5 / of_rows) ** 2 / xx[0, 0]
+    assert operator.held == pytest.approx(operator.diagonal * spacing[0] / taken, rel=1e-12)
+    least, most = {0.1: (0.7, 0.9), 0.4: (0.0, 0.3), 0.02: (2.0, np.inf)}[spacing[0]]
+    assert least < taken / xx[0, 0] < most
+
+
 def test_slip_operators_are_kept() -> None:
     """One for all contacts of a shape; another for another shape or other cells."""
     influence = influence_of(BODIES["equal"])

@@ -71,6 +71,43 @@ def test_elongated_cells_under_a_soft_layer(cells):
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("coupling", ["one-way", "full"])
+@pytest.mark.parametrize(
+    ("cells", "discretisation", "most"), [(72, "kalker", 140), (72, "aligned", 280), (188, "kalker", 900)]
+)
+def test_cells_far_longer_than_wide_on_four_layers(cells, discretisation, coupling, most):
+    """Part of the slip cells hardly slip across their bounds, and hold each other back from row to row (`held`).
+
+    With the displacement of a cell by its own traction there 420 to 1200 products on 129 x 72 cells, 34 times as long
+    as wide, and no end on 172 x 188 cells.
+    """
+    mapping = {
+        "substrate": {"E": 10928.0, "nu": 0.3},
+        "layers": [
+            {"E": E, "nu": nu, "thickness": thickness}
+            for E, nu, thickness in (
+                (21734.0, 0.4999, 0.2911),
+                (10700.0, 0.45, 0.0652),
+                (1465.6, 0.3, 0.231),
+                (132858.0, 0.3, 0.01009),
+            )
+        ],
+        "counterbody": {"E": 16452.0, "nu": 0.4},
+        "radius": [930.67, 1.4763],
+        "load": 1.6526,
+        "friction": 0.2036,
+        "creepage": {"lateral": -7.1637e-6},
+        "mesh": {"size": [2.858, 0.0471], "cells": [129 if cells == 72 else 172, cells]},
+        "tolerance": {"normal": 1e-6, "tangential": 1e-6},
+        "coupling": coupling,
+        "discretisation": discretisation,
+    }
+    result = solve_scene(scene_from_mapping(mapping))
+    assert result.status == Status.SOLVED, result.reason
+    assert result.scalars["operator_products"] < most
+
+
+@pytest.mark.heavy
 @pytest.mark.parametrize("cells", [24, 96])
 @pytest.mark.parametrize("tolerance", [Tolerance(), TIGHT])
 def test_thin_layer(cells, tolerance):
@@ -445,6 +482,30 @@ def test_preconditioner_on_a_skin(cells, most):
     result = of(SKIN, mesh={"size": "auto", "cells": [cells, cells]})
     assert result.status == Status.SOLVED
     assert result.scalars["operator_products"] < most
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("creepage", [{"spin": 0.0045}, {"spin": 0.012}])
+@pytest.mark.parametrize("E", ["30 Es", "600 Es"])
+def test_slip_under_a_thin_skin(E, creepage):
+    """All slips, at very different speeds: d of the preconditioner has to be that of many cells, not of the slowest.
+
+    With the least d 65 to 121 products.
+    """
+    mapping = {
+        "substrate": {"E": 210000, "nu": 0.3},
+        "layers": [{"E": E, "nu": 0.3, "thickness": 0.003}],
+        "counterbody": "rigid",
+        "radius": 50,
+        "load": 100,
+        "friction": 0.3,
+        "creepage": creepage,
+        "mesh": {"size": "auto", "cells": [128, 128]},
+        "tolerance": {"normal": 1e-6, "tangential": 1e-6},
+    }
+    result = solve_scene(scene_from_mapping(mapping))
+    assert result.status == Status.SOLVED
+    assert result.scalars["operator_products"] < 40
 
 
 @pytest.mark.heavy

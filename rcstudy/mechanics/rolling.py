@@ -22,9 +22,9 @@ The linear systems are solved by GMRES. Its preconditioner has two parts, both o
 1. Stick cells (rows s). B is the upwind difference of the convolution A. So B^-1 is about a sum along each row from the
    leading edge back, which undoes the difference, followed by A^-1. Slip cells with d <= 2 b, which are those beside
    the stick zone, hardly slip across their bounds: their rows, c m.s + ..., take part like those of stick cells, and
-   displacements across their bounds are passed on along the row, less d tau.
+   displacements across their bounds are passed on along the row, less d tau (tau: by `SlipOperator.held`).
 2. Slip cells (rows c (m.s + d tau)), with the residual that part 1 leaves. (B + d)^-1 is a convolution if d is the same
-   for all: 2 b, or 2 b 4^n near the least d if all cells slip faster than that. The residual is multiplied by
+   for all: 2 b 4^n, n >= 0, as near as that comes to the d of a cell of mean c. The residual is multiplied by
    root(1/c), by (1 + d/b) (B + d)^-1 and by root(c). For short waves, where B is about b, that inverts the row exactly.
    Where slip is centred (`centring.py`: C B in place of B), the residual is first divided by 1 + c (C - 1), a
    tridiagonal matrix along each row; without that there are a tenth to a third more products.
@@ -165,10 +165,9 @@ class NewtonSystem:
         if centring is not None:
             self.lawful, miss = centring.update_with_law(q, s, of_law)
         operator = self.operator
-        coupling = operator.diagonal * operator.spacing[0] / operator.own_displacement
-        largest, near = tractions.slip_damping(self.share, self.slip, coupling, self._damping, self._root)
+        mean, near = tractions.slip_damping(self.share, self.slip, operator.held, self._damping, self._root)
         self._near = near + self.slip.size - self._slipping
-        over = (1.0 / largest - 1.0) / SHIFT if largest > 0.0 else 1.0
+        over = (1.0 / mean - 1.0) / SHIFT if mean > 0.0 else 1.0
         self._power = round(math.log(min(max(over, 1.0), _LARGEST), 4.0))
         residual = _relative(math.sqrt(miss), min(math.sqrt(square), self._scale))
         if centring is not None:

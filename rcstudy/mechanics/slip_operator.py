@@ -25,8 +25,9 @@ from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.wrapped import positive_tractions
 
 SHIFT = 2.0
-"""d of the preconditioner over b (`rolling.py`), to be multiplied by powers of 4 if d of all slip cells is larger."""
+"""d of the preconditioner over b (`rolling.py`), to be multiplied by powers of 4 where slip cells slip faster."""
 
+_SQUARE = 1.5  # about a square cell's displacement by its own traction over that by rows alternating in sign
 _LONG = 32  # length (cells) from which on rows use several preconditioners in turn; shorter rows gain little
 
 
@@ -35,6 +36,10 @@ class SlipOperator:
 
     Belongs to one set of bodies, one mesh and one box; used by all creepages. Immutable, except that some symbols of
     the preconditioner are computed at their first use.
+
+    `diagonal`: b of B (1/MPa). `held`: b dx over the displacement by unit traction (mm/MPa) that the preconditioner
+    takes slip cells to have where they hardly slip: (1.5 R)^2/A, A being the displacement of a cell by its own traction
+    and R that by rows of cells alternating in sign, which is about 0.6 A in square cells on a half-space.
     """
 
     @staticmethod
@@ -53,7 +58,6 @@ class SlipOperator:
         coefficients = traction_quadrants(quadrant)
         # diagonal of B: (A(0) - A(1))/dx
         self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
-        self.own_displacement = float(quadrant[1, 0, 0])  # u_x of a cell by unit q_x on it (mm/MPa)
         # displacements by tractions, in units of dx
         self.symbol = real_symbols(coefficients, padded, x_first=sharp) / spacing[0]
         self.plan: Transform
@@ -67,6 +71,9 @@ class SlipOperator:
         difference = difference_symbols(coefficients, torus, spacing[0]) * sharpened
         self.torus_symbol = _packed(difference)
         displacements = positive_tractions(symbols(coefficients, torus), influence, torus) * sharpened
+        # in cells far longer than wide, tractions that alternate from row to row displace far less than a cell's own
+        own, alternating = float(quadrant[1, 0, 0]), torus[0] * torus[1] * _alternating(displacements)
+        self.held = self.diagonal * spacing[0] * own / (_SQUARE * alternating) ** 2
         self.torus_inverse = _packed(_inverse(displacements, 0.0, torus))
         self.torus_edge = from_leading_edge(self.torus_inverse, torus) if torus[0] >= _LONG else None
         self._torus, self._difference = torus, difference
@@ -107,6 +114,11 @@ class SlipOperator:
         self.plan.forward()
         arrays.multiply_2x2(self.plan.numbers, self.symbol)
         self.plan.backward()
+
+
+def _alternating(pair: np.ndarray) -> float:
+    """Symbol of displacements by tractions alternating in sign from row to row: the harmonic mean of xx and yy."""
+    return 2.0 / float((1.0 / pair[::2, -1, 0].real).sum())
 
 
 def _inverse(pair: np.ndarray, shift: float, padded: tuple[int, int]) -> np.ndarray:

@@ -204,25 +204,26 @@ def gather_centred_slip(
 
 @jit
 def slip_damping(
-    share: np.ndarray, slip: np.ndarray, coupling: float, damping: np.ndarray, root: np.ndarray
+    share: np.ndarray, slip: np.ndarray, held: float, damping: np.ndarray, root: np.ndarray
 ) -> tuple[float, int]:
     """Factor damping [m] by which displacements pass slip cells, and root [m] of their share c.
 
-    share [m]: c; coupling: b dx over the cell's own coefficient in u = A tau. Slip cells with c below 1/3 pass none;
+    share [m]: c; held: b dx over a displacement by unit tau (`SlipOperator`). Slip cells with c below 1/3 pass none;
     the others hardly slip, which the preconditioner takes for stick across their bounds (`rolling.py`). Returns the
-    largest c, and the number of cells that hardly slip.
+    mean c of slip cells, 0 without any, and the number of those that hardly slip.
     """
-    largest, near = 0.0, 0
+    total, slipping, near = 0.0, 0, 0
     for m in range(share.size):
         if slip[m]:
             c = share[m]
-            largest = max(largest, c)
+            total += c
+            slipping += 1
             root[m] = math.sqrt(c)
             damping[m] = 0.0
             if 3.0 * c >= 1.0:
-                damping[m] = 1.0 / (1.0 + coupling * (1.0 / c - 1.0))
+                damping[m] = 1.0 / (1.0 + held * (1.0 / c - 1.0))
                 near += 1
-    return largest, near
+    return total / max(slipping, 1), near
 
 
 @jit
