@@ -215,6 +215,7 @@ def thin_and_soft(rng: np.random.Generator) -> np.ndarray:
     return Influence(STEEL, layers, None, spacing, 30.0 * math.hypot(*spacing)).quadrant(20, 20)
 
 
+@pytest.mark.heavy
 def test_influence_of_thin_and_soft_layers_by_more_points(monkeypatch: pytest.MonkeyPatch) -> None:
     """Too much for the naive twin. 1e-9 of the largest, by finer tables and two to four times as many points.
 

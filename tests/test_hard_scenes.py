@@ -711,7 +711,7 @@ def test_directions_of_slip_settle_by_looking_again():
         assert abs(result.scalars[name]) <= result.scalars[f"{name}_error"]
 
 
-@pytest.mark.parametrize("friction", [30.0, 100.0])
+@pytest.mark.parametrize("friction", [30.0, pytest.param(100.0, marks=pytest.mark.heavy)])
 def test_full_coupling_that_lifts_the_surface_beyond_the_approach(friction):
     """Divided by the overlap of the undeformed bodies, of which nothing was left."""
     scene = steel(Mesh((4.0, 4.0), (24, 24)), counterbody=Material(2100.0, 0.3), friction=friction)

@@ -68,6 +68,7 @@ def test_skin(layers: list[Layer], thickness: float) -> None:
     assert skin(layers, STEEL, 0.1) == pytest.approx(thickness)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_bars_of_the_largest_pressure_under_a_stiff_skin(discretisation: Any) -> None:
     """On 24 to 48 cells it is that of the middle, the same on all; on 192 cells a larger one is found at the rim."""

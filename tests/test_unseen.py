@@ -54,7 +54,7 @@ def test_bars_where_slip_zones_are_narrower_than_cells(
         assert abs(found[name] - fine[name]) <= found[f"{name}_error"] + 1.1 * fine[f"{name}_error"]
 
 
-@pytest.mark.parametrize("cells", [24, 32])
+@pytest.mark.parametrize("cells", [24, pytest.param(32, marks=pytest.mark.heavy)])
 @pytest.mark.parametrize(
     ("friction", "creepage"),
     [(0.3, Creepage(0.0, 0.0002)), (0.3, Creepage(-0.0003)), (0.15, Creepage(0.0, 0.0, 0.001))],
