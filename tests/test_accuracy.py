@@ -717,7 +717,7 @@ def test_no_line_leaves_its_panel():
     for ax in work_precision(rows).axes:
         low, high = ax.get_ylim()
         assert all(low < y < high for line in ax.get_lines() for y in line.get_ydata())
-    assert work_precision([row(16, 1e-3, 1e-2)]).axes[0].get_ylim()[0] == pytest.approx(0.35e-5)
+    assert work_precision([row(16, 1e-3, 1e-2)]).axes[0].get_ylim()[0] == pytest.approx(0.2e-5)
 
 
 def test_the_published_study_has_a_reference_for_every_problem():

@@ -55,7 +55,7 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
         ax.set_title(f"({'abcdef'[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
     lowest = min((float(y) for ax in axes.flat for line in ax.lines for y in line.get_ydata()), default=_LEAST)
-    axes[0, 0].set_ylim(0.35 * min(_LEAST, lowest), 1.0)  # all share it: no line, nor its labels, leaves the panels
+    axes[0, 0].set_ylim(0.2 * min(_LEAST, lowest), 1.0)  # all share it: no line, nor its labels, leaves the panels
     log_ticks(axes[0, 0].xaxis, axes[0, 0].get_xlim())
     for ax in axes[1]:
         ax.set_xlabel(_SECONDS)
