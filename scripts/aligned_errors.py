@@ -1,12 +1,16 @@
 """Errors of the `aligned` discretisation over the paper's rolling cases.
 
 Usage: python scripts/aligned_errors.py [--cells 80 160] [--reference 1024] [--places 1] [--study configs/paper.yaml]
-[--discretisation aligned] [--per-radius]; the table of docs/mechanics.md is made with `--reference 2048`. The reference
+[--discretisation aligned] [--per-radius] [--over itself]; the table of docs/mechanics.md is made with
+`--reference 2048`. The reference
 is always aligned. Prints, as a table in Markdown, errors of scalars against many more cells (median / 90 % / worst, in
 per cent of each scalar) and how many cases are beyond 0.5 and 0.2 %. On a single mesh the errors partly depend on
 chance: on where the borders of the contact and of the stick zone lie between cells. `--places 25` therefore takes that
 many meshes, of windows up to 6 % smaller and larger, and gives the number of cases per mesh. `--per-radius` takes the
-numbers of cells per radius of each case's own contact, not per window.
+numbers of cells per radius of each case's own contact, not per window. `--over scales` takes errors of forces over
+friction times load, of moments over that times the contact's radius, of slip areas over the contact's area, of the
+largest traction over friction times the largest pressure, and of friction power over friction times load and the
+largest rigid slip, instead of each over the scalar itself.
 """
 
 from __future__ import annotations
@@ -20,7 +24,7 @@ from typing import Literal
 import numpy as np
 
 from rcstudy.cases import expand
-from rcstudy.mechanics.scene import Mesh, Scene
+from rcstudy.mechanics.scene import Creepage, Mesh, Scene
 from rcstudy.result import ESTIMATED, Status
 from rcstudy.solve import solve_group
 from rcstudy.study import load_study
@@ -77,6 +81,20 @@ def rolling_groups(study: Path) -> list[list[Scene]]:
     return found
 
 
+def scales(scene: Scene, found: dict[str, float]) -> dict[str, float]:
+    """What errors of the scalars `found` are taken over with `--over scales`, in their units."""
+    friction, radius = scene.friction * scene.load, found["contact_radius"]
+    fastest = (scene.creepage or Creepage()).fastest(radius)
+    return {name: abs(found[name]) for name in ESTIMATED} | {
+        "force_x": friction,
+        "force_y": friction,
+        "moment_z": friction * radius,
+        "slip_area": found["contact_area"],
+        "traction_max": scene.friction * found["pressure_max"],
+        "friction_power": friction * fastest,
+    }
+
+
 def main() -> None:
     """Run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -86,9 +104,11 @@ def main() -> None:
     parser.add_argument("--study", type=Path, default=Path(__file__).resolve().parents[1] / "configs" / "paper.yaml")
     parser.add_argument("--discretisation", default="aligned", choices=["aligned", "kalker"])
     parser.add_argument("--per-radius", action="store_true")
+    parser.add_argument("--over", default="itself", choices=["itself", "scales"])
     options = parser.parse_args()
     groups = rolling_groups(options.study)
     reference = scalars(groups, windows(groups, options.reference))
+    cases = [scene for group in groups for scene in group]
     firsts = np.cumsum([0, *map(len, groups)])[:-1]
     radii = [reference[first]["contact_radius"] for first in firsts]
     factors = 1.0 + np.linspace(-WIDEST, WIDEST, options.places) if options.places > 1 else np.ones(1)
@@ -103,9 +123,12 @@ def main() -> None:
         print("| --- " * (3 + len(BARS)) + "|")
         for name in ESTIMATED:
             truth = np.array([of_case[name] for of_case in reference])
-            there = abs(truth) > NIL * abs(truth).max()
-            values = np.array([[of_case[name] for of_case in mesh] for mesh in found])[:, there]
-            errors = 100.0 * abs(values / truth[there] - 1.0)
+            over = abs(truth)
+            if options.over == "scales":
+                over = np.array([scales(scene, of_case)[name] for scene, of_case in zip(cases, reference, strict=True)])
+            there = over > NIL * over.max()
+            values = np.array([[of_case[name] for of_case in mesh] for mesh in found])
+            errors = 100.0 * abs(values - truth)[:, there] / over[there]
             spread = " / ".join(f"{value:.2g}" for value in (np.median(errors), np.quantile(errors, 0.9), errors.max()))
             counts = " | ".join(f"{(errors > bar).sum() / len(factors):.3g}" for bar in BARS)
             print(f"| {name} | {spread} | {np.sqrt((errors**2).mean()):.2g} | {counts} |")

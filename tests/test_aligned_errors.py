@@ -28,3 +28,19 @@ def test_errors_over_several_meshes(monkeypatch: pytest.MonkeyPatch, capsys: pyt
         (rms, *beyond), (finer, *fewer) = map(float, row), map(float, tables[1][name])
         assert 0.0 < finer < rms < 30.0, name
         assert 0.0 <= sum(fewer) < sum(beyond) < 19.0, name
+
+
+@pytest.mark.heavy
+def test_errors_over_scales_are_smaller(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Those of forces, moments, slip areas, largest tractions and power, as scales are larger; all else the same."""
+    study = str(ROOT / "configs" / "small.yaml")
+    worst = []
+    for over in ("itself", "scales"):
+        options = ["--cells", "16", "--reference", "48", "--study", study, "--over", over]
+        monkeypatch.setattr(sys, "argv", ["aligned_errors.py", *options])
+        runpy.run_path(str(ROOT / "scripts" / "aligned_errors.py"), run_name="__main__")
+        rows = [line.split("|")[1:3] for line in capsys.readouterr().out.splitlines() if line.startswith("| ")]
+        worst.append({name.strip(): float(errors.split("/")[2]) for name, errors in rows[2:]})
+    smaller = {name for name in worst[0] if worst[1][name] < worst[0][name]}
+    assert smaller == {"force_x", "force_y", "moment_z", "slip_area", "traction_max", "friction_power"}
+    assert all(worst[1][name] == worst[0][name] for name in worst[0].keys() - smaller)
