@@ -1,16 +1,15 @@
 """Errors of the `aligned` discretisation over the paper's rolling cases.
 
 Usage: python scripts/aligned_errors.py [--cells 80 160] [--reference 1024] [--places 1] [--study configs/paper.yaml]
-[--discretisation aligned] [--per-radius] [--over itself]; the table of docs/mechanics.md is made with
-`--reference 2048`. The reference
-is always aligned. Prints, as a table in Markdown, errors of scalars against many more cells (median / 90 % / worst, in
-per cent of each scalar) and how many cases are beyond 0.5 and 0.2 %. On a single mesh the errors partly depend on
-chance: on where the borders of the contact and of the stick zone lie between cells. `--places 25` therefore takes that
-many meshes, of windows up to 6 % smaller and larger, and gives the number of cases per mesh. `--per-radius` takes the
-numbers of cells per radius of each case's own contact, not per window. `--over scales` takes errors of forces over
-friction times load, of moments over that times the contact's radius, of slip areas over the contact's area, of the
-largest traction over friction times the largest pressure, and of friction power over friction times load and the
-largest rigid slip, instead of each over the scalar itself.
+[--discretisation aligned] [--per-radius] [--over itself]; the tables of docs/mechanics.md are made with
+`--reference 2048`. The reference is always aligned. Prints, as a table in Markdown, errors of scalars against many more
+cells (median / 90 % / worst, in per cent of each scalar) and how many cases are beyond 0.5 and 0.2 %. On a single mesh
+the errors partly depend on chance: on where the borders of the contact and of the stick zone lie between cells.
+`--places 25` therefore takes that many meshes, of windows up to 6 % smaller and larger, and gives the number of cases
+per mesh. `--per-radius` takes the numbers of cells per radius of each case's own contact, not per window. `--over
+scales` takes errors of forces over friction times load, of moments over that times the contact's radius, of slip areas
+over the contact's area, of the largest traction over friction times the largest pressure, and of friction power over
+friction times load and the largest rigid slip, instead of each over the scalar itself.
 """
 
 from __future__ import annotations
