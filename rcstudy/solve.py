@@ -17,14 +17,13 @@ from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
-from rcstudy.mechanics.rolling import RollingSolution
+from rcstudy.mechanics.rolling import UNSETTLED, RollingSolution
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.series import Series
 from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
 
 _POLISHES = 2  # times that the tolerance is divided by ten where the proof fails
-_UNSETTLED = 1e-2  # limit of `RollingSolution.unsettled`: error of tractions due to kept centring, over their bounds
 
 
 class Refusal(Exception):
@@ -148,7 +147,7 @@ def _result(
         fields |= _rolling_fields(contact, scene, rolling)
         unseen = contact.unseen_slip(rolling, scene.friction)
         scalars |= _rolling_numbers(contact, scene, rolling, unseen)
-        if rolling.unsettled > _UNSETTLED:
+        if rolling.unsettled > UNSETTLED:
             status = Status.NOT_CONVERGED
             reasons.append(
                 f"tractions: directions of slip at the centres of cells do not settle, by {rolling.unsettled:.2g} of "

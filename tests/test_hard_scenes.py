@@ -15,6 +15,7 @@ from rcstudy.estimate import error_estimates
 from rcstudy.fits import ALIGNED, ALIKE, FITS
 from rcstudy.mechanics import window as fitting
 from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
+from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.window import _extent, _reach, contact_extent, sliding_extent
 from rcstudy.result import ESTIMATED, VARIABLES, Status
@@ -709,6 +710,23 @@ def test_directions_of_slip_settle_by_looking_again():
     result = solved(scene)
     for name in ("force_y", "moment_z"):
         assert abs(result.scalars[name]) <= result.scalars[f"{name}_error"]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("bodies", "coupling", "wider"),
+    [("layer", "full", 1.015), ("layer", "one-way", 1.06), ("rigid", "full", 1.06), ("rigid", "one-way", 1.06)],
+)
+def test_directions_of_slip_that_settle_late(bodies, coupling, wider):
+    """Cells 32 times as long as wide, where a second look at the directions may not help, but a third does."""
+    cells = 8, 256
+    layers = (Layer(840000.0, 0.3, 0.1),) if bodies == "layer" else ()
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), cells), layers, None, 0.3, discretisation="aligned")
+    size = build.fitted_size(scene, 1.25, cells)
+    radius = math.sqrt(math.prod(estimated_contact(scene)))
+    creepage = Creepage(0.0, 0.0, 0.0045) if layers else Creepage(0.0, 0.003 * radius, 0.0)
+    mesh = Mesh((size[0] * wider, size[1] * wider), cells)
+    solved(replace(scene, mesh=mesh, coupling=coupling, creepage=creepage))
 
 
 @pytest.mark.parametrize("friction", [30.0, pytest.param(100.0, marks=pytest.mark.heavy)])

@@ -55,7 +55,10 @@ from rcstudy.mechanics.stopping import traction_residual
 _MAX_NEWTON = 100  # of 6000 aligned contacts with spin 99 % took 35 steps or fewer, the slowest 66
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
 _MAX_STEPS = 100  # of one linear system
-_SETTLED = 1e-4  # error of tractions by the frozen correction of slip, over the sum of bounds, that is accepted
+_SETTLED = 1e-4  # error of tractions by the frozen correction of slip, over the sum of bounds, that needs no other look
+UNSETTLED = 1e-2
+"""Largest error of tractions by the frozen correction of slip, over the sum of bounds, of a solution."""
+_LOOKS = 6  # such looks at a correction while it is worse than that, even if they do not help
 _LARGEST = 1e30  # largest d of the preconditioner, over `SHIFT` b
 _WEIGHT = 2.0  # of the residual mu p - n.q against slips; with 0.1 to 6 the number of products differs by a tenth
 
@@ -320,12 +323,14 @@ def _look_again(state: _Tractions) -> tuple[int, float]:
     Returns the number of Newton steps, and the error of the tractions over the sum of bounds due to the frozen
     correction; 0 if that is not frozen any more or there is no solution.
     """
-    steps, before = 0, np.inf
+    steps, looks, before = 0, 0, np.inf
     while state.system.frozen_correction is not None and state.solved:
         unsettled = state.system.unsettled(state.q, state.s)
-        if not _SETTLED < unsettled < 0.5 * before:
+        helps = _SETTLED < unsettled < 0.5 * before
+        if not helps and not (unsettled > UNSETTLED and looks < _LOOKS):
             return steps, unsettled
         before = unsettled
+        looks += 1
         state.look_again()
         steps += newton.solve(state, _MAX_NEWTON, _PATIENCE)
     return steps, 0.0
