@@ -81,10 +81,10 @@ def rolling_groups(study: Path) -> list[list[Scene]]:
 
 
 def scales(scene: Scene, found: dict[str, float]) -> dict[str, float]:
-    """What errors of the scalars `found` are taken over with `--over scales`, in their units."""
+    """What errors of the scalars `found` of `scene` are taken over with `--over scales`, in their units."""
     friction, radius = scene.friction * scene.load, found["contact_radius"]
     fastest = (scene.creepage or Creepage()).fastest(radius)
-    return {name: abs(found[name]) for name in ESTIMATED} | {
+    return found | {
         "force_x": friction,
         "force_y": friction,
         "moment_z": friction * radius,
@@ -107,7 +107,10 @@ def main() -> None:
     options = parser.parse_args()
     groups = rolling_groups(options.study)
     reference = scalars(groups, windows(groups, options.reference))
-    cases = [scene for group in groups for scene in group]
+    sizes = reference
+    if options.over == "scales":
+        cases = [scene for group in groups for scene in group]
+        sizes = [scales(*case) for case in zip(cases, reference, strict=True)]
     firsts = np.cumsum([0, *map(len, groups)])[:-1]
     radii = [reference[first]["contact_radius"] for first in firsts]
     factors = 1.0 + np.linspace(-WIDEST, WIDEST, options.places) if options.places > 1 else np.ones(1)
@@ -122,9 +125,7 @@ def main() -> None:
         print("| --- " * (3 + len(BARS)) + "|")
         for name in ESTIMATED:
             truth = np.array([of_case[name] for of_case in reference])
-            over = abs(truth)
-            if options.over == "scales":
-                over = np.array([scales(scene, of_case)[name] for scene, of_case in zip(cases, reference, strict=True)])
+            over = abs(np.array([of_case[name] for of_case in sizes]))
             there = over > NIL * over.max()
             values = np.array([[of_case[name] for of_case in mesh] for mesh in found])
             errors = 100.0 * abs(values - truth)[:, there] / over[there]

@@ -103,7 +103,7 @@ def test_cells_far_longer_than_wide_on_four_layers(cells, discretisation, coupli
         "coupling": coupling,
         "discretisation": discretisation,
     }
-    result = solve_scene(scene_from_mapping(mapping))
+    result = of(mapping)
     assert result.status == Status.SOLVED, result.reason
     assert result.scalars["operator_products"] < most
 
@@ -504,7 +504,7 @@ def test_slip_under_a_thin_skin(E, creepage):
         "mesh": {"size": "auto", "cells": [128, 128]},
         "tolerance": {"normal": 1e-6, "tangential": 1e-6},
     }
-    result = solve_scene(scene_from_mapping(mapping))
+    result = of(mapping)
     assert result.status == Status.SOLVED
     assert result.scalars["operator_products"] < 40
 

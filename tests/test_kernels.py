@@ -681,8 +681,8 @@ def test_slip_damping() -> None:
     share = np.array([1.0, 0.9, 0.34, 1.0 / 3.0, 0.32, 1e-7, 0.5])
     slip = np.array([False, True, True, True, True, True, False])
     damping, root = np.full((2, 7), 7.0)
-    mean, near = tractions.slip_damping(share, slip, 0.7, damping, root)
-    assert mean == pytest.approx(share[slip].mean(), rel=1e-15)
+    total, near = tractions.slip_damping(share, slip, 0.7, damping, root)
+    assert total == pytest.approx(share[slip].sum(), rel=1e-15)
     assert near == 3
     passing = np.where(share > 0.33, 1.0 / (1.0 + 0.7 * (1.0 / share - 1.0)), 0.0)
     np.testing.assert_allclose(damping, np.where(slip, passing, 7.0), rtol=1e-15)

@@ -168,9 +168,9 @@ class NewtonSystem:
         if centring is not None:
             self.lawful, miss = centring.update_with_law(q, s, of_law)
         operator = self.operator
-        mean, near = tractions.slip_damping(self.share, self.slip, operator.held, self._damping, self._root)
+        shares, near = tractions.slip_damping(self.share, self.slip, operator.held, self._damping, self._root)
         self._near = near + self.slip.size - self._slipping
-        over = (1.0 / mean - 1.0) / SHIFT if mean > 0.0 else 1.0
+        over = (self._slipping / shares - 1.0) / SHIFT if shares > 0.0 else 1.0
         self._power = round(math.log(min(max(over, 1.0), _LARGEST), 4.0))
         residual = _relative(math.sqrt(miss), min(math.sqrt(square), self._scale))
         if centring is not None:
@@ -320,8 +320,9 @@ def solve_tractions(
 def _look_again(state: _Tractions) -> tuple[int, float]:
     """Resume a solution with a frozen correction of slip, recomputing that correction for as long as this helps.
 
-    Returns the number of Newton steps, and the error of the tractions over the sum of bounds due to the frozen
-    correction; 0 if that is not frozen any more or there is no solution.
+    If it leaves more than `UNSETTLED`, that is done `_LOOKS` times even if it does not help. Returns the number of
+    Newton steps, and the error of the tractions over the sum of bounds due to the frozen correction; 0 if that is not
+    frozen any more or there is no solution.
     """
     steps, looks, before = 0, 0, np.inf
     while state.system.frozen_correction is not None and state.solved:

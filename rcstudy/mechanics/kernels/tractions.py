@@ -210,20 +210,19 @@ def slip_damping(
 
     share [m]: c; held: b dx over a displacement by unit tau (`SlipOperator`). Slip cells with c below 1/3 pass none;
     the others hardly slip, which the preconditioner takes for stick across their bounds (`rolling.py`). Returns the
-    mean c of slip cells, 0 without any, and the number of those that hardly slip.
+    sum of c over slip cells, and the number of those that hardly slip.
     """
-    total, slipping, near = 0.0, 0, 0
+    total, near = 0.0, 0
     for m in range(share.size):
         if slip[m]:
             c = share[m]
             total += c
-            slipping += 1
             root[m] = math.sqrt(c)
             damping[m] = 0.0
             if 3.0 * c >= 1.0:
                 damping[m] = 1.0 / (1.0 + held * (1.0 / c - 1.0))
                 near += 1
-    return total / max(slipping, 1), near
+    return total, near
 
 
 @jit
