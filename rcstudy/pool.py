@@ -1,9 +1,10 @@
 """Solves batches of cases in worker processes: single-threaded, spawned, replaced when they die.
 
 All workers start at once, if wanted before it is known what there is to solve. Each solves one batch at a time, holds
-the next one where batches are short, and sends its results every tenth of a second. When a worker dies, its cases go to
-others. From then on every result is sent as soon as it is there, so that the case at which a worker dies is known. That
-case is tried once more; if its worker dies again, it gets status ERROR, and the other cases go to another worker.
+the next one where batches are short, and sends a result within a tenth of a second, however long the next one takes.
+When a worker dies, its cases go to others. From then on every result is sent as soon as it is there, so that the case
+at which a worker dies is known. That case is tried once more; if its worker dies again, it gets status ERROR, and the
+other cases go to another worker.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import multiprocessing
 import os
 import signal
 import socket
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -248,6 +250,46 @@ def _widen(connection: Connection) -> None:
         end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BYTES)
 
 
+class _Outbox:
+    """Sends a worker's results to the parent, each with those that come soon after it.
+
+    A thread does so, as the next result may take long; it sleeps while there is nothing to send.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._results: list[Any] = []
+        self._patience = 0.0
+        self._lock = threading.Lock()
+        self._wake = threading.Event()
+        threading.Thread(target=self._send_in_time, name="rcstudy results", daemon=True).start()
+
+    def add(self, result: Any, patience: float) -> None:
+        """Take a result, which may wait so many seconds for others. Raises OSError when the parent has gone."""
+        with self._lock:
+            self._results.append(result)
+        if patience == 0.0:
+            self.send()
+        else:
+            self._patience = patience
+            self._wake.set()
+
+    def send(self) -> None:
+        """Send all results that wait. Raises OSError when the parent has gone."""
+        with self._lock:
+            if self._results:
+                self._connection.send(self._results)
+                self._results = []
+
+    def _send_in_time(self) -> None:
+        with contextlib.suppress(OSError):  # the parent has gone, which the worker notices as well
+            while True:
+                self._wake.wait()
+                self._wake.clear()
+                time.sleep(self._patience)
+                self.send()
+
+
 def _work(connection: Connection, preload: str) -> None:
     """Main loop of a worker: receives `solve`, then scenes, sends results; until it is killed or the parent is gone."""
     for number in _ENDS:  # where they could not be blocked from the start
@@ -259,6 +301,7 @@ def _work(connection: Connection, preload: str) -> None:
         for _ in solve([]):  # nothing to solve, but its modules are loaded
             pass
         connection.send(None)
+        outbox = _Outbox(connection)
         while True:
             scenes, patience = connection.recv()
             if patience is None:  # warm-up: results are discarded, and scenes need not share a normal problem
@@ -266,14 +309,9 @@ def _work(connection: Connection, preload: str) -> None:
                     for _ in solve([scene]):
                         pass
                 continue
-            results, sent = [], time.monotonic()
             for result in solve(scenes):
-                results.append(result)
-                if time.monotonic() - sent >= patience:
-                    connection.send(results)
-                    results, sent = [], time.monotonic()
-            if results:
-                connection.send(results)
+                outbox.add(result, patience)
+            outbox.send()
     except (EOFError, OSError):
         pass  # the parent has gone, and with it the need for results
 

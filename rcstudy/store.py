@@ -158,7 +158,8 @@ class Store:
         """Write results that fill a unit or have waited long enough; runs in a thread of its own, so nobody waits."""
         while not self._closing:
             seconds = UNIT_SECONDS[min(self._units, len(UNIT_SECONDS) - 1)]
-            self._wake.wait(seconds / 5.0)
+            waits = bool(self._pending) and self._error is None
+            self._wake.wait(max(self._since + seconds - time.monotonic(), 0.0) if waits else seconds)
             self._wake.clear()
             due = bool(self._pending) and time.monotonic() - self._since >= seconds
             if due or self._waiting >= 1.0:
@@ -167,7 +168,7 @@ class Store:
 
     def _write_pending(self) -> None:
         with self._lock:
-            taken = list(self._pending)
+            taken, now = list(self._pending), time.monotonic()
         if not taken:
             return
         while True:
@@ -185,7 +186,7 @@ class Store:
                 self._held.pop(key, None)
             del self._pending[: len(taken)]  # only these: more may have been added meanwhile
             self._bytes -= sum(len(body) for _, body in cases)
-            self._since = time.monotonic()
+            self._since = now  # those that came while the unit was written have waited since then, or less
         self._units += 1
         self._small.append((0, unit, statuses))
 

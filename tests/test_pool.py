@@ -70,6 +70,18 @@ def test_a_batch_sent_ahead_to_a_worker_that_died_is_solved_by_another(batches, 
     assert (tmp_path / "died").exists()
 
 
+def test_a_result_arrives_while_the_next_case_is_being_solved(batches, tmp_path, monkeypatch):
+    """The next case ends only when it has arrived. It came with the next one before, however long that took."""
+    monkeypatch.setenv("ARRIVED", str(tmp_path))
+    start = time.monotonic()
+    with pool.Pool() as those:
+        solved = those.solve(batches[:1], 1, workers.waits_for_the_first)
+        assert next(solved)[0] == batches[0][0]
+        (tmp_path / "first").touch()
+        assert [case for case, _ in solved] == batches[0][1:]
+    assert time.monotonic() - start < 55.0
+
+
 def test_workers_that_wait_for_work_solve_what_they_are_given_and_discard_it(batches, tmp_path, monkeypatch):
     monkeypatch.setenv("NOTES", str(tmp_path))
     with pool.Pool("rcstudy.solve") as those:

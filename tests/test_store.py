@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event
+from time import monotonic, sleep
 
 import pytest
 import workers
@@ -39,3 +41,35 @@ def test_what_a_disk_could_not_take_still_waits(tmp_path: Path, monkeypatch: pyt
         found.flush()
         assert len(unit_paths(found.folder)) == 1
         assert found._waiting == sum(len(result.body) for result in results[1:3]) / 100_000
+
+
+def happens(condition: Callable[[], object]) -> bool:
+    """Whether the condition holds within half a minute."""
+    end = monotonic() + 30.0
+    while not condition() and monotonic() < end:
+        sleep(0.01)
+    return bool(condition())
+
+
+def test_results_wait_for_a_unit_no_longer_than_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The store's thread sleeps for what is left of the time. It looked every fifth of the time: up to a fifth late."""
+    monkeypatch.setattr(store, "UNIT_SECONDS", (50.0,))
+    sleeps: list[float] = []
+
+    class Noted(Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            sleeps.append(timeout or 0.0)
+            return super().wait(timeout)
+
+    with opened(tmp_path) as (found, cases, results):
+        before, found._wake = found._wake, Noted()
+        found.add(cases[0].key, results[0])
+        found._since -= 20.0  # as if it had waited so long
+        before.set()
+        assert happens(lambda: sleeps)
+        assert 0.0 < sleeps[0] <= 30.0
+        assert not unit_paths(found.folder)
+        found._since -= 30.0
+        found._wake.set()
+        assert happens(lambda: found._waiting == 0.0)
+        assert len(unit_paths(found.folder)) == 1

@@ -43,6 +43,15 @@ def slowly(scenes: Sequence[Scene]) -> Iterator[Result]:
         yield synthetic.made_up_result(scene)
 
 
+def waits_for_the_first(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Made-up results; the second takes until the folder ARRIVED holds a file, or a minute."""
+    until = time.monotonic() + 60.0
+    for k, scene in enumerate(scenes):
+        while k == 1 and not any(Path(os.environ["ARRIVED"]).iterdir()) and time.monotonic() < until:
+            time.sleep(0.01)
+        yield synthetic.made_up_result(scene)
+
+
 def never(scenes: Sequence[Scene]) -> Iterator[Result]:
     """Ends its process: it should not have been called."""
     os._exit(77)
