@@ -20,6 +20,7 @@ so the interpolation error counts as an error of that discretisation.
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -34,10 +35,10 @@ from rcstudy.batch import warm_up_scenes
 from rcstudy.cases import Case, expand
 from rcstudy.cube import case_dims, engine, grids, open_cube
 from rcstudy.errors import UserError
-from rcstudy.layout import CASE_KEY, LABEL
+from rcstudy.layout import CASE_KEY, LABEL, as_floats
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.publish import make_folder, replacing
-from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, BothTolerances, Row, settings
+from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, BothTolerances, Cells, Row, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import FIGURES, errors_table, settings_table, summary_text
 from rcstudy.report.style import check_formats, save, style
@@ -117,7 +118,8 @@ class Entry:
     @property
     def products(self) -> float:
         """Products of the traction solver on all meshes."""
-        return self.values["operator_products"] + max(self.values.get("coarse_products", 0.0), 0.0)
+        coarse = self.values.get("coarse_products", 0.0)
+        return self.values["operator_products"] + (coarse if np.isfinite(coarse) else 0.0)
 
     def at(self, name: str) -> Any:
         """Variable `name` of the cube at this case, without dimensions."""
@@ -276,11 +278,10 @@ def _holds(dataset: xr.Dataset | None, case: Case) -> bool:
 
 def _entry(case: Case, margin: float | None, dataset: xr.Dataset) -> Entry:
     at = dict(zip(case_dims(dataset), case.index, strict=True))
-    values = {
-        str(name): float(variable.isel(at))
-        for name, variable in dataset.data_vars.items()
-        if set(variable.dims) == at.keys() and variable.dtype.kind in "fi"
-    }
+    values = {}
+    for name, variable in dataset.data_vars.items():
+        if set(variable.dims) == at.keys() and variable.dtype.kind in "fi":
+            values[str(name)] = float(as_floats(variable.isel(at).values))
     return Entry(case, dataset, values, margin)
 
 
@@ -414,8 +415,8 @@ def report_rows(entries: Sequence[Entry]) -> list[Row]:
                 method=scene.method,
                 discretisation=scene.discretisation,
                 coupling=scene.coupling,
-                cells=scene.mesh.cells[0],
-                radius=values["contact_radius"] / scene.mesh.spacing[0],
+                cells=Cells(*scene.mesh.cells),
+                radius=values["contact_radius"] / math.sqrt(math.prod(scene.mesh.spacing)),
                 tolerance=e.tolerance,
                 status=e.status.words,
                 products=e.products,

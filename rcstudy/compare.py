@@ -20,7 +20,7 @@ import xarray as xr
 
 from rcstudy.cube import case_dims, grids
 from rcstudy.errors import UserError
-from rcstudy.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, MISSING, SETTINGS
+from rcstudy.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, SETTINGS, as_floats
 from rcstudy.progress import counted
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.structure import COORDINATE_RTOL, align, variables_in_both
@@ -274,7 +274,7 @@ class _Grid:
                 note = f"is {str(a[index])!r}, not {str(b[index])!r}"
                 self._add(index[: len(self.dims)], name, np.inf, 0.0, 1.0, note)
             return
-        a, b = _as_floats(a), _as_floats(b)
+        a, b = as_floats(a), as_floats(b)
         setting = name in SETTINGS or name in LAYER_SETTINGS
         for index in np.ndindex(*self.shape):
             scale = _largest(np.atleast_1d(b[index]))
@@ -293,7 +293,7 @@ class _Grid:
     def compare_field(self, name: str) -> None:
         """Compare a field, cell by cell."""
         for index, a, b in self._pairs(name):
-            a, b = _as_floats(a), _as_floats(b)
+            a, b = as_floats(a), as_floats(b)
             scale = _largest(b)
             if name in self.natural:
                 scale = max(scale, _FLOOR * float(self.natural[name][index]))
@@ -372,13 +372,6 @@ class _Grid:
 
 def _status_word(value: int) -> str:
     return Status(value).words if value in set(Status) else f"unknown ({value})"
-
-
-def _as_floats(values: np.ndarray) -> np.ndarray:
-    """As float64; missing integers become NaN."""
-    if values.dtype.kind in "iu":
-        return np.where(values == MISSING, np.nan, values.astype(float))
-    return values.astype(float)
 
 
 def _largest(values: np.ndarray) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from rcstudy.cube_writer import checksum
 from rcstudy.deflate import compress
 from rcstudy.errors import UserError, first_line
-from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Layout, cells_of_centres
+from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Layout, as_floats, cells_of_centres
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
@@ -216,10 +216,7 @@ class _EarlierGrid:
 
 def _as_doubles(values: np.ndarray | None, count: int) -> np.ndarray:
     """The values of a scalar in `count` cases as records hold them: NaN where there is none."""
-    if values is None:
-        return np.full(count, np.nan)
-    found = values.astype(np.float64)
-    return np.where(values == MISSING, np.nan, found) if values.dtype.kind == "i" else found
+    return np.full(count, np.nan) if values is None else as_floats(values)
 
 
 def _check_chunks(dataset: h5py.Dataset, case_dims: int) -> None:

@@ -33,6 +33,13 @@ SCHEMA = 1
 MISSING = -1
 """Stored where an integer variable has no value (floats store NaN)."""
 
+
+def as_floats(values: np.ndarray) -> np.ndarray:
+    """Stored numbers of a variable as float64, NaN where there are none."""
+    floats = values.astype(np.float64)
+    return np.where(values == MISSING, np.nan, floats) if values.dtype.kind in "iu" else floats
+
+
 ENTRY = "entry"
 LAYER = "layer"
 LABEL = "label"

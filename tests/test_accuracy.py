@@ -25,7 +25,7 @@ from rcstudy.layout import CASE_KEY
 from rcstudy.mechanics.contact import influence_of
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.report import precision_summary
-from rcstudy.report.precision import QUANTITIES, REFERENCE, BothTolerances, Row, Setting, schemes, settings
+from rcstudy.report.precision import QUANTITIES, REFERENCE, BothTolerances, Cells, Row, Setting, schemes, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import errors_table, mesh_table, settings_table, summary_text
 from rcstudy.report.style import DPI, style
@@ -216,7 +216,7 @@ def test_of_both_discretisations_on_the_finest_mesh_aligned_cells_are_the_refere
     sweep.run(study, tmp_path / "both.nc", workers=1, solve=made_up)
     with open_cube(tmp_path / "both.nc") as tree:
         rows = accuracy.report_rows(accuracy.measured(study, tree))
-    of_reference = [(r.cells, r.discretisation, r.tolerance) for r in rows if r.reference]
+    of_reference = [(r.cells.x, r.discretisation, r.tolerance) for r in rows if r.reference]
     assert of_reference == [(18, "aligned", BothTolerances(1e-9, 1e-9))]
     text = " ".join(summary_text(rows, settings(rows), []).split())
     assert "(18 cells along a side, `aligned`, 1e-09)" in text
@@ -265,12 +265,12 @@ def test_the_reference_is_the_tightest_by_both_tolerances_in_any_order(varied, v
     rows = measured_rows(tmp_path, axes, by_tolerance, f"tolerance: {{{other}: 1.0e-3}}")
     (reference,) = [r for r in rows if r.reference]
     tightest = BothTolerances(**{varied: 1e-7, other: 1e-3})
-    assert (reference.cells, reference.tolerance) == (24, tightest)
-    force = {r.cells: 1.0 + 1.0 / r.cells for r in rows}
+    assert (reference.cells.x, reference.tolerance) == (24, tightest)
+    force = {r.cells.x: 1.0 + 1.0 / r.cells.x for r in rows}
     scale = force[24] + (10.0 if other == "normal" else 1.0) * 1e-3
     for r in rows:
-        assert np.isfinite(r.error("force")) == (r.cells != 24)
-        if r.cells != 24:
+        assert np.isfinite(r.error("force")) == (r.cells.x != 24)
+        if r.cells.x != 24:
             assert r.error(REFERENCE + "force") == pytest.approx((force[18] - force[24]) / scale, rel=1e-3)
         assert np.isfinite(r.error("solver_force")) == (r.tolerance != tightest)
 
@@ -287,8 +287,8 @@ def test_a_case_that_two_grids_share_is_not_the_next_coarser_mesh(tmp_path):
     sweep.run(study, tmp_path / "twice.nc", workers=1, solve=solve)
     with open_cube(tmp_path / "twice.nc") as tree:
         rows = accuracy.report_rows(accuracy.measured(study, tree))
-    assert [(r.grid, r.cells) for r in rows if r.reference] == [("one", 18)]
-    assert all(r.error(REFERENCE + "force") > 0.02 for r in rows if r.cells == 12)
+    assert [(r.grid, r.cells.x) for r in rows if r.reference] == [("one", 18)]
+    assert all(r.error(REFERENCE + "force") > 0.02 for r in rows if r.cells.x == 12)
 
 
 def test_tolerances_are_told_apart_and_said_in_full():
@@ -326,9 +326,9 @@ def test_meshes_in_fitted_windows_are_one_problem(tmp_path):
     """Of few cells, too, whose windows are wider; those were problems of their own, without errors."""
     axes = "mesh.cells: [[8, 8], [10, 10], [24, 24], [48, 48]], mesh.margin: [1.25, 1.5]"
     rows = measured_rows(tmp_path, axes, by_tolerance, "mesh: {size: auto}")
-    assert [(r.cells, r.problem) for r in rows if r.reference] == [(48, 0), (48, 1)]
+    assert [(r.cells.x, r.problem) for r in rows if r.reference] == [(48, 0), (48, 1)]
     assert [r.problem for r in rows] == [0, 1] * 4
-    assert all(np.isfinite(r.error("force")) for r in rows if r.cells != 48)
+    assert all(np.isfinite(r.error("force")) for r in rows if r.cells.x != 48)
     path = tmp_path / "few.yaml"
     cases = accuracy.expand(load_study(path)).cases
     sizes = {case.scene.mesh.size for case in cases if case.index[1] == 0}
@@ -454,10 +454,10 @@ def test_a_case_is_held_where_the_cube_has_its_key():
 
 
 def test_products_and_tolerances_of_a_case():
-    """Products on coarser meshes count where there are such (-1: none)."""
+    """Products on coarser meshes count where there are such (NaN: none)."""
     scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16)), tolerance=Tolerance(1e-4, 1e-6))
     assert entry(scene, operator_products=5.0, coarse_products=2.0).products == 7.0
-    assert entry(scene, operator_products=5.0, coarse_products=-1.0).products == 5.0
+    assert entry(scene, operator_products=5.0, coarse_products=np.nan).products == 5.0
     assert entry(scene, operator_products=5.0).products == 5.0
     assert entry(scene).tolerance == BothTolerances(1e-4, 1e-6)
 
@@ -465,6 +465,11 @@ def test_products_and_tolerances_of_a_case():
 def both(tolerance):
     """The same tolerance for pressure and tractions, or two."""
     return BothTolerances(*(tolerance if isinstance(tolerance, tuple) else (tolerance, tolerance)))
+
+
+def square(cells):
+    """As many cells along both sides; a mesh stays as it is."""
+    return cells if isinstance(cells, Cells) else Cells(cells, cells)
 
 
 def row(cells, tolerance, error, **others):
@@ -476,8 +481,8 @@ def row(cells, tolerance, error, **others):
         "method": "newton",
         "discretisation": "kalker",
         "coupling": "one-way",
-        "cells": cells,
-        "radius": cells / 4,
+        "cells": square(cells),
+        "radius": square(cells).along_side / 4,
         "tolerance": both(tolerance),
         "status": "solved",
         "products": 80.0,
@@ -496,8 +501,8 @@ def chosen(rows, target, discretisation="kalker", coupling="one-way"):
 
 def test_the_cheapest_setting_that_keeps_every_problem_within_the_target_is_chosen():
     rows = [row(16, 1e-5, 0.02), row(32, 1e-5, 0.008, seconds=4.0), row(64, 1e-5, 0.0009, seconds=9.0)]
-    assert (chosen(rows, 0.01).cells, chosen(rows, 0.01).seconds) == (32, 4.0)
-    assert chosen(rows, 0.001).cells == 64
+    assert (chosen(rows, 0.01).cells, chosen(rows, 0.01).seconds) == (square(32), 4.0)
+    assert chosen(rows, 0.001).cells == square(64)
     # none keeps to 0.01 %: by the line through the three points on paper, slope log(0.0009/0.02)/log(64/16)
     none = chosen(rows, 0.0001)
     slope = np.log(0.0009 / 0.02) / np.log(4)
@@ -508,7 +513,7 @@ def test_the_cheapest_setting_that_keeps_every_problem_within_the_target_is_chos
     assert none.needed == pytest.approx(32 * np.exp((np.log(0.0001) - centre) / slope))
     # another problem that needs the finer mesh
     rows += [row(16, 1e-5, 0.1, problem=1), row(32, 1e-5, 0.02, problem=1), row(64, 1e-5, 0.005, problem=1)]
-    assert chosen(rows, 0.01).cells == 64
+    assert chosen(rows, 0.01).cells == square(64)
 
 
 def test_what_the_reference_may_be_off_by_does_not_bend_the_law_of_the_errors():
@@ -519,12 +524,12 @@ def test_what_the_reference_may_be_off_by_does_not_bend_the_law_of_the_errors():
     ]
     none = chosen(rows, 0.0001)
     assert (none.order, none.needed) == (pytest.approx(1.0), pytest.approx(1600.0))
-    assert chosen(rows, 0.01).cells == 32
+    assert chosen(rows, 0.01).cells == square(32)
 
 
 def test_errors_small_by_chance_and_unsolved_cases_do_not_count():
     rows = [row(16, 1e-5, 0.001), row(32, 1e-5, 0.02), row(64, 1e-5, 0.005)]
-    assert chosen(rows, 0.01).cells == 64
+    assert chosen(rows, 0.01).cells == square(64)
     rows = [row(64, 1e-3, 0.001, status="proof failed"), row(64, 1e-5, 0.001, seconds=2.0)]
     assert chosen(rows, 0.01).tolerance == both(1e-5)
     assert "proof failed: 1" in summary_text(rows, settings(rows), [])
@@ -565,10 +570,10 @@ def test_each_discretisation_and_coupling_has_settings_of_its_own():
     rows = [row(16, 1e-5, 0.02), row(32, 1e-5, 0.008, seconds=4.0), row(16, 1e-5, 0.004, seconds=2.0, **aligned)]
     full = {"coupling": "full", "problem": 1}
     rows += [row(16, 1e-5, 0.03, **full), row(32, 1e-5, 0.02, **full), row(32, 1e-5, 0.009, **full, **aligned)]
-    assert chosen(rows, 0.01).cells == 32
-    assert (chosen(rows, 0.01, "aligned").cells, chosen(rows, 0.01, "aligned").seconds) == (16, 2.0)
-    assert chosen(rows, 0.01, coupling="full").cells == 0
-    assert chosen(rows, 0.01, "aligned", "full").cells == 32
+    assert chosen(rows, 0.01).cells == square(32)
+    assert (chosen(rows, 0.01, "aligned").cells, chosen(rows, 0.01, "aligned").seconds) == (square(16), 2.0)
+    assert chosen(rows, 0.01, coupling="full").cells is None
+    assert chosen(rows, 0.01, "aligned", "full").cells == square(32)
     text = " ".join(summary_text(rows, settings(rows, ["force"]), []).split())
     assert "`kalker`: **force**: 32 x 32 cells (8 per contact radius), tolerance 1e-05, 80 products, 4e+03 ms" in text
     assert "`aligned`: **force**: 16 x 16 cells" in text
@@ -592,7 +597,7 @@ def test_quantities_out_of_reach_are_listed_by_the_cells_that_they_need():
     asked = Setting("one-way", "kalker", "force", 0.01, finest=64)
     needs = {"force": 900.0, "moment": np.nan, "slip_area": 300.0, "friction_power": np.nan, "traction_max": 100.0}
     chosen = [replace(asked, quantity=name, needed=needed) for name, needed in needs.items()]
-    chosen[3] = replace(chosen[3], cells=32, tolerance=both(1e-5), radius=(8.0, 8.0))
+    chosen[3] = replace(chosen[3], cells=square(32), tolerance=both(1e-5), radius=(8.0, 8.0))
     words = precision_summary._sentence(chosen).partition("not reached: ")[2]
     names = [QUANTITIES[name] for name in ("traction_max", "slip_area", "force", "moment")]
     assert names == [text.partition(":")[0] for text in words.split("; ")]
@@ -616,10 +621,36 @@ def test_extrapolated_cells_are_rounded_up(needed, finest, words):
     assert precision_summary._needed(asked) == words
 
 
+def test_meshes_with_as_many_cells_along_x_only_are_not_one_mesh():
+    """They were: 32 x 8 cells then hid what 32 x 32 reach, and 64 x 64 was recommended where 64 x 32 was tried."""
+    meshes = {Cells(32, 8): 0.08, Cells(32, 32): 0.009, Cells(64, 32): 0.0009}
+    rows = [row(cells, 1e-5, error) for cells, error in meshes.items()]
+    found = settings(rows, ["force"])
+    assert [s.cells for s in found[:2]] == [Cells(32, 32), Cells(64, 32)]
+    assert [r["cells"] for r in settings_table(found)[2][:2]] == ["32 x 32", "64 x 32"]
+    text = " ".join(summary_text([*rows, row(Cells(96, 64), 1e-5, 0.0, reference=True)], found, []).split())
+    assert "64 x 32 cells (11 per contact radius)" in text
+    assert "(96 x 64 cells, `kalker`, 1e-05)" in text
+    assert "| 32 x 8 (4) | 32 (8) | 64 x 32 (11) | 96 x 64 (20) |" in text
+
+
+def test_cells_per_radius_of_oblong_cells_and_what_refused_cases_lack(tmp_path):
+    """By the side of a square of their area (by x there are twice as many); a case without numbers has no counts."""
+    axes = "mesh.cells: [[12, 12], [12, 4], [24, 6]]"
+
+    def solve(scene, result):
+        return Result(Status.REFUSED, "too few") if scene.mesh.cells == (12, 4) else result
+
+    of_squares, refused, oblong = measured_rows(tmp_path, axes, solve)
+    assert (of_squares.cells, refused.cells, oblong.cells) == (Cells(12, 12), Cells(12, 4), Cells(24, 6))
+    assert np.isnan([refused.products, refused.iterations_normal, refused.iterations_tangential]).all()
+    assert oblong.radius == pytest.approx(of_squares.radius, rel=0.1)
+
+
 def test_what_the_reference_may_be_off_by_counts():
     errors = dict.fromkeys(QUANTITIES, 0.007)
     rows = [row(16, 1e-5, 0.007), row(32, 1e-5, 0.0, errors=errors | {REFERENCE + "force": 0.004})]
-    assert chosen(rows, 0.01).cells == 0
+    assert chosen(rows, 0.01).cells is None
     rows = [row(16, 1e-5, 0.007), row(32, 1e-5, 0.0, errors=errors | {REFERENCE + "force": 0.002})]
     assert chosen(rows, 0.01).worst == pytest.approx(0.007)
     assert "force 0.2 %" in summary_text(rows, settings(rows), [])
@@ -629,7 +660,7 @@ def test_a_quantity_that_is_nil_in_one_problem_is_judged_by_the_others():
     nil = {name: 0.002 for name in QUANTITIES if name != "moment"}
     rows = [row(16, 1e-5, 0.0, errors=nil), row(16, 1e-5, 0.005, problem=1)]
     (found,) = [s for s in settings(rows, ["moment"]) if s.target == 0.01]
-    assert (found.cells, found.worst) == (16, 0.005)
+    assert (found.cells, found.worst) == (square(16), 0.005)
 
 
 def test_a_quantity_that_is_nil_in_all_problems_is_left_out():

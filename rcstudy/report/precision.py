@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import total_ordering
@@ -80,13 +81,40 @@ def explained(tolerances: Iterable[BothTolerances | None]) -> str:
     return ""
 
 
+@total_ordering
+@dataclass(frozen=True)
+class Cells:
+    """Numbers of cells of a mesh along x and y; of two meshes the one with fewer cells in all is the lesser."""
+
+    x: int
+    y: int
+
+    def __lt__(self, other: Cells) -> bool:
+        return (self.x * self.y, self.x) < (other.x * other.y, other.x)
+
+    def __str__(self) -> str:
+        """`32 x 16`."""
+        return f"{self.x} x {self.y}"
+
+    @property
+    def short(self) -> str:
+        """`32`, the cells along a side, if there are as many along both, else as `str`."""
+        return f"{self.x}" if self.x == self.y else str(self)
+
+    @property
+    def along_side(self) -> float:
+        """Cells along a side; the geometric mean of both numbers."""
+        return math.sqrt(self.x * self.y)
+
+
 @dataclass(frozen=True)
 class Row:
     """One case: what it is, what it cost, and its errors.
 
-    `problem` numbers the problems; `cells` along x; `radius`: cells per contact radius; `products` of the traction
-    solver on all meshes; `seconds` of the whole solve. Errors are by QUANTITIES, and with the prefixes SOLVER and
-    REFERENCE; each may be absent. `reference`: whether the case is the reference of its problem.
+    `problem` numbers the problems; `radius`: cells per contact radius, of oblong cells by the side of a square of the
+    same area; `products` of the traction solver on all meshes; `seconds` of the whole solve. Errors are by QUANTITIES,
+    and with the prefixes SOLVER and REFERENCE; each may be absent. `reference`: whether the case is the reference of
+    its problem.
     """
 
     grid: str
@@ -95,7 +123,7 @@ class Row:
     method: str
     discretisation: str
     coupling: str
-    cells: int
+    cells: Cells
     radius: float
     tolerance: BothTolerances
     status: str
@@ -151,8 +179,8 @@ class Row:
 class Setting:
     """The coarsest mesh with the loosest tolerances whose worst error is within `target`, and what it costs.
 
-    `cells` is 0, and `tolerance` None, if no mesh that was tried reaches the target. Then `needed` is the number of
-    cells along a side by a power law of order `order` through all meshes, meaningful if larger than `finest`, the
+    `cells` and `tolerance` are None if no mesh that was tried reaches the target. Then `needed` is the number of cells
+    along a side by a power law of order `order` through all meshes, meaningful if larger than `finest`, that of the
     finest mesh tried. The power law is fitted without the reference's own error, which is the same on all meshes and
     would lower the order.
     """
@@ -161,7 +189,7 @@ class Setting:
     discretisation: str
     quantity: str
     target: float
-    cells: int = 0
+    cells: Cells | None = None
     radius: tuple[float, float] = (0.0, 0.0)
     tolerance: BothTolerances | None = None
     worst: float = float("nan")
@@ -169,10 +197,10 @@ class Setting:
     seconds: float = float("nan")
     needed: float = float("nan")
     order: float = float("nan")
-    finest: int = 0
+    finest: float = 0.0
 
 
-Groups = dict[tuple[int, BothTolerances], list[Row]]
+Groups = dict[tuple[Cells, BothTolerances], list[Row]]
 """Cases by cells and tolerances."""
 
 
@@ -211,7 +239,7 @@ def _setting(asked: Setting, whole: Groups) -> Setting:
     """`asked` completed by the setting found; `whole`: cases by cells and tolerances, where every problem has one."""
     worst = {key: worst_bound(group, asked.quantity) for key, group in whole.items()}
     worst = {key: value for key, value in worst.items() if not np.isnan(value)}
-    asked = replace(asked, finest=max((cells for cells, _ in worst), default=0))
+    asked = replace(asked, finest=max((cells.along_side for cells, _ in worst), default=0.0))
     good = [
         (cells, tolerance)
         for cells, tolerance in worst
@@ -247,7 +275,7 @@ def _extrapolated(none: Setting, whole: Groups) -> Setting:
         for (cells, tolerance), group in whole.items()
         if tolerance == tightest and all(r.solved for r in group)
     }
-    points = [(cells, error) for cells, error in worst.items() if error > 0.0]
+    points = [(cells.along_side, error) for cells, error in worst.items() if error > 0.0]
     if len(points) < 3:
         return none
     slope, start = np.polyfit(np.log([n for n, _ in points]), np.log([e for _, e in points]), 1)

@@ -10,6 +10,7 @@ from rcstudy.report.precision import (
     QUANTITIES,
     SOLVER,
     BothTolerances,
+    Cells,
     Row,
     explained,
     median,
@@ -104,14 +105,14 @@ def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
             _name_mesh(ax, group[0].cells, (place[0], place[1]), (-8, -9), look["color"])
 
 
-def _name_mesh(ax: Axes, cells: int, place: tuple[float, float], away: tuple[float, float], colour: str) -> None:
+def _name_mesh(ax: Axes, cells: Cells, place: tuple[float, float], away: tuple[float, float], colour: str) -> None:
     """Write the number of cells along a side beside a point of a line, `away` points from it."""
     from matplotlib.patheffects import withStroke
 
     # outlined in white, as other lines may run behind it; a box would cut dots beside it
     outline = [withStroke(linewidth=1.5, foreground="white")]
     look: dict[str, Any] = {"ha": "center", "fontsize": 6, "color": colour, "path_effects": outline, "zorder": 4}
-    ax.annotate(f"{cells}", place, away, textcoords="offset points", **look)
+    ax.annotate(cells.short, place, away, textcoords="offset points", **look)
 
 
 def tolerances_figure(rows: Sequence[Row]) -> Figure | None:

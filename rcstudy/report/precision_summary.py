@@ -17,6 +17,7 @@ from rcstudy.report.precision import (
     SOLVER,
     TARGETS,
     BothTolerances,
+    Cells,
     Row,
     Setting,
     explained,
@@ -94,9 +95,9 @@ def settings_table(chosen: Sequence[Setting]) -> Table:
     for s in sorted(chosen, key=lambda s: (couplings.index(s.coupling), names.index(s.quantity), -s.target)):
         row: dict[str, Value] = {"coupling": s.coupling, "quantity": QUANTITIES[s.quantity], "target": s.target}
         row |= {"discretisation": s.discretisation, "cells": _none(s)}
-        if s.cells:
+        if s.cells is not None:
             row |= {
-                "cells": f"{s.cells} x {s.cells}",
+                "cells": str(s.cells),
                 "radius": _range_of(s.radius, ".0f"),
                 **_tolerance_values(s.tolerance),
                 "worst": s.worst,
@@ -142,7 +143,7 @@ def _needed(s: Setting) -> str:
     if s.needed > s.finest:
         step = 10 ** max(len(str(int(s.needed))) - 2, 0)  # rounded up: all meshes that were tried are too coarse
         return f"about {math.ceil(s.needed / step) * step:.0f} along a side"
-    return f"more than {s.finest} along a side"
+    return f"more than {s.finest:.0f} along a side"
 
 
 def summary_text(
@@ -212,10 +213,15 @@ def _references(rows: Sequence[Row]) -> str:
     missing = len({r.problem for r in rows}) - kinds.total()
     several = len(kinds) + (missing > 0) > 1
     parts = [
-        f"{cells} cells along a side, `{discretisation}`, {tolerance}" + (f" for {count} of them" if several else "")
+        f"{_whole_words(cells)}, `{discretisation}`, {tolerance}" + (f" for {count} of them" if several else "")
         for (cells, discretisation, tolerance), count in kinds.items()
     ]
     return "; ".join([*parts, f"none for {missing} of them"] if missing else parts)
+
+
+def _whole_words(cells: Cells) -> str:
+    """`32 cells along a side`, or `32 x 16 cells`."""
+    return f"{cells.short} cells along a side" if cells.x == cells.y else f"{cells} cells"
 
 
 def _paragraph(text: str) -> list[str]:
@@ -254,7 +260,7 @@ def _side_by_side(rows: Sequence[Row]) -> list[str]:
 
 def _costs(rows: Iterable[Row]) -> list[float]:
     """Ratios of times, `aligned` to `kalker`: for each mesh the median over the problems and tolerances of both."""
-    seconds: dict[int, dict[tuple[int, BothTolerances], dict[str, float]]] = {}
+    seconds: dict[Cells, dict[tuple[int, BothTolerances], dict[str, float]]] = {}
     for r in rows:
         seconds.setdefault(r.cells, {}).setdefault((r.problem, r.tolerance), {})[r.scheme] = r.seconds
     costs = []
@@ -265,7 +271,7 @@ def _costs(rows: Iterable[Row]) -> list[float]:
     return costs
 
 
-def _meshes(rows: Iterable[Row]) -> list[int]:
+def _meshes(rows: Iterable[Row]) -> list[Cells]:
     return sorted({r.cells for r in rows})
 
 
@@ -292,10 +298,10 @@ def _recommended(chosen: Sequence[Setting]) -> list[str]:
 
 def _sentence(chosen: Sequence[Setting]) -> str:
     """Quantities grouped by the setting that reaches the target, cheapest first, then those that none reaches."""
-    reached: dict[tuple[int, BothTolerances], list[Setting]] = {}
+    reached: dict[tuple[Cells, BothTolerances], list[Setting]] = {}
     missed: dict[str, list[Setting]] = {}
     for s in sorted(chosen, key=lambda s: (np.isnan(s.needed), s.needed)):
-        if s.tolerance is not None:
+        if s.cells is not None and s.tolerance is not None:
             reached.setdefault((s.cells, s.tolerance), []).append(s)
         else:
             missed.setdefault(_needed(s), []).append(s)
@@ -304,15 +310,15 @@ def _sentence(chosen: Sequence[Setting]) -> str:
         s = group[0]
         where = f"{_range_of(s.radius, '.0f')} per contact radius"
         cost = f"{s.products:.0f} products, {1e3 * s.seconds:.3g} ms"
-        parts.append(f"**{_names(group)}**: {cells} x {cells} cells ({where}), tolerance {tolerance}, {cost}")
+        parts.append(f"**{_names(group)}**: {cells} cells ({where}), tolerance {tolerance}, {cost}")
     if missed:
         parts.append("not reached: " + "; ".join(f"{_names(group)}: {needed}" for needed, group in missed.items()))
     return "; ".join(parts) + "."
 
 
 def _coarsest_then_loosest(
-    groups: dict[tuple[int, BothTolerances], list[Setting]],
-) -> list[tuple[tuple[int, BothTolerances], list[Setting]]]:
+    groups: dict[tuple[Cells, BothTolerances], list[Setting]],
+) -> list[tuple[tuple[Cells, BothTolerances], list[Setting]]]:
     """The groups by cells and tolerances: of those on one mesh the loosest tolerances come first."""
     loosest = sorted(groups.items(), key=lambda item: item[0][1], reverse=True)
     return sorted(loosest, key=lambda item: item[0][0])
@@ -342,7 +348,9 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     own = [r for r in own if r.tolerance == tolerance]
     columns = [[r for r in own if r.cells == n] for n in _meshes(own)]
     names = schemes(own)
-    heads = [f"{n} ({_range_of((r.radius for r in c), '.0f')})" for n, c in zip(_meshes(own), columns, strict=True)]
+    heads = [
+        f"{n.short} ({_range_of((r.radius for r in c), '.0f')})" for n, c in zip(_meshes(own), columns, strict=True)
+    ]
     table = []
     for quantity, words in QUANTITIES.items():
         if not any(np.isfinite(r.error(quantity)) for r in own):
@@ -400,9 +408,9 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
                 median(r.error(SOLVER + "traction") for r in known),
             )
             texts = [f"{n:.1e}" if np.isfinite(n) else "-" for n in numbers]
-            products = median(r.products for r in own)
+            products = median(r.products for r in known)
             solved = f"{sum(r.solved for r in own)} of {len(own)}"
-            cells.append([str(tolerance), name, solved, *texts, f"{products:.0f}"])
+            cells.append([str(tolerance), name, solved, *texts, f"{products:.0f}" if known else "-"])
             if len(known) == len(own) and np.isfinite(numbers[:2]).all():
                 found[tolerance] = max(found.get(tolerance, 0.0), *numbers[:2])
     if not cells:
