@@ -458,14 +458,17 @@ def papers_iteration(
 
     `u` [2 m, 2 m]: displacements by tractions; `u_ahead` the same in each cell's neighbour at +x. Eq. 8 in its integral
     form: u in a cell differs from u ahead of its row's first cell by minus the integral of w between their centres.
+    What lies behind a gap in a row is a row of its own.
     """
     m = len(cells)
-    leader = [max((c for c in range(m) if cells[c, 1] == cells[k, 1]), key=lambda c: cells[c, 0]) for k in range(m)]
+    at = {tuple(cell): k for k, cell in enumerate(cells.tolist())}
+    leader = list(range(m))
     wanted = np.zeros((m, 2))
-    for k in range(m):
-        for c in range(m):
-            if cells[c, 1] == cells[k, 1] and cells[c, 0] >= cells[k, 0]:
-                wanted[k] -= dx * w[c]
+    for k, (i, j) in enumerate(cells.tolist()):
+        while (i, j) in at:
+            leader[k] = at[i, j]
+            wanted[k] -= dx * w[leader[k]]
+            i += 1
 
     def times(matrix: np.ndarray, q: np.ndarray) -> np.ndarray:
         return (matrix @ q.T.reshape(-1)).reshape(2, m).T

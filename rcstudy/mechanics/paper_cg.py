@@ -31,15 +31,16 @@ def solve_paper_cg(
 
     The residual of Eq. 18 is u_x - (xi_x x - phi x y + f_j), and likewise for u_y with g_j. Eq. 9 sets f_j, g_j at the
     point where the residual vanishes: the leading edge of each row, here the centre of the cell ahead of its first cell
-    in contact (with this reading zero residual means zero discrete slip). The sum of Eq. 19, also where Eqs 20 and 21
+    in contact (with this reading zero residual means zero discrete slip). A row that lifts off in between is two rows,
+    each with a leading edge. The sum of Eq. 19, also where Eqs 20 and 21
     use it, is over stick cells. `residual` of the result: relative change of the tractions in the last iteration, to
     which the paper's tolerance is taken to apply.
     """
     n = cells.shape[0]
-    # rows of cells of equal y, each from its leading edge backwards
+    # rows of adjacent cells of equal y, each from its leading edge backwards
     order = np.lexsort((-cells[:, 0], cells[:, 1]))
-    row = cells[order, 1]
-    first = np.flatnonzero(np.r_[True, row[1:] != row[:-1]])
+    steps = np.diff(cells[order], axis=0)
+    first = np.flatnonzero(np.r_[True, (steps != (-1, 0)).any(axis=1)])
     lengths = np.diff(np.r_[first, n])
     ahead = cells[order[first]] + np.array([1, 0])
     leading = np.empty(n, dtype=int)
