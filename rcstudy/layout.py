@@ -33,13 +33,6 @@ SCHEMA = 1
 MISSING = -1
 """Stored where an integer variable has no value (floats store NaN)."""
 
-
-def as_floats(values: np.ndarray) -> np.ndarray:
-    """Stored numbers of a variable as float64, NaN where there are none."""
-    floats = values.astype(np.float64)
-    return np.where(values == MISSING, np.nan, floats) if values.dtype.kind in "iu" else floats
-
-
 ENTRY = "entry"
 LAYER = "layer"
 LABEL = "label"
@@ -47,6 +40,12 @@ GRID = "grid"
 CASE_KEY = "case_key"
 CHECKSUM = "numbers_sha256"
 """Attribute of a grid: SHA-256 of keys, statuses, reasons and numbers of its cases, checked when these are reused."""
+
+
+def as_floats(values: np.ndarray) -> np.ndarray:
+    """Stored numbers of a variable as float64, NaN where there are none."""
+    floats = values.astype(np.float64)
+    return np.where(values == MISSING, np.nan, floats) if values.dtype.kind in "iu" else floats
 
 
 @dataclass(frozen=True)

@@ -221,7 +221,7 @@ def _references(rows: Sequence[Row]) -> str:
 
 def _whole_words(cells: Cells) -> str:
     """`32 cells along a side`, or `32 x 16 cells`."""
-    return f"{cells.short} cells along a side" if cells.x == cells.y else f"{cells} cells"
+    return f"{cells.short} cells" + " along a side" * (cells.x == cells.y)
 
 
 def _paragraph(text: str) -> list[str]:
