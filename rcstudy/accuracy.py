@@ -207,8 +207,8 @@ def run(
     problems = Counter(problem(case.scene, margin_of(case, study)) for case in rolling)
     if max(problems.values(), default=0) < 2:
         raise UserError(
-            f"{study.path}: no problem is solved with more than one mesh, tolerance, method or discretisation: "
-            "there is nothing to measure errors against"
+            f"{study.path}: no problem of rolling (with creepage) is solved with more than one mesh, tolerance, method "
+            "or discretisation: there is nothing to measure errors against"
         )
     make_folder(out)
     paths: list[Path] = []

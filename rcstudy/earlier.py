@@ -23,7 +23,7 @@ from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
 from rcstudy.result import VARIABLES, Status
-from rcstudy.screen import foreign_content, reason_of
+from rcstudy.screen import OTHERS_MARKS, foreign_content, reason_of
 
 _GZIP = 1  # HDF5's number of the deflate filter
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
@@ -32,7 +32,8 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
 def refuse_foreign(output: Path) -> None:
     """Raise UserError unless `output` is free or a cube, perhaps a damaged one: nothing else is replaced by a cube.
 
-    A cube that another program has open for writing is not replaced either.
+    What another program saved is none, even if all of it comes from one: it may hold more than can be computed again. A
+    cube that another program has open for writing is not replaced either.
     """
     if not output.exists():
         return
@@ -45,20 +46,31 @@ def refuse_foreign(output: Path) -> None:
     if not head:
         return
     try:
-        with h5py.File(output, "r") as cube:
-            foreign = SCHEMA_ATTRIBUTE not in cube.attrs
+        foreign = foreign_content(output) or _without_study(output)
     except BlockingIOError as error:
         raise UserError(f"{output}: {reason_of(error)}: wait until it is closed, or choose another --output") from None
     except Exception:  # h5py raises errors of any type on damaged files, as in `EarlierCube`
-        foreign = head != _SIGNATURE or not _was_cube(output)
+        was_cube = head == _SIGNATURE and _was_cube(output)
+        foreign = "" if was_cube else "it cannot be read as one"
     if foreign:
-        raise UserError(f"{output}: exists and is not an rcstudy cube; not overwritten: choose another --output")
+        raise UserError(
+            f"{output}: exists and is not an rcstudy cube ({foreign}); not overwritten: choose another --output"
+        )
+
+
+def _without_study(path: Path) -> str:
+    """Says so if an HDF5 file does not name the study that it is the cube of; else ""."""
+    with h5py.File(path, "r") as file:
+        return "" if "study" in file.attrs else "it names no study"
 
 
 def _was_cube(path: Path) -> bool:
-    """Whether a file that cannot be opened was a cube: it holds a name that stands near the beginning of all cubes."""
+    """Whether a file that cannot be opened was a cube.
+
+    It holds a name that stands near the beginning of all cubes, and none that other programs leave.
+    """
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        return data.find(CASE_KEY.encode()) >= 0
+        return data.find(CASE_KEY.encode()) >= 0 and all(data.find(mark) < 0 for mark in OTHERS_MARKS)
 
 
 def other_study(output: Path, study: str) -> str | None:
@@ -74,8 +86,8 @@ def refuse_other_study(output: Path, study: str) -> None:
     """Raise UserError if `output` is the cube of a study of another name than `study`, of whatever version."""
     if (name := other_study(output, study)) is not None:
         raise UserError(
-            f"{output}: is the cube of another study, {name}; not overwritten: choose another --output, "
-            "remove it, or start over with --fresh, which replaces it"
+            f"{output}: is the cube of another study, {name}; not overwritten: choose another --output, or remove it "
+            "(rcstudy sweep --fresh replaces it)"
         )
 
 

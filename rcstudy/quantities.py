@@ -18,10 +18,10 @@ from pydantic_core import PydanticCustomError
 
 from rcstudy.settings import unit_of
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"  # no digits of other scripts, as in YAML
 _RELATIVE = re.compile(rf"\s*({_NUMBER})?\s*(a|Es)\s*")
 _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*[^\W\d].*")
-_SEPARATED = re.compile(r"\s*[+-]?\d+[_,]\d.*")
+_SEPARATED = re.compile(r"\s*[+-]?[0-9]+[_,][0-9].*")
 _UNITS = (
     f"numbers are written without units: lengths in {unit_of('thickness')}, forces in {unit_of('load')}, "
     f"moduli in {unit_of('modulus')}, spin in {unit_of('spin')}"

@@ -27,6 +27,7 @@ _SMALL_BYTES = 16_000_000  # declared size up to which a variable may be stored 
 _LARGEST_RATIO = 1100  # declared over stored size: the largest ratio of deflate (1032) plus a margin
 _CLASSES = (h5t.INTEGER, h5t.FLOAT, h5t.STRING)
 _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
+OTHERS_MARKS = (b"_NCProperties", b"_Netcdf4Coordinates", b"_nc3_strict")  # attributes by which netCDF's libraries sign
 
 
 def reason_of(error: OSError) -> str:
@@ -101,7 +102,7 @@ def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
                 return "has no proper list of references"
         elif kind.get_class() not in _CLASSES or len(attribute.shape) > 1:
             return f"has an attribute {shorten(name.decode('utf-8', 'replace'))} that is neither numbers nor text"
-        elif name in (b"_Netcdf4Coordinates", b"_nc3_strict"):
+        elif name in OTHERS_MARKS:
             return "was saved by another program, such as xarray: only files that sweep or merge wrote are cubes"
         elif name in (b"CLASS", b"NAME") and (kind.get_class() != h5t.STRING or attribute.shape != ()):
             return "is no proper dimension"

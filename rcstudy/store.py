@@ -300,7 +300,7 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
         if index.take_unit(unit, data) == len(unit.entries) and unit.study != study:
             raise UserError(
                 f"{path}: holds results of another study, {unit.study}, which would be deleted: choose another "
-                f"--output, finish that study, remove {path.parent}, or delete them with --fresh"
+                f"--output, finish that study, or remove {path.parent} (rcstudy sweep --fresh deletes them)"
             )
     except FileNotFoundError:
         return  # another shard has merged it with others

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from contacts import STEEL
-from studies import CONFIGS
+from studies import BASE, CONFIGS
 from typer.testing import CliRunner
 from workers import made_up
 
@@ -204,6 +204,14 @@ def test_a_run_that_was_broken_off_goes_on(tmp_path, monkeypatch):
     path.write_text(STUDY.replace("study: ", "study: other-"))
     with pytest.raises(UserError, match="is the cube of another study, "):
         accuracy.run(load_study(path), tmp_path / "report", formats=("png",))
+
+
+def test_a_study_without_creepage_is_refused_with_the_reason(tmp_path):
+    """It was told that its meshes were one."""
+    path = tmp_path / "still.yaml"
+    path.write_text(BASE + "  g: {axes: {mesh.cells: [[12, 12], [18, 18]]}}\n", encoding="utf-8")
+    with pytest.raises(UserError, match=r"still\.yaml: no problem of rolling \(with creepage\) is solved with more"):
+        accuracy.run(load_study(path), tmp_path / "report")
 
 
 def test_of_both_discretisations_on_the_finest_mesh_aligned_cells_are_the_reference(tmp_path):

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 import synthetic
 import workers
+import xarray as xr
 from studies import BASE, SWEPT, load_text
 
-from rcstudy import pool, publish, sweep
+from rcstudy import pool, publish, solve, sweep
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
@@ -27,13 +28,13 @@ def interrupted_after(most: int) -> pool.Solve:
     """A solver that solves so many cases and is interrupted then."""
     left = iter(range(most))
 
-    def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
+    def solve_some(scenes: Sequence[Scene]) -> Iterator[Result]:
         for scene in scenes:
             if next(left, None) is None:
                 raise KeyboardInterrupt
             yield synthetic.made_up_result(scene)
 
-    return solve
+    return solve_some
 
 
 def run(folder: Path, shell: str) -> subprocess.CompletedProcess[str]:
@@ -51,7 +52,7 @@ def test_nothing_but_a_cube_is_replaced(name: str, tmp_path: Path) -> None:
     (tmp_path / "text.nc").write_text("hello\n", encoding="utf-8")
     (tmp_path / "link.nc").symlink_to("text.nc")
     before = (tmp_path / name).read_bytes()
-    with pytest.raises(UserError, match="exists and is not an rcstudy cube; not overwritten"):
+    with pytest.raises(UserError, match=r"exists and is not an rcstudy cube \(.*\); not overwritten"):
         sweep.run(study, tmp_path / name, workers=1, solve=workers.made_up)
     assert "will be replaced" not in report(study, tmp_path / name)
     assert (tmp_path / name).read_bytes() == before
@@ -75,6 +76,39 @@ def test_foreign_files_of_hdf5_are_not_replaced(tmp_path: Path) -> None:
         file["numbers"] = [1.0, 2.0]
     with pytest.raises(UserError, match="is not an rcstudy cube"):
         sweep.run(study, tmp_path / "other.nc", workers=1, solve=workers.made_up)
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+@pytest.mark.parametrize("damaged", [False, True])
+@pytest.mark.parametrize("kind", ["one solution", "part of a cube", "with a variable more"])
+def test_what_another_program_saved_is_not_replaced(kind: str, damaged: bool, fresh: bool, tmp_path: Path) -> None:
+    """Such files have the attributes of cubes; they were replaced, and with them what their owner had added."""
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    sweep.run(study, output, workers=1, solve=workers.made_up)
+    if kind == "one solution":
+        scene = {"substrate": {"E": 210000, "nu": 0.3}, "radius": 50, "load": 100}
+        solve({**scene, "mesh": {"size": [1, 1], "cells": [16, 16]}}).to_netcdf(output)
+    elif kind == "part of a cube":
+        part = open_cube(output)["loads"].to_dataset()[["load"]].load().assign(mine=("q", [1.0]))
+        output.unlink()
+        part.assign_attrs(rcstudy_schema=3).to_netcdf(output, engine="h5netcdf")
+    else:
+        xr.Dataset({"mine": ("q", [1.0, 2.0])}).to_netcdf(output, mode="a", engine="h5netcdf")
+    before = output.read_bytes()[: -100 if damaged else None]
+    output.write_bytes(before)
+    with pytest.raises(UserError, match="is not an rcstudy cube"):
+        sweep.run(study, output, workers=1, solve=workers.made_up, fresh=fresh)
+    assert output.read_bytes() == before
+    assert "will be replaced" not in report(study, output)
+
+
+def test_a_cube_of_no_study_is_not_replaced(tmp_path: Path) -> None:
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    sweep.run(study, output, workers=1, solve=workers.made_up)
+    with h5py.File(output, "r+") as file:
+        del file.attrs["study"]
+    with pytest.raises(UserError, match=r"is not an rcstudy cube \(it names no study\); not overwritten"):
+        sweep.run(study, output, workers=1, solve=workers.made_up)
 
 
 def test_a_file_that_another_program_writes_to_is_not_replaced(tmp_path: Path) -> None:
@@ -251,8 +285,9 @@ def test_a_disk_that_is_full(command: str, tmp_path: Path) -> None:
     sweep.run(load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
     done = run(tmp_path, f"ulimit -f 1; $R {command} c.nc -o out")
     assert done.returncode == 2
-    assert done.stderr.startswith("out/")
-    assert done.stderr.endswith(": cannot be written: File too large\n")
+    said = done.stderr.splitlines()[-1]  # the first figures of a machine say that fonts are not cached either
+    assert said.startswith("out/")
+    assert said.endswith(": cannot be written: File too large")
     assert not [path for path in (tmp_path / "out").iterdir() if path.stat().st_size in (0, 1024)]
 
 

@@ -485,7 +485,7 @@ def test_a_cube_of_another_version_is_replaced_with_a_warning(sweeps: Sweeps, na
         file.attrs[name] = value
     sweeps.write(SWEPT.replace("study: ", "study: other-"))
     with pytest.raises(
-        UserError, match=r"is the cube of another study, .* or start over with --fresh, which replaces it"
+        UserError, match=r"is the cube of another study, .* or remove it \(rcstudy sweep --fresh replaces it\)$"
     ):
         sweeps.run()
     assert sweeps.told == [warning.removesuffix(REPLACED)]
@@ -610,7 +610,7 @@ def test_units_of_another_study_are_not_removed(sweeps: Sweeps) -> None:
     mine, kept = sweeps.study, [path.read_bytes() for path in unit_paths(sweeps.units)]
     sweeps.write(SWEPT.replace("study: ", "study: other-").replace("E: 210000", "E: 200000"))
     for shard in (None, (1, 2)):
-        with pytest.raises(UserError, match=r"holds results of another study, .* or delete them with --fresh$"):
+        with pytest.raises(UserError, match=r"results of another study, .* \(rcstudy sweep --fresh deletes them\)$"):
             sweeps.run(shard=shard)
         assert [path.read_bytes() for path in unit_paths(sweeps.units)] == kept
     sweeps.write(SWEPT.replace("E: 210000", "E: 200000"))

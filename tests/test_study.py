@@ -114,6 +114,14 @@ def test_numbers_are_read_as_yaml_1_2_writes_them(load, text, value):
     assert type(scene.friction) is float
 
 
+@pytest.mark.parametrize("text", ["'\u0663'", "\u0663 a", "0.\u0665 a", "1e\uff11 a"])
+def test_digits_are_those_of_yaml(refused, text):
+    """Digits of other scripts were taken in relative quantities, and only there."""
+    (line,) = refused(BASE + f"  g: {{axes: {{thickness: [{text}], modulus: [1000]}}}}\n")
+    assert line.startswith("s.yaml:8:26: grids.g.axes.thickness[0]: ")
+    assert ": a number above 0, in mm, or of the Hertz radius such as '0.25 a'" in line
+
+
 @pytest.mark.parametrize("text", ["1_000", "1_000.5", "'1,000'", "0x1_0", "'0,5'"])
 def test_separators_are_no_part_of_numbers(refused, text):
     """Underscores were taken, as in YAML 1.1."""
