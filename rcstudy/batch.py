@@ -85,7 +85,7 @@ def _kind(scene: Scene) -> tuple[object, ...]:
     They include whether its bodies are quasi-identical, even with layers, where that does not matter. Each axis of a
     grid can therefore be examined by itself, whatever the values on the others.
     """
-    other = scene.counterbody
+    scene, other = scene.joined, scene.counterbody
     return (
         scene.method,
         scene.coupling,

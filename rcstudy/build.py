@@ -152,7 +152,7 @@ def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[fl
     wider where that is needed for a free cell on either side.
     """
     # settings that do not affect the window are left out, so that all cases with one pressure have the same window
-    bare = Scene(scene.substrate, scene.radius, scene.load, _ANY_MESH, scene.layers, scene.counterbody)
+    bare = Scene(scene.substrate, scene.radius, scene.load, _ANY_MESH, scene.joined.layers, scene.counterbody)
     moved = replace(bare, friction=scene.friction, coupling="full") if scene.is_coupled else bare
     free, in_sliding = _extents(moved)
     # on few cells one cell has to be free on either side, whatever the margin
@@ -233,7 +233,7 @@ def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
     if parts["mesh"]["size"] is None:
         return "", ""
     try:
-        least, most = contact_bounds(scene) if scene.layers else (scene_hertz(scene).a,) * 2
+        least, most = contact_bounds(scene) if scene.joined.layers else (scene_hertz(scene).a,) * 2
     except ArithmeticError:  # a layer so stiff or so compliant that the contact has no size in double precision
         return "size", "layers must be less extreme: the contact has no size in double precision"
     for axis, low, high, size, step in zip("xy", least, most, scene.mesh.size, scene.mesh.spacing, strict=True):

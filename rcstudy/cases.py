@@ -131,13 +131,13 @@ def normal_problem(scene: Scene) -> Hashable:
     if scene.is_coupled:
         return scene
     mesh, tolerance = scene.mesh, scene.tolerance.normal
-    bodies = (scene.substrate, scene.layers, scene.counterbody)
+    bodies = (scene.substrate, scene.joined.layers, scene.counterbody)
     return (*bodies, scene.radius, scene.load, mesh, tolerance, scene.coupling, scene.discretisation)
 
 
 def layer_set(scene: Scene) -> Hashable:
     """What the influence coefficients depend on."""
-    return (scene.substrate, scene.layers, scene.counterbody, scene.mesh)
+    return (scene.substrate, scene.joined.layers, scene.counterbody, scene.mesh)
 
 
 def expand(study: Study) -> Expansion:

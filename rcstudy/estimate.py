@@ -40,12 +40,15 @@ class Hidden(NamedTuple):
     that layers too thin for the cells add to the contact (negative: take from it), over the contact's
     (`AlignedContact.area_by_layers`); `slip`: effect of slip zones too narrow for the cells (`mechanics/unseen.py`);
     `lift`: lift of the surface by tractions over the approach (full coupling); `peak_by_layers`: difference of the
-    largest pressure corrected for layers from that corrected as on half-spaces, over that pressure;
-    `cusp_of_pressure`, `cusp_of_tractions`: jump of the slope at the border of the stick zone, over p0/a, where the
-    quantity is largest there (full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is
-    not known; `at_rim`: fraction by which the largest pressure may be too small under stiff skins
+    largest pressure corrected for layers from that corrected as on half-spaces, over that pressure; `cusp_of_pressure`,
+    `cusp_of_tractions`: jump of the slope at the border of the stick zone, over p0/a, where the quantity is largest
+    there (full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not known; `pull`:
+    friction times Dundurs' constant (full coupling); `at_rim`: fraction by which the largest pressure may be too small
+    under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in the outermost cells
     (`mechanics/plates.py`); slip_shown: whether any cell slips; `largest_of_cells`: largest traction (MPa) of a cell;
-    `by_pressure`: slip that the largest pressure causes on the spot (`Influence.slip_under_pressure`).
+    `by_pressure`: slip that the largest pressure causes on the spot (`Influence.slip_under_pressure`); `skin`:
+    difference of Dundurs' constant (-) within a layer thinner than a cell, and its width (mm) beside the edge
+    (`Influence.skin_at_edge`).
     """
 
     unsettled: float = 0.0
@@ -57,9 +60,12 @@ class Hidden(NamedTuple):
     cusp_of_tractions: float = 0.0
     least_slip: float = 1.0
     at_rim: float = 0.0
+    beyond_rim: float = 0.0
+    pull: float = 0.0
     slip_shown: bool = True
     largest_of_cells: float = math.inf
     by_pressure: float = 0.0
+    skin: tuple[float, float] = (0.0, 0.0)
 
 
 def least_over_largest(slip: np.ndarray) -> float:
@@ -99,10 +105,14 @@ _PEAK, _APPROACH = 0.5, 0.9  # relative errors of the largest pressure and of th
 _CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.72, 0.4)}
 _STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative errors times N, where no cell slips
 # Relative errors of the area and of the largest traction of slip zones narrower than a cell, with `aligned`
-# (`trailing.py`).
-_NARROW_ZONE, _AT_BORDER = 0.25, 0.12
+# (`trailing.py`), and the power of the width with which the latter falls in wider zones (`_UNSEEN`; 350 solutions of 70
+# contacts that hardly slip, on 24 to 96 cells).
+_NARROW_ZONE, _AT_BORDER, _NARROWING = 0.25, 0.12, 3.0
 # Square of the largest traction over the product of that of a cell and the bound one cell from the edge (1 to 1.2).
 _AT_MEETING = 1.2
+# Relative error of a largest pressure in the outermost cells, with `aligned`: this part of `beyond_rim`, no more than
+# `_MOST_BEYOND_RIM` (56 pressures under stiff skins, on 24 to 128 cells); all of it where `pull` is 1 beyond `_STEEP`.
+_BEYOND_RIM, _MOST_BEYOND_RIM, _STEEP = 0.5, 0.12, 0.5
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # relative error of tractions, and so of their lift, times N
 _OF_CORRECTION = 0.9  # error of the corrections for slip zones at the leading edge, over these corrections
 _TRACTIONS = 2.0  # limit of the friction force as scale of errors, over largest traction times contact area
@@ -162,6 +172,7 @@ def error_estimates(
             case.add_what_slips(bars, len(levels))
             case.raise_largest_traction(bars)
             case.add_unseen_slip(bars)
+            case.add_skin_at_edge(bars)
             case.add_slip_by_pressure(bars)
             case.balance_power(bars)
     return {f"{name}_error": case.tolerance(name) if case.vanishes(name) else bar for name, bar in bars.items()}
@@ -248,12 +259,17 @@ class _Case:
         return max(tolerance.normal, tolerance.tangential) * abs(self.scales[name])
 
     def parts_hidden(self) -> dict[str, float]:
-        """Relative errors of scalars from layers (`peak_by_layers`, `at_rim`), cusps and the lift by tractions."""
+        """Relative errors of scalars from layers and rims (`Hidden`), cusps and the lift by tractions."""
         hidden, discretisation = self.hidden, self.scene.discretisation
         of_pressure, of_tractions = (part / self.per_radius for part in _CUSPS[discretisation])
         lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
+        beyond = 0.0
+        if self.aligned:  # with `kalker` meshes differ by more
+            counts = min(max(hidden.pull - _STEEP, 0.0), 1.0)
+            beyond = max(min(_BEYOND_RIM * hidden.beyond_rim, _MOST_BEYOND_RIM), counts * hidden.beyond_rim)
+        at_rim = hidden.at_rim + beyond
         return {
-            "pressure_max": of_pressure * hidden.cusp_of_pressure + _PEAK * hidden.peak_by_layers + hidden.at_rim,
+            "pressure_max": of_pressure * hidden.cusp_of_pressure + _PEAK * hidden.peak_by_layers + at_rim,
             "traction_max": of_tractions * hidden.cusp_of_tractions,
             "approach": lift + _APPROACH * hidden.peak_by_layers,
         }
@@ -324,10 +340,11 @@ class _Case:
         """Set the bar of the largest traction where nearly all sticks, or where it follows from the pressure."""
         finest, friction = self.finest, self.scene.friction
         slip = finest["slip_area"]
-        hardly = slip - self.hidden.slip.missing <= _UNSEEN / self.per_radius * finest["contact_area"]
-        if hardly and self.aligned:
-            bars["traction_max"] += _AT_BORDER * finest["traction_max"]
-        elif hardly:
+        width = (slip - self.hidden.slip.missing) / finest["contact_area"] * self.per_radius
+        if self.aligned:
+            narrow = min(1.0, (_UNSEEN / width) ** _NARROWING) if width > 0.0 else 1.0
+            bars["traction_max"] += _AT_BORDER * narrow * finest["traction_max"]
+        elif width <= _UNSEEN:
             # tractions in stick grow like K/sqrt(r) towards the edge until they meet the bound, mu p0 sqrt(2 r/a)
             found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
             bars["traction_max"] = max(bars["traction_max"], math.sqrt(_AT_MEETING * found * bound) - found)
@@ -336,6 +353,21 @@ class _Case:
         elif slip and self.hidden.at_rim > 0.0:  # cells that slip at the rim carry mu times the pressure there
             at_rim = friction * finest["pressure_max"] * (1.0 + self.hidden.at_rim)
             bars["traction_max"] = max(bars["traction_max"], at_rim - finest["traction_max"])
+
+    def add_skin_at_edge(self, bars: dict[str, float]) -> None:
+        """Add, in quadrature, what `aligned` misses of tractions and slip by a top layer thinner than a cell.
+
+        Beside the edge slip by pressure follows that layer's constants. In a strip as wide as it is thick tractions
+        differ by mu p0 times the difference of beta/(pi mu) (`unseen.py`), at most by 2 mu p0, if there is stick.
+        """
+        difference, width = self.hidden.skin
+        if difference == 0.0 or not self.aligned:
+            return
+        strip = 3.0 / math.pi * width / self.finest["contact_radius"]  # mu p0 on it, over mu P
+        part = strip * min(difference / (math.pi * self.scene.friction), 2.0)
+        part *= math.sqrt(max(1.0 - self.slipping, 0.0))
+        for name in ("force_x", "slip_area"):
+            bars[name] = math.hypot(bars[name], part * self.scales[name])
 
     def add_unseen_slip(self, bars: dict[str, float]) -> None:
         """Add the errors due to slip zones narrower than a cell at the leading edge."""

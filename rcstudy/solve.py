@@ -47,7 +47,7 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
     Threads of one process take turns, scene by scene.
     """
     shared: _Shared | None = None
-    for scene in scenes:
+    for scene in (scene.joined for scene in scenes):
         with ONE_AT_A_TIME:
             start = time.perf_counter()
             try:
@@ -182,6 +182,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         by_layers=contact.area_by_layers / contact.area,
         peak_by_layers=contact.peak_by_layers / contact.pressure_max,
         at_rim=contact.missing_at_rim,
+        beyond_rim=contact.beyond_rim,
     )
     if rolling is None:
         return hidden
@@ -192,11 +193,15 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         slip_shown=bool(rolling.slip.any()),
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),
         by_pressure=abs(contact.influence.slip_under_pressure) * contact.pressure_max,
+        skin=contact.influence.skin_at_edge,
     )
     if not scene.is_coupled:
         return hidden
     at_peak, at_border = _cusps(contact, scene, rolling)
-    return hidden._replace(lift=_lift(contact, rolling), cusp_of_pressure=at_peak, cusp_of_tractions=at_border)
+    pull = scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)
+    return hidden._replace(
+        lift=_lift(contact, rolling), cusp_of_pressure=at_peak, cusp_of_tractions=at_border, pull=pull
+    )
 
 
 def _lift(contact: NormalContact, rolling: RollingSolution) -> float:

@@ -21,6 +21,7 @@ from rcstudy.result import Status
 from rcstudy.solve import _coarser_numbers, _cusps, _hidden, _lift, _normal_numbers, _rolling_numbers, solve_scene
 from rcstudy.study import scene_from_mapping
 
+FORCES = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
 CELL = (np.pi / 314) ** 0.5  # over the radius
 HIDDEN = [
     (
@@ -306,6 +307,56 @@ def test_estimate_of_the_largest_traction_where_cells_show_little_slip() -> None
         hidden = Hidden(slip=Unseen(missing=missing))
         found = error_estimates(scene, 314, [MIDDLING] * 2, hidden)["traction_max_error"]
         assert (found == pytest.approx(expected, rel=1e-9)) == near
+
+
+def test_narrow_slip_zones_of_aligned_cells_turn_into_visible_ones() -> None:
+    """The bar of the largest traction falls with the cube of the zone's width from 0.3/N radii on, without a jump."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation="aligned")
+
+    def bar(shown: float) -> float:
+        hidden = Hidden(slip=Unseen(missing=0.2 - shown))  # of an area of 1, of which 0.2 slips
+        levels = [MIDDLING | FORCES | {"slip_area": 0.2}] * 2
+        return error_estimates(scene, 314, levels, hidden)["traction_max_error"]
+
+    limit = 0.3 * CELL
+    assert bar(0.0) == bar(0.5 * limit) == pytest.approx(bar(limit), rel=1e-9)
+    assert bar(limit) - bar(2.0 * limit) == pytest.approx(0.12 * 50.0 * (1.0 - 1.0 / 8.0), rel=1e-9)
+    assert bar(2.0 * limit) - bar(3.0 * limit) == pytest.approx(0.12 * 50.0 * (1.0 / 8.0 - 1.0 / 27.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(("difference", "counts"), [(0.3, 0.3 / (math.pi * 0.2)), (3.0, 2.0)])
+def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts: float) -> None:
+    """Tractions on a strip as wide as it is thick, in quadrature; `kalker` has bars that are wide enough."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), friction=0.2, counterbody=None)
+    level = MIDDLING | FORCES | {"slip_area": 0.36, "friction_power": 0.2}
+    for discretisation in ("aligned", "kalker"):
+        either: Any = replace(scene, discretisation=discretisation)
+        plain, found = (
+            error_estimates(either, 314, [level] * 2, Hidden(skin=skin)) for skin in ((0.0, 0.01), (difference, 0.01))
+        )
+        part = 3.0 / math.pi * 0.01 / level["contact_radius"] * counts * 0.8
+        for name, scale in (("force_x", 0.2 * scene.load), ("slip_area", 1.0)):
+            added = math.sqrt(found[f"{name}_error"] ** 2 - plain[f"{name}_error"] ** 2)
+            assert added == pytest.approx(part * scale if discretisation == "aligned" else 0.0, rel=1e-6)
+        assert {k: v for k, v in found.items() if v != plain[k]}.keys() <= {"force_x_error", "slip_area_error"}
+
+
+def test_estimate_of_pressures_close_to_the_rim() -> None:
+    """Half of what exceeds those farther in, at most 0.12; with full coupling and friction all; not with `kalker`."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), counterbody=None, discretisation="aligned")
+    for changed, part, pull, counts in (
+        ({}, 0.1, 0.0, 0.05),
+        ({}, 0.5, 0.0, 0.12),
+        ({"coupling": "full"}, 0.2, 0.5, 0.1),
+        ({"coupling": "full"}, 0.2, 1.2, 0.14),
+        ({"coupling": "full"}, 0.2, 2.0, 0.2),
+        ({"discretisation": "kalker"}, 0.2, 2.0, 0.0),
+    ):
+        changed_scene: Any = replace(scene, **changed)
+        plain, found = (
+            error_estimates(changed_scene, 314, [MIDDLING] * 2, Hidden(beyond_rim=p, pull=pull)) for p in (0.0, part)
+        )
+        assert found["pressure_max_error"] - plain["pressure_max_error"] == pytest.approx(counts * 100.0)
 
 
 def test_estimate_of_the_largest_traction_where_the_pressures_peak_slips() -> None:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from contacts import STEEL, solved
 
-from rcstudy.mechanics.plates import missing_at_rim, skin
-from rcstudy.mechanics.scene import Layer, Mesh, Scene
+from rcstudy.mechanics.plates import beyond_rim, missing_at_rim, skin
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 
 HARD = Layer(100.0 * STEEL.E, 0.3, 0.01)
 
@@ -37,6 +37,33 @@ def disc(*rings: float) -> np.ndarray:
 def test_missing_at_rim(rings: tuple[float, ...], side: float, missing: float) -> None:
     """What rim cells carry beyond 0.7 of those behind them the skin spreads over its thickness, not the cell's."""
     assert missing_at_rim(disc(*rings), [HARD], STEEL, side) == pytest.approx(missing, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rings", "beyond"),  # from the centre outwards
+    [
+        ((0.5, 0.7, 0.8, 1.0, 0.9), 0.3),  # the second ring over the fourth
+        ((0.6, 0.8, 0.6, 1.0, 1.2), 0.5),  # the outermost over the third, which is less than the fourth
+        ((0.5, 0.7, 1.0, 0.9, 0.8), 0.0),  # the largest is in the third ring
+        ((1.0, 0.9, 0.7, 0.6, 0.5), 0.0),
+        ((0.7, 1.0, 0.9), 0.0),  # no more than three rings
+        ((1.0,), 0.0),
+    ],
+)
+def test_beyond_rim(rings: tuple[float, ...], beyond: float) -> None:
+    assert beyond_rim(disc(*rings)) == pytest.approx(beyond, abs=1e-12)
+    side = slice(1, -1)  # up to the sides of the box
+    assert beyond_rim(disc(*rings)[side, side]) == pytest.approx(beyond, abs=1e-12)
+
+
+@pytest.mark.parametrize("cells", [32, 64])
+def test_bars_of_pressures_in_the_outermost_cells(cells: int) -> None:
+    """Under full coupling with high friction; the limit is that of `kalker` on 768 cells. They were too small."""
+    mesh = Mesh((1.45, 1.45), (cells, cells))
+    scene = Scene(Material(1000.0, 0.0), (10.0, 10.0), 5.0, mesh, friction=5.0, creepage=Creepage(-0.5, 0.0, 0.02))
+    found = solved(replace(scene, coupling="full", discretisation="aligned"))
+    for name, limit in (("pressure_max", 17.634), ("traction_max", 5.0 * 17.634)):
+        assert abs(found.scalars[name] - limit) < found.scalars[f"{name}_error"] < 0.5 * limit
 
 
 def test_nothing_is_missing_without_a_stiff_skin() -> None:

@@ -33,6 +33,41 @@ def test_dundurs_constant() -> None:
     assert beta(replace(scene, layers=(Layer(90000.0, 0.2, 0.6),))) == pytest.approx(0.6 / 1.6, rel=1e-3)
 
 
+def test_constant_at_the_surface_of_a_thin_layer() -> None:
+    """That of the layer and the counterbody; its difference from that on the scale of a cell, where it is thinner."""
+    scene = steel(Mesh((1.0, 1.0), (20, 20)))
+    assert influence_of(scene).skin_at_edge == (0.0, 0.0)
+    film = Material(21000.0, 0.2)
+    steel_part = 0.1 * 1.3 / 1.2  # 1/G of the substrate's material over that of the film
+    on_steel = (0.6 - 0.4 * steel_part) / (1.6 + 1.4 * steel_part)
+    for counterbody, surface in ((None, 0.6 / 1.6), (film, 0.0), (scene.substrate, on_steel)):
+        for thickness in (1e-7, 0.01, 0.2):
+            scene = replace(scene, counterbody=counterbody, layers=(Layer(film.E, film.nu, thickness),))
+            influence = influence_of(scene)
+            difference, width = influence.skin_at_edge
+            assert width == min(thickness, 0.05)
+            assert difference == pytest.approx(abs(surface - influence.slip_by_pressure_over_tractions), abs=1e-12)
+            assert (difference > 0.01) == (thickness < 0.2)
+
+
+def test_how_far_layers_are_as_half_spaces() -> None:
+    """Over as many cells as responses to waves as long as these, times wave numbers, are those to waves of one cell."""
+    scene = steel(Mesh((1.0, 1.0), (50, 50)), counterbody=None)
+    assert influence_of(scene).as_half_space(15, 0.02) == 15
+    for modulus, thickness, found in (
+        (420000.0, 0.16, 2),  # 8 cells
+        (420000.0, 0.64, 8),
+        (21000.0, 0.02, 1),
+        (210210.0, 0.02, 15),  # a thousandth stiffer than the substrate
+        (220500.0, 0.16, 4),
+    ):
+        influence = influence_of(replace(scene, layers=(Layer(modulus, 0.3, thickness),)))
+        assert influence.as_half_space(15, 0.02) == found
+        assert influence.as_half_space(1, 0.02) == 1
+        along = [alpha * influence.traction_responses(np.array([alpha]))[0, 0] for alpha in 50.0 / np.arange(1, 16)]
+        assert found <= next((n for n, value in enumerate(along) if abs(value - along[0]) > 0.02 * along[0]), 15)
+
+
 def test_bodies_alike_hide_nothing() -> None:
     scene = replace(steel(Mesh((1.0, 1.0), (32, 32)), creepage=Creepage(0.0005)), discretisation="aligned")
     contact = AlignedContact(solve_normal(scene))

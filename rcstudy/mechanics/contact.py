@@ -36,7 +36,7 @@ from rcstudy.mechanics.kernels import meshes, outline
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
-from rcstudy.mechanics.plates import missing_at_rim
+from rcstudy.mechanics.plates import beyond_rim, missing_at_rim
 from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.slip_operator import SlipOperator
@@ -261,6 +261,11 @@ class NormalContact:
         """Fraction of itself by which the largest pressure may be too small under stiff skins (`plates.py`)."""
         scene, pressures = self.scene, self.solution.p[self.touched.slices]
         return missing_at_rim(pressures, scene.layers, scene.substrate, min(scene.mesh.spacing))
+
+    @cached_property
+    def beyond_rim(self) -> float:
+        """Fraction by which the largest pressure, if close to the edge, exceeds those farther in (`plates.py`)."""
+        return beyond_rim(self.solution.p[self.touched.slices])
 
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """Effects of slip zones narrower than a cell: none, known on aligned cells only (`unseen.py`)."""

@@ -221,9 +221,36 @@ class Influence:
         return self.slip_under_pressure / self.slip_under_tractions[0]
 
     @property
-    def top_thickness(self) -> float:
-        """Thickness (mm) of the layer at the surface; infinite without layers."""
-        return self._layers[0].thickness if self._layers else math.inf
+    def skin_at_edge(self) -> tuple[float, float]:
+        """Difference (-) of Dundurs' constant at the very surface from that on the scale of a cell, and its width (mm).
+
+        Next to the edge the top layer is a half-space of its own, over its thickness or, if less, the length of a cell.
+        Both are 0 without layers.
+        """
+        if not self.layered:
+            return 0.0, 0.0
+        surface = half_space_response(self._top)
+        if self._counterbody is not None:
+            surface = surface + _TOGETHER * half_space_response(self._counterbody)
+        difference = surface[1] / surface[2] - self.slip_by_pressure_over_tractions
+        return float(abs(difference)), min(self._layers[0].thickness, self.spacing[0])
+
+    def as_half_space(self, most: int, tolerance: float) -> int:
+        """Cells, at most `most`, over which the top layer is as thick as a half-space.
+
+        For waves of numbers from 1/dx down to 1/dx over so many cells the responses to tractions along waves, times the
+        wave number, and u_x by p over u_x by q_x, deviate from what they are at 1/dx by at most the relative
+        `tolerance`.
+        """
+
+        def made() -> int:
+            alpha = 1.0 / (self.spacing[0] * np.arange(1, most + 1))
+            _, by_pressure, along, _ = alpha * self._responses(alpha)
+            parts = np.stack([along, by_pressure / along])
+            alike = np.all(np.abs(parts - parts[:, :1]) <= tolerance * np.abs(parts[:, :1]), axis=0)
+            return most if alike.all() else int(np.argmin(alike))
+
+        return self._known(("as half-space", most, tolerance), made) if self.layered else most
 
     def reach_of_tractions(self, length: float) -> float:
         """Traction that is left within a contact of this `length` (mm) of one at its edge, over that on half-spaces.

@@ -7,7 +7,7 @@ derived quantity (influence coefficients, Fourier symbols) can become outdated.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
@@ -34,6 +34,10 @@ class Material:
     def compliance(self) -> float:
         """(1 - nu^2)/E (1/MPa) of a half-space: its share of 1/E* (Johnson 1985, section 4.2)."""
         return (1.0 - self.nu**2) / self.E
+
+    def is_like(self, other: Material) -> bool:
+        """Whether `other` has the same constants."""
+        return (self.E, self.nu) == (other.E, other.nu)
 
 
 def quasi_identical(one: Material, other: Material | None) -> bool:
@@ -152,9 +156,24 @@ class Scene:
         return found
 
     @property
+    def joined(self) -> Scene:
+        """The same body in as few layers as possible, which is what is solved: results do not depend on its wording.
+
+        Neighbours of one material are one layer; those of the substrate's own, at the bottom, belong to it.
+        """
+        layers: list[Layer] = []
+        for layer in self.layers:
+            if layers and layers[-1].is_like(layer):
+                layer = replace(layer, thickness=layers.pop().thickness + layer.thickness)
+            layers.append(layer)
+        if layers and layers[-1].is_like(self.substrate):
+            layers.pop()
+        return self if len(layers) == len(self.layers) else replace(self, layers=tuple(layers))
+
+    @property
     def moves_by_pressure(self) -> bool:
         """Whether pressure displaces the surfaces along each other: not for quasi-identical bodies without layers."""
-        return bool(self.layers) or not quasi_identical(self.substrate, self.counterbody)
+        return not quasi_identical(self.substrate, self.counterbody) or bool(self.joined.layers)
 
     @property
     def is_coupled(self) -> bool:

@@ -24,10 +24,12 @@ whose trailing border moves, this is a force per width of pi sqrt(l) mu K g w/2.
 and acts about l/2 behind the edge (l/4 to l/2, depending on how much slips behind the stick zone). On cells a part of
 it is there already: of w the part E is missing, which `leading_zone.py` derives for any number of slip cells.
 
-Layers. The law holds near the edge, on layers that are thick beside the zone: under others it is used for two slip
-cells at most (`_PER_THICKNESS`). Over layers softer than what is below tractions do not reach as far as l: the root of
-the ratio of the responses to waves as long as the row and as short as cells (Wiener and Hopf) is left of the force,
-`reach`. (Stiff skins would make it larger, but are mostly thinner than a cell: not done.)
+Layers. The law holds near the edge, for zones over whose width the layer at the surface is as good as a half-space:
+under others it is used for two slip cells at most (`_LIKE`, `Influence.as_half_space`; layers twice as stiff as the
+substrate allow a slip cell for each four cells of their thickness, those of nearly its own material any number). Over
+layers softer than what is below tractions do not reach as far as l: the root of the ratio of the responses to waves as
+long as the row and as short as cells (Wiener and Hopf) is left of the force, `reach`. (Stiff skins would make it
+larger, but are mostly thinner than a cell: not done.)
 
 Slip against d changes tractions along C d, C being the resistance of the bodies along and across waves; the component
 along d is the one given above. Where g is less than 0.1 the w found from cells stands for 2 E if no cell slips.
@@ -57,7 +59,7 @@ if TYPE_CHECKING:
 
 _LEAST = 1e-9  # smaller |k| counts as zero: nothing is hidden
 _NOTHING = 1e-12  # smaller missing areas, in cells, count as zero
-_PER_THICKNESS = 0.25  # cells that may slip in front of a stick zone, over the top layer's thickness in cells
+_LIKE = 0.02  # largest part by which responses to waves as long as the slip zone may deviate
 _MISSED = 0.85  # part of the missing area by the law above: fits to the areas of those 508 contacts give 0.79 to 0.95
 _WORK = 1.5  # factor on the work of those tractions against slip by pressure (set on 450 contacts)
 _BY_PRESSURE = 0.2  # slip by pressure for the uncertainty of the power, over that by the largest pressure on the spot
@@ -105,8 +107,7 @@ class UnseenSlip:
         influence: Influence,
     ) -> None:
         dx, dy = influence.spacing
-        if influence.layered:
-            zones = zones[: max(2, int(_PER_THICKNESS * influence.top_thickness / dx)) + 1]
+        zones = zones[: max(2, influence.as_half_space(len(zones) - 1, _LIKE)) + 1]
         along, across = influence.slip_under_tractions
         self._of_rows = *rows, *centres
         self._of_cells = pressure, by_pressure
