@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from rcstudy.cube_writer import CubeWriter, writing
+from rcstudy.earlier import refuse_foreign, refuse_other_study, state_of
 from rcstudy.errors import UserError
 from rcstudy.record import DamagedRecord, Region
 
@@ -38,6 +39,7 @@ class Assembly:
     def __init__(self, output: Path, study: Study, expansion: Expansion, store: Store) -> None:
         self.output = output
         self._study, self._expansion, self._store = study, expansion, store
+        self._found = state_of(output)
         self._cube: CubeWriter | None = None
         self._open = contextlib.ExitStack()
         self._taken = 0  # so many cases, in order, are in the cube
@@ -81,8 +83,8 @@ class Assembly:
     ) -> None:
         """Take all cases that are left, and publish the cube. `started`: time.monotonic() at the sweep's start.
 
-        Raises UserError when the cube cannot be written, or a record that was whole when it was found can no longer be
-        read.
+        Raises UserError when the cube cannot be written, a record that was whole when it was found can no longer be
+        read, or something else than a cube of this study has come to be where the cube goes meanwhile.
         """
         if self._cube is None:
             self._create(contacts(self._expansion, self._store) if self._study.outputs.crop == "contact" else None)
@@ -93,6 +95,9 @@ class Assembly:
                     check_interrupts()
                     self._take()
                 self._cube.finish(provenance, started)
+                if state_of(self.output) != self._found:
+                    refuse_foreign(self.output)
+                    refuse_other_study(self.output, self._study.name)
         except DamagedRecord as error:
             raise UserError(f"{self.output}: not written, a result can no longer be read: {error}") from error
 

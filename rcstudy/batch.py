@@ -67,25 +67,34 @@ def solve_series(scenes: Sequence[Scene]) -> Iterator[Result]:
 
 
 def warm_up_scenes(study: Study) -> list[Scene]:
-    """Small scenes, one of each kind in `study`, whose solution compiles every kernel that its cases will use.
+    """Small scenes, one of each kind in `study`, whose solution compiles the kernels that its cases will use.
 
-    They do not share a normal problem, so each has to be solved by itself.
+    A few that only contacts on many cells need may be left. The scenes do not share a normal problem, so each has to be
+    solved by itself.
     """
     found: dict[tuple[object, ...], Scene] = {}
     for grid in study.grids:
         for index in _of_each_kind(grid):
             scene = grid.scene(index)
-            found.setdefault(_kind(scene), replace(scene, mesh=Mesh(scene.mesh.size, (16, 16))))
+            found.setdefault(_kind(scene), _small(scene))
     return list(found.values())
+
+
+def _small(scene: Scene) -> Scene:
+    """A scene of the kind of `scene` on few cells; its layers, if any, are of another material than what is below."""
+    if scene.layers and not scene.joined.layers:
+        scene = replace(scene, layers=tuple(replace(layer, E=2.0 * layer.E) for layer in scene.layers))
+    return replace(scene, mesh=Mesh(scene.mesh.size, (32, 32)))
 
 
 def _kind(scene: Scene) -> tuple[object, ...]:
     """The properties of `scene` that determine which code solves it.
 
-    They include whether its bodies are quasi-identical, even with layers, where that does not matter. Each axis of a
-    grid can therefore be examined by itself, whatever the values on the others.
+    They include whether its bodies are quasi-identical, even with layers, where that does not matter, and whether there
+    are layers, even of the substrate's material. Each axis of a grid can therefore be examined by itself, whatever the
+    values on the others.
     """
-    scene, other = scene.joined, scene.counterbody
+    other = scene.counterbody
     return (
         scene.method,
         scene.coupling,

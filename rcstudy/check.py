@@ -86,6 +86,8 @@ def damage(path: Path, tree: xr.DataTree, changed: Sequence[str]) -> list[str]:
     lines = [*changed, *(f"{path}: {fault}" for fault in _unlike_study(tree))]
     if any("checksum mismatch" in line for line in changed):
         lines.append("rcstudy sweep solves all cases again: it takes none from a cube whose checksum does not match")
+    elif "study" not in tree.attrs:
+        lines.append("rcstudy sweep does not replace a cube that names no study: choose another --output")
     elif lines:
         lines.append(f"rcstudy sweep writes the cube again from its cases {_ONCE_EDITED}")
     if faults := list(illegible(path)):

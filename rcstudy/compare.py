@@ -350,14 +350,18 @@ class _Grid:
 
     def _pairs(self, name: str) -> Iterator[tuple[tuple[int, ...], np.ndarray, np.ndarray]]:
         """Index and the field `name` of both cubes, [nx, ny] each, case by case; read in blocks of cases."""
-        *outer, last = self.shape
-        order = self.dims[-1], "x", "y"
-        for lead in np.ndindex(*outer):
-            for start in range(0, last, _BLOCK):
-                at = dict(zip(self.dims, (*lead, slice(start, start + _BLOCK)), strict=True))
-                a, b = (grid[name].isel(at).transpose(*order).values for grid in (self.ours, self.theirs))
-                for k in range(len(b)):
-                    yield (*lead, start + k), a[k], b[k]
+        whole, inner = len(self.shape) - 1, 1  # axes behind `whole` are read whole: so many cases at a time
+        while whole > 0 and inner * self.shape[whole] <= _BLOCK:
+            inner *= self.shape[whole]
+            whole -= 1
+        step, order = max(_BLOCK // inner, 1), (*self.dims[whole:], "x", "y")
+        both = [grid[name].variable for grid in (self.ours, self.theirs)]  # without coordinates, which take time
+        for lead in np.ndindex(*self.shape[:whole]):
+            for start in range(0, self.shape[whole], step):
+                at = dict(zip(self.dims, (*lead, slice(start, start + step)), strict=False))
+                a, b = (variable.isel(at).transpose(*order).values for variable in both)
+                for k, *rest in np.ndindex(*b.shape[:-2]):
+                    yield (*lead, start + k, *rest), a[k, *rest], b[k, *rest]
 
     def _cell_area(self, index: tuple[int, ...]) -> float:
         """Area of a cell (mm2) of one case."""

@@ -26,6 +26,7 @@ from rcstudy.result import VARIABLES, Status
 from rcstudy.screen import OTHERS_MARKS, foreign_content, reason_of
 
 _GZIP = 1  # HDF5's number of the deflate filter
+_NAMES = (CASE_KEY, "status_reason", "hertz_radius")
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
 
 
@@ -67,10 +68,28 @@ def _without_study(path: Path) -> str:
 def _was_cube(path: Path) -> bool:
     """Whether a file that cannot be opened was a cube.
 
-    It holds a name that stands near the beginning of all cubes, and none that other programs leave.
+    It holds names that stand near the beginning of all cubes, and none that other programs leave.
     """
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        return data.find(CASE_KEY.encode()) >= 0 and all(data.find(mark) < 0 for mark in OTHERS_MARKS)
+        ours = all(data.find(name.encode()) >= 0 for name in _NAMES)
+        return ours and all(data.find(mark) < 0 for mark in OTHERS_MARKS)
+
+
+def state_of(path: Path) -> tuple[int, ...]:
+    """Numbers that tell whether the file at `path` is still the same one; none if there is no file."""
+    with contextlib.suppress(OSError):
+        found = path.stat()
+        return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+    return ()
+
+
+def refuse_cube(path: Path) -> None:
+    """Raise UserError if `path` is a cube: what is to be written there is none."""
+    is_cube = False
+    with contextlib.suppress(Exception), h5py.File(path, "r") as file:  # what cannot be opened is none
+        is_cube = SCHEMA_ATTRIBUTE in file.attrs
+    if is_cube:
+        raise UserError(f"{path}: is a cube; not overwritten: choose another --output")
 
 
 def other_study(output: Path, study: str) -> str | None:

@@ -45,7 +45,7 @@ class Hidden(NamedTuple):
     there (full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not known; `pull`:
     friction times Dundurs' constant (full coupling); `at_rim`: fraction by which the largest pressure may be too small
     under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in the outermost cells
-    (`mechanics/plates.py`); slip_shown: whether any cell slips; `largest_of_cells`: largest traction (MPa) of a cell;
+    (`mechanics/plates.py`); `slip_shown`: whether any cell slips; `largest_of_cells`: largest traction (MPa) of a cell;
     `by_pressure`: slip that the largest pressure causes on the spot (`Influence.slip_under_pressure`); `skin`:
     difference of Dundurs' constant (-) within a layer thinner than a cell, and its width (mm) beside the edge
     (`Influence.skin_at_edge`).
@@ -110,9 +110,10 @@ _STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative erro
 _NARROW_ZONE, _AT_BORDER, _NARROWING = 0.25, 0.12, 3.0
 # Square of the largest traction over the product of that of a cell and the bound one cell from the edge (1 to 1.2).
 _AT_MEETING = 1.2
-# Relative error of a largest pressure in the outermost cells, with `aligned`: this part of `beyond_rim`, no more than
-# `_MOST_BEYOND_RIM` (56 pressures under stiff skins, on 24 to 128 cells); all of it where `pull` is 1 beyond `_STEEP`.
+# Relative error of a largest pressure in the outermost cells: this part of `beyond_rim`, no more than
+# `_MOST_BEYOND_RIM` (57 pressures under stiff skins, on 24 to 128 cells); all of it where `pull` is 1 beyond `_STEEP`.
 _BEYOND_RIM, _MOST_BEYOND_RIM, _STEEP = 0.5, 0.12, 0.5
+_TURNED = 0.1  # force across that in x by a top layer thinner than a cell, see `add_skin_at_edge` (420 contacts)
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # relative error of tractions, and so of their lift, times N
 _OF_CORRECTION = 0.9  # error of the corrections for slip zones at the leading edge, over these corrections
 _TRACTIONS = 2.0  # limit of the friction force as scale of errors, over largest traction times contact area
@@ -263,10 +264,8 @@ class _Case:
         hidden, discretisation = self.hidden, self.scene.discretisation
         of_pressure, of_tractions = (part / self.per_radius for part in _CUSPS[discretisation])
         lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
-        beyond = 0.0
-        if self.aligned:  # with `kalker` meshes differ by more
-            counts = min(max(hidden.pull - _STEEP, 0.0), 1.0)
-            beyond = max(min(_BEYOND_RIM * hidden.beyond_rim, _MOST_BEYOND_RIM), counts * hidden.beyond_rim)
+        counts = min(max(hidden.pull - _STEEP, 0.0), 1.0)
+        beyond = max(min(_BEYOND_RIM * hidden.beyond_rim, _MOST_BEYOND_RIM), counts * hidden.beyond_rim)
         at_rim = hidden.at_rim + beyond
         return {
             "pressure_max": of_pressure * hidden.cusp_of_pressure + _PEAK * hidden.peak_by_layers + at_rim,
@@ -358,16 +357,20 @@ class _Case:
         """Add, in quadrature, what `aligned` misses of tractions and slip by a top layer thinner than a cell.
 
         Beside the edge slip by pressure follows that layer's constants. In a strip as wide as it is thick tractions
-        differ by mu p0 times the difference of beta/(pi mu) (`unseen.py`), at most by 2 mu p0, if there is stick.
+        differ by mu p0 times the difference of beta/(pi mu) (`unseen.py`), at most by 2 mu p0, if there is stick. In
+        slip they turn, from the direction of force_x to that of force_y.
         """
         difference, width = self.hidden.skin
         if difference == 0.0 or not self.aligned:
             return
         strip = 3.0 / math.pi * width / self.finest["contact_radius"]  # mu p0 on it, over mu P
         part = strip * min(difference / (math.pi * self.scene.friction), 2.0)
-        part *= math.sqrt(max(1.0 - self.slipping, 0.0))
+        sticks = part * math.sqrt(max(1.0 - self.slipping, 0.0))
         for name in ("force_x", "slip_area"):
-            bars[name] = math.hypot(bars[name], part * self.scales[name])
+            bars[name] = math.hypot(bars[name], sticks * self.scales[name])
+        turned = _TURNED * part * abs(self.finest["force_x"])
+        bars["force_y"] = math.hypot(bars["force_y"], turned)
+        bars["moment_z"] = math.hypot(bars["moment_z"], turned * self.finest["contact_radius"])
 
     def add_unseen_slip(self, bars: dict[str, float]) -> None:
         """Add the errors due to slip zones narrower than a cell at the leading edge."""

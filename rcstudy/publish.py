@@ -11,6 +11,7 @@ import hashlib
 import os
 import re
 import socket
+import stat
 import threading
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -75,6 +76,8 @@ def _published(target: Path) -> Iterator[Path]:
         _active.add(temporary)
     try:
         yield temporary
+        with contextlib.suppress(OSError):  # who may read what is replaced may read what replaces it, and nobody else
+            temporary.chmod(stat.S_IMODE(target.stat().st_mode))
         sync(temporary)
         temporary.replace(target)
         sync(target.parent)

@@ -17,12 +17,14 @@ from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
-from rcstudy.mechanics.rolling import UNSETTLED, RollingSolution
+from rcstudy.mechanics.rolling import UNSETTLED, RollingSolution, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.series import Series
+from rcstudy.mechanics.stopping import pressure_tolerance
 from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
 
+_NOTHING = 1e-6  # tractions over their bounds that count as none: a lower tolerance of the pressure gains nothing
 _POLISHES = 2  # times that the tolerance is divided by ten where the proof fails
 
 
@@ -110,22 +112,56 @@ class _Shared:
     """
 
     def __init__(self, scene: Scene, series: bool) -> None:
-        self.contact = solve_normal(scene)
-        if _normal_failure(self.contact) is None:
-            self.contact, self.proof = _polished_pressure(self.contact, scene)
-            if scene.discretisation == "aligned":
-                self.contact = AlignedContact(self.contact)
+        self.contact = self._normal = solve_normal(scene)
+        if _normal_failure(self._normal) is None:
+            self._normal, self.proof = _polished_pressure(self._normal, scene)
+            self.contact = _on_rows(self._normal)
         self._series = Series(math.sqrt(self.contact.area / math.pi)) if series else None
 
     def result(self, scene: Scene) -> Result:
         """Result of `scene` under this pressure."""
-        rolling = None
-        if scene.creepage is not None:
-            neighbour = self._series.neighbour(scene) if self._series is not None else None
-            rolling = solve_rolling(self.contact, scene, neighbour=neighbour)
-            if self._series is not None:
-                self._series.add(scene, rolling)
+        if scene.creepage is None:
+            return _result(self.contact, scene, None, self.proof)
+        neighbour = self._series.neighbour(scene) if self._series is not None else None
+        rolling = solve_rolling(self.contact, scene, neighbour=neighbour)
+        if self._series is not None:
+            self._series.add(scene, rolling)
+        if scene.method == "newton" and rolling.converged:
+            bounds = scene.friction * _norm(self.contact.pressure)
+            ratio = bounds / max(_norm(rolling.q), _NOTHING * bounds)
+            tolerance = pressure_tolerance(scene.tolerance, ratio)
+            if tolerance < scene.tolerance.normal:
+                return self._under_sharper_pressure(scene, rolling, tolerance)
         return _result(self.contact, scene, rolling, self.proof)
+
+    def _under_sharper_pressure(self, scene: Scene, rolling: RollingSolution, tolerance: float) -> Result:
+        """Result of `scene` under a pressure of a lower `tolerance` than the one that all share, with its own proof."""
+        normal = _sharpened(self._normal, scene, tolerance)
+        if normal is None:
+            return _result(self.contact, scene, rolling, self.proof)
+        contact = _on_rows(normal)
+        same = np.array_equal(contact.cells, self.contact.cells)
+        guess = within(rolling.q, scene.friction * contact.pressure) if same else None
+        return _result(contact, scene, solve_rolling(contact, scene, guess).after(rolling), prove_normal(normal, scene))
+
+
+def _norm(values: np.ndarray) -> float:
+    """Root of the sum of squares, without the BLAS, so that it does not depend on the number of threads."""
+    return math.sqrt(float((values * values).sum()))
+
+
+def _on_rows(contact: NormalContact) -> NormalContact:
+    """The contact on rows moved to its edge, if it is to be `aligned`."""
+    return AlignedContact(contact) if contact.scene.discretisation == "aligned" else contact
+
+
+def _sharpened(contact: NormalContact, scene: Scene, tolerance: float) -> NormalContact | None:
+    """The contact without tractions, its pressure solved further to `tolerance`; None if it does not get there."""
+    finer = replace(scene, tolerance=replace(scene.tolerance, normal=tolerance))
+    solution = solve_pressure(finer, contact.influence, initial_gap(scene), contact.solution.p)
+    if not solution.converged or solution.edge:
+        return None
+    return NormalContact(scene, contact.influence, solution.after(contact.solution), coarser=contact.coarser)
 
 
 def _result(
@@ -231,17 +267,15 @@ def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tu
 
 def _polished_pressure(contact: NormalContact, scene: Scene) -> tuple[NormalContact, dict[str, float]]:
     """The contact without tractions and its proof; solved further as in `_polished`."""
-    proof, tolerance = prove_normal(contact, scene), scene.tolerance
+    proof, tolerance = prove_normal(contact, scene), scene.tolerance.normal
     for _ in range(_POLISHES):
         if not failures(proof, scene):
             break
-        tolerance = replace(tolerance, normal=0.1 * tolerance.normal)
-        finer = replace(scene, tolerance=tolerance)
-        solution = solve_pressure(finer, contact.influence, initial_gap(scene), contact.solution.p)
-        if not solution.converged or solution.edge:
+        tolerance *= 0.1
+        sharpened = _sharpened(contact, scene, tolerance)
+        if sharpened is None:
             break
-        solution = solution.after(contact.solution)
-        contact = NormalContact(scene, contact.influence, solution, coarser=contact.coarser)
+        contact = sharpened
         proof = prove_normal(contact, scene)
     return contact, proof
 

@@ -59,6 +59,10 @@ class Rule(Spec):
     state_flips: _Flips | None = None
     state_bound: _Rtol | None = None
 
+    def matches(self, case: str) -> bool:
+        """Whether `case`, as ``grid/label``, matches; brackets stand for themselves, as labels have some."""
+        return fnmatchcase(case, self.match.replace("[", "[[]"))
+
 
 class Tolerances(Spec):
     """The whole file: `default`, and `variables` by name, both overridden by the `cases` that match."""
@@ -78,7 +82,7 @@ class Tolerances(Spec):
         """Tolerances of one case, without rules."""
         found = self.model_copy(update={"cases": []})
         for rule in self.cases:
-            if fnmatchcase(f"{grid}/{label}", rule.match):
+            if rule.matches(f"{grid}/{label}"):
                 given = rule.model_dump(exclude={"match"}, exclude_none=True)
                 found = found.model_copy(update=given | {"variables": found.variables | rule.variables})
         return found
@@ -99,7 +103,7 @@ class Tolerances(Spec):
 
     def unmatched(self, cases: Collection[str]) -> list[str]:
         """The patterns that match none of `cases`, each ``grid/label``."""
-        return [rule.match for rule in self.cases if not any(fnmatchcase(case, rule.match) for case in cases)]
+        return [rule.match for rule in self.cases if not any(map(rule.matches, cases))]
 
     def named(self) -> set[str]:
         """All variables that a tolerance is given for."""

@@ -206,6 +206,19 @@ def test_a_run_that_was_broken_off_goes_on(tmp_path, monkeypatch):
         accuracy.run(load_study(path), tmp_path / "report", formats=("png",))
 
 
+def test_a_cube_is_not_replaced_by_errors(tmp_path):
+    """Not even the one that is read: `accuracy.nc` is also what a sweep of accuracy.yaml calls its cube."""
+    path = tmp_path / "accuracy.yaml"
+    path.write_text(STUDY, encoding="utf-8")
+    study, cube = load_study(path), tmp_path / "accuracy.nc"
+    sweep.run(study, cube, workers=1, solve=made_up)
+    before = cube.read_bytes()
+    for opened in (None, open_cube(cube)):
+        with pytest.raises(UserError, match=r"accuracy\.nc: is a cube; not overwritten: choose another --output"):
+            accuracy.run(study, tmp_path, opened, formats=("png",))
+    assert cube.read_bytes() == before
+
+
 def test_a_study_without_creepage_is_refused_with_the_reason(tmp_path):
     """It was told that its meshes were one."""
     path = tmp_path / "still.yaml"
@@ -585,7 +598,7 @@ def test_each_discretisation_and_coupling_has_settings_of_its_own():
     text = " ".join(summary_text(rows, settings(rows, ["force"]), []).split())
     assert "`kalker`: **force**: 32 x 32 cells (8 per contact radius), tolerance 1e-05, 80 products, 4e+03 ms" in text
     assert "`aligned`: **force**: 16 x 16 cells" in text
-    assert "`kalker`: not reached: force: none" in text
+    assert "`kalker`: not reached: force: no estimate" in text
     # on 16 x 16 cells 0.02/0.004 and 2/1 s; on 32 x 32 there are no aligned cells one-way
     assert "; force 5.0; moment" in text
     assert "`aligned` costs 2 times the time." in text

@@ -525,6 +525,15 @@ def test_tolerances_by_variable_and_case(tmp_path: Path, reference: Path) -> Non
         assert outcome(other, reference, Tolerances(cases=[rule])).same == same, pattern
 
 
+def test_brackets_of_labels_stand_for_themselves() -> None:
+    """They were sets of characters, so that no case with a label of that kind could be named."""
+    rules = [Rule(match="g/a[1]", default=0.5), Rule(match="g/[b*", default=0.25)]
+    tolerances = Tolerances(default=0.0, cases=rules)
+    found = {label: tolerances.of_case("g", label).default for label in ("a[1]", "a1", "[b]", "b")}
+    assert found == {"a[1]": 0.5, "a1": 0.0, "[b]": 0.25, "b": 0.0}
+    assert tolerances.unmatched(["g/a1", "g/[b]"]) == ["g/a[1]"]
+
+
 def test_patterns_that_match_no_case_are_told(reference: Path) -> None:
     rules = [Rule(match=pattern) for pattern in ("tiny/*creepage=f", "tiny/creepage=f", "*")]
     found = outcome(reference, reference, Tolerances(cases=rules))
@@ -617,13 +626,14 @@ def test_the_slip_area_moves_with_the_cells_let_pass_and_no_farther(tmp_path: Pa
     assert [d.variable for d in found.bad] == ["slip_area"]
 
 
+@pytest.mark.parametrize("block", [1, 2, 3, 4, 6, 32])
 def test_fields_of_all_cases_are_compared_block_by_block(
-    tmp_path: Path, reference: Path, monkeypatch: pytest.MonkeyPatch
+    block: int, tmp_path: Path, reference: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The last of three cases is in the second block."""
-    monkeypatch.setattr(sys.modules["rcstudy.compare"], "_BLOCK", 2)
+    """Of two times three cases; the last one, which differs, is told by its place."""
+    monkeypatch.setattr(sys.modules["rcstudy.compare"], "_BLOCK", block)
     found = outcome(changed(tmp_path / "c.nc", with_fields(slip_x=lambda s: s * 1.01)), reference)
-    assert [d.variable for d in found.bad] == ["slip_x"]
+    assert [(d.variable, d.label) for d in found.bad] == [("slip_x", "modulus=2 Es, creepage=f")]
 
 
 def test_natural_scales() -> None:

@@ -67,7 +67,8 @@ def test_an_empty_file_is_replaced(tmp_path: Path) -> None:
     sweep.run(study, tmp_path / "empty.nc", workers=1, solve=workers.made_up, tell=told.append)
     assert any("empty.nc: no cases are taken from it: " in line and "it will be replaced" in line for line in told)
     assert (tmp_path / "empty.nc").stat().st_size > 0
-    assert "(An empty file is: " in (Path(__file__).parent.parent / "docs" / "cube.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parent.parent / "docs" / "cube.md").read_text(encoding="utf-8")
+    assert "An empty file is replaced: " in text
 
 
 def test_foreign_files_of_hdf5_are_not_replaced(tmp_path: Path) -> None:
@@ -109,6 +110,48 @@ def test_a_cube_of_no_study_is_not_replaced(tmp_path: Path) -> None:
         del file.attrs["study"]
     with pytest.raises(UserError, match=r"is not an rcstudy cube \(it names no study\); not overwritten"):
         sweep.run(study, output, workers=1, solve=workers.made_up)
+
+
+@pytest.mark.parametrize("kind", ["text", "the cube of another study", "the same cube, touched"])
+def test_what_comes_to_be_there_during_a_sweep(kind: str, tmp_path: Path) -> None:
+    """It was replaced at the end; results are kept, and go into the cube once there is room for it."""
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    other = tmp_path / "other.nc"
+    sweep.run(load_text(tmp_path, SWEPT.replace("E: 210000", "E: 200000")), other, workers=1, solve=workers.made_up)
+    if kind == "the same cube, touched":
+        sweep.run(study, output, workers=1, solve=workers.made_up)
+    changed = load_text(tmp_path, f"{SWEPT}    # edited\n")
+
+    def solve_meanwhile(scenes: Sequence[Scene]) -> Iterator[Result]:
+        for scene in scenes:
+            if kind == "text":
+                output.write_text("notes", encoding="utf-8")
+            elif kind == "the cube of another study":
+                output.write_bytes(other.read_bytes().replace(b"swept", b"SWEPT"))
+            else:
+                output.touch()
+            yield synthetic.made_up_result(scene)
+
+    if kind == "the same cube, touched":
+        assert sweep.run(changed, output, workers=1, solve=solve_meanwhile, fresh=True).solved == changed.size
+        return
+    with pytest.raises(UserError, match="not overwritten: choose another --output") as error:
+        sweep.run(changed, output, workers=1, solve=solve_meanwhile)
+    assert "cases are kept" in str(error.value)
+    assert output.read_bytes() == (b"notes" if kind == "text" else other.read_bytes().replace(b"swept", b"SWEPT"))
+    output.unlink()
+    done = sweep.run(changed, output, workers=1, solve=workers.made_up)
+    assert (done.kept, done.solved) == (changed.size, changed.size)
+
+
+def test_a_cube_keeps_its_permissions(tmp_path: Path) -> None:
+    """A private one was readable to all after the next sweep."""
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    sweep.run(study, output, workers=1, solve=workers.made_up)
+    for mode in (0o600, 0o664):
+        output.chmod(mode)
+        sweep.run(study, output, workers=1, solve=workers.made_up, fresh=True)
+        assert output.stat().st_mode & 0o777 == mode
 
 
 def test_a_file_that_another_program_writes_to_is_not_replaced(tmp_path: Path) -> None:

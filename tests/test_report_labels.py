@@ -30,12 +30,13 @@ from synthetic import (
     synthetic_tree,
     thickness_axis,
 )
+from workers import made_up
 
 from rcstudy.cases import Axis, Case, Coord, Grid
 from rcstudy.cube import open_cube
 from rcstudy.mechanics.scene import Creepage, Layer
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
-from rcstudy.report.layers import layers_text, thickness_text
+from rcstudy.report.layers import _numbered, layers_text, thickness_text
 from rcstudy.report.layout import conditions
 from rcstudy.report.overview import QUANTITIES, _counts, case_maps, geometric, overview_figure
 from rcstudy.report.style import style
@@ -560,3 +561,30 @@ def test_letters_that_the_font_lacks_are_told_once(
         warnings.warn("another", stacklevel=1)
     assert caplog.messages == ["labels have letters that the font of the figures lacks: they are drawn as boxes"]
     assert [str(warning.message) for warning in recwarn] == ["another"]
+
+
+def test_captions_of_maps_tell_the_labels_that_are_drawn(tmp_path: Path) -> None:
+    """Of 30 cases twelve are drawn; the first twelve were told of. Wide letters ran out of the figure."""
+    labels = [f"MWMWM {k}" for k in range(30)]
+    cases = "".join(
+        f"      - {{label: {label}, creepage: {{longitudinal: {(k + 1) / 1000}}}}}\n" for k, label in enumerate(labels)
+    )
+    study = load_text(tmp_path, f"{BASE}  listed:\n    cases:\n{cases}")
+    run(study, tmp_path / "c.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "c.nc") as tree, style():
+        figure = case_maps(grids(tree)["listed"])
+        caption = caption_of(figure)
+        assert figure is not None
+        drawn = [ax.get_title(loc="left") for ax in figure.axes if ax.get_title(loc="left")]
+        (text,) = [t for t in figure.texts if t.get_gid() == "caption"]
+        assert text.get_window_extent().width < figure.bbox.width
+    assert len(drawn) == 12
+    told = [label for label in labels if f"{label}: " in caption]
+    assert told == drawn
+    assert "..." not in caption
+
+
+def test_numbers_of_ten_layers_and_more_stand_below() -> None:
+    """`E_10` is E with a small 1, and 0."""
+    assert [_numbered("E", k, True) for k in (0, 8, 9, 11)] == ["E_1", "E_9", "E_{10}", "E_{12}"]
+    assert _numbered("E", 9, False) == "E10"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +12,9 @@ from contacts import STEEL
 from rcstudy.mechanics.contact import solve_normal
 from rcstudy.mechanics.rolling import solve_tractions
 from rcstudy.mechanics.scene import Coupling, Creepage, Layer, Material, Mesh, Scene, Tolerance
-from rcstudy.mechanics.stopping import pressure_residual, traction_residual
+from rcstudy.mechanics.stopping import pressure_residual, pressure_tolerance, traction_residual
 from rcstudy.result import Status
-from rcstudy.solve import solve_scene
+from rcstudy.solve import solve_group, solve_scene
 
 SOFT = (Layer(52500.0, 0.3, 0.06),)
 STIFF = (Layer(840000.0, 0.3, 0.06), Layer(420000.0, 0.3, 0.06))
@@ -71,3 +72,29 @@ def test_residuals_are_relative_to_the_slip_where_all_sticks() -> None:
     assert rho * np.linalg.norm(w) < 0.9 * min(np.linalg.norm(found.q), np.linalg.norm(bound))
     assert found.residual == pytest.approx(np.linalg.norm(found.s) / np.linalg.norm(w), rel=1e-6)
     assert found.residual <= 1e-6
+
+
+def test_tolerance_of_the_pressure_for_small_tractions() -> None:
+    """Lower by the ratio from a third of the bounds on, as far as the larger of the two tolerances asks for it."""
+    both = Tolerance(1e-5, 1e-7)
+    assert pressure_tolerance(both, 1.0) == pressure_tolerance(both, 3.0) == 1e-5
+    assert pressure_tolerance(both, 30.0) == pytest.approx(1e-6)
+    assert pressure_tolerance(Tolerance(1e-7, 1e-5), 30.0) == 1e-7
+    assert pressure_tolerance(Tolerance(1e-6, 1e-5), 300.0) == pytest.approx(1e-7)
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_small_tractions_are_within_the_tolerance(discretisation: Any) -> None:
+    """They were up to 7 times farther off; cases that share the pressure are what they are alone."""
+    mesh = Mesh((0.7, 0.7), (48, 48))
+    few: dict[str, Any] = {"friction": 0.4, "discretisation": discretisation, "tolerance": Tolerance(1e-5, 1e-5)}
+    creepages = Creepage(-2e-5, 1e-5), Creepage(0.004, 0.0), Creepage(2e-5, 0.0, 2e-5)
+    scenes = [Scene(STEEL, (50.0, 50.0), 100.0, mesh, (), STEEL, creepage=c, **few) for c in creepages]
+    for scene, shared in zip(scenes, solve_group(scenes), strict=True):
+        found, true = solve_scene(scene), solve_scene(replace(scene, tolerance=Tolerance(1e-10, 1e-10)))
+        assert shared.status == found.status == true.status == Status.SOLVED
+        ours, far = (np.stack([r.fields[f"traction_{k}"] for k in "xy"]) for r in (found, true))
+        assert np.linalg.norm(ours - far) <= 1e-5 * np.linalg.norm(far)
+        for name, values in found.fields.items():
+            np.testing.assert_array_equal(values, shared.fields[name])
+        assert found.scalars["products_normal"] == shared.scalars["products_normal"]

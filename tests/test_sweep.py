@@ -375,7 +375,7 @@ def test_batches_share_their_pressure_and_keep_workers_busy(study: Study) -> Non
 def test_warm_up_has_each_kind_once_on_a_small_mesh(study: Study) -> None:
     scenes = warm_up_scenes(study)
     assert [scene.creepage is None for scene in scenes] == [False, True]
-    assert {scene.mesh.cells for scene in scenes} == {(16, 16)}
+    assert {scene.mesh.cells for scene in scenes} == {(32, 32)}
 
 
 KINDS = """
@@ -396,6 +396,10 @@ grids:
   coated:
     coating: {thickness: 0.5 a, modulus: 2 Es}
     axes: {layer_count: [0, 1, 2], method: [newton, paper-cg]}
+  own_material: # a layer of the substrate's own is none: only both axes together show that there are others
+    scene: {discretisation: aligned}
+    coating: {thickness: 0.5 a}
+    axes: {layer_count: [0, 1], modulus: [1 Es, 2 Es]}
   pressed: # layers first: whether bodies are alike matters without them only
     scene: {creepage: none}
     axes:
@@ -425,12 +429,12 @@ def test_workers_warm_up_with_every_kind_of_scene(tmp_path: Path, monkeypatch: p
 
     def kinds(scenes: list[Scene]) -> list[tuple[object, ...]]:
         return [
-            (s.method, s.discretisation, s.is_coupled, s.moves_by_pressure, bool(s.layers), s.creepage is None)
+            (s.method, s.discretisation, s.is_coupled, s.moves_by_pressure, bool(s.joined.layers), s.creepage is None)
             for s in scenes
         ]
 
     assert set(kinds(given)) == set(kinds([case.scene for case in expand(study).cases]))
-    assert len(given) == 2 * 2 * 3 + 3 + 4 + 1  # the last grid's first two are in the others
+    assert len(given) == 2 * 2 * 3 + 3 + 1 + 4 + 1  # the last grid's first two are in the others
 
 
 @pytest.mark.heavy

@@ -57,7 +57,7 @@ import numpy as np
 
 _ALIASES = 8  # terms of the sum A(t) to either side; the others change the edge by less than 1e-4 of a cell
 _LONG = 1e-6  # wave number (1/h) at which g is that of the substrate
-_FARTHEST = 13  # number of doublings of pi/h beyond which g is taken as constant
+_FARTHEST = 13  # doublings of pi/h at which g is taken for all waves shorter than half as many
 _LEAST = 1e-3  # lower limit of A(t) over C(t), as the logarithm of A is needed
 
 

@@ -50,6 +50,7 @@ _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in
 _ANGLES, _PIECE = 16, 1.0  # Gauss points per piece of the angular variable, and the largest length of a piece
 _RINGS = {0.0: 6, 6.5: 5, 9.0: 4, 18.0: 3, 50.0: 2}  # distance in (larger) cell sides: Gauss points along each side
 _TOGETHER = np.array([1.0, -1.0, 1.0, 1.0])  # signs with which body 2's responses a, b, c, d add to body 1's
+_SCALE, _SCALES = 1.5, 40  # scale times wave number, and number of scales, in `Influence.skin_at_edge`
 _KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 9, more if its box has to be enlarged
 
 
@@ -222,21 +223,29 @@ class Influence:
 
     @property
     def skin_at_edge(self) -> tuple[float, float]:
-        """Difference (-) of Dundurs' constant at the very surface from that on the scale of a cell, and its width (mm).
+        """Difference (-) of Dundurs' constant on a scale below that of a cell from its own, and that scale (mm).
 
-        Next to the edge the top layer is a half-space of its own, over its thickness or, if less, the length of a cell.
-        Both are 0 without layers.
+        Beside the edge the top layers respond as half-spaces of their own, on scales as small as they are thin. Of all
+        scales, `_SCALE` over the wave number and at most a cell, that with the largest product of the two counts. Both
+        are 0 without layers.
         """
         if not self.layered:
             return 0.0, 0.0
-        surface = half_space_response(self._top)
-        if self._counterbody is not None:
-            surface = surface + _TOGETHER * half_space_response(self._counterbody)
-        difference = surface[1] / surface[2] - self.slip_by_pressure_over_tractions
-        return float(abs(difference)), min(self._layers[0].thickness, self.spacing[0])
+
+        def made() -> tuple[float, float]:
+            dx = self.spacing[0]
+            shortest = 10.0 / min(min(layer.thickness for layer in self._layers), dx)
+            alpha = np.geomspace(1.0 / dx, shortest, _SCALES)
+            _, by_pressure, along, _ = self._responses(alpha)
+            beta = by_pressure / along
+            difference, scale = np.abs(beta - beta[0]), np.minimum(_SCALE / alpha, dx)
+            most = int(np.argmax(difference * scale))
+            return float(difference[most]), float(scale[most])
+
+        return self._known("skin at edge", made)
 
     def as_half_space(self, most: int, tolerance: float) -> int:
-        """Cells, at most `most`, over which the top layer is as thick as a half-space.
+        """Cells, at most `most`, over which the bodies respond as they do to waves of one cell, like half-spaces.
 
         For waves of numbers from 1/dx down to 1/dx over so many cells the responses to tractions along waves, times the
         wave number, and u_x by p over u_x by q_x, deviate from what they are at 1/dx by at most the relative

@@ -32,9 +32,8 @@ def solve_paper_cg(
     The residual of Eq. 18 is u_x - (xi_x x - phi x y + f_j), and likewise for u_y with g_j. Eq. 9 sets f_j, g_j at the
     point where the residual vanishes: the leading edge of each row, here the centre of the cell ahead of its first cell
     in contact (with this reading zero residual means zero discrete slip). A row that lifts off in between is two rows,
-    each with a leading edge. The sum of Eq. 19, also where Eqs 20 and 21
-    use it, is over stick cells. `residual` of the result: relative change of the tractions in the last iteration, to
-    which the paper's tolerance is taken to apply.
+    each with a leading edge. The sum of Eq. 19, also where Eqs 20 and 21 use it, is over stick cells. `residual` of the
+    result: relative change of the tractions in the last iteration, to which the paper's tolerance is taken to apply.
     """
     n = cells.shape[0]
     # rows of adjacent cells of equal y, each from its leading edge backwards

@@ -4,12 +4,18 @@ The error of a solution differs from its residual. Errors were measured in L2 ag
 to 1e-4 of the tolerance. That of the pressure is 0.8 to 1 times its residual, that of the tractions up to twice theirs,
 plus two to five times the error of the pressure, which changes the bound of cells near the edge, where it is steep.
 These ratios grow with the number of cells in contact, for tractions about like the root of the number along a side.
+
+Where tractions are small beside their bounds, what the pressure's error changes is large beside them: they need a
+pressure of a lower tolerance (`pressure_tolerance`).
 """
 
 from __future__ import annotations
 
+from rcstudy.mechanics.scene import Tolerance
+
 _PRESSURE, _TRACTIONS = 0.3, 0.65  # residuals over the tolerance
 _FEW = 1500  # number of cells in contact up to which these hold
+_SMALL = 3.0  # bounds over tractions up to which the pressure's own tolerance is enough
 _LEAST = 1e-11  # residual of tractions close to what rounding allows; smaller ones for smaller tolerances only
 
 
@@ -20,6 +26,16 @@ def pressure_residual(tolerance: float, attainable: float, cells: int) -> float:
     """
     part = _PRESSURE * min(1.0, _FEW / max(cells, 1)) ** 0.125
     return max(part * tolerance, min(tolerance, attainable))
+
+
+def pressure_tolerance(tolerance: Tolerance, bounds_over_tractions: float) -> float:
+    """Tolerance of the pressure under which tractions keep the larger one of the two in `tolerance`.
+
+    `bounds_over_tractions`: ratio of their L2 norms.
+    """
+    if bounds_over_tractions <= _SMALL:
+        return tolerance.normal
+    return min(tolerance.normal, max(tolerance.normal, tolerance.tangential) * _SMALL / bounds_over_tractions)
 
 
 def traction_residual(tolerance: float, cells: int) -> float:

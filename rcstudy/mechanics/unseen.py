@@ -28,7 +28,7 @@ Layers. The law holds near the edge, for zones over whose width the layer at the
 under others it is used for two slip cells at most (`_LIKE`, `Influence.as_half_space`; layers twice as stiff as the
 substrate allow a slip cell for each four cells of their thickness, those of nearly its own material any number). Over
 layers softer than what is below tractions do not reach as far as l: the root of the ratio of the responses to waves as
-long as the row and as short as cells (Wiener and Hopf) is left of the force, `reach`. (Stiff skins would make it
+long as half the row and as short as cells (Wiener and Hopf) is left of the force, `reach`. (Stiff skins would make it
 larger, but are mostly thinner than a cell: not done.)
 
 Slip against d changes tractions along C d, C being the resistance of the bodies along and across waves; the component

@@ -30,11 +30,14 @@ _LETTERS = 40  # of a label
 def held(grid: GridView) -> str:
     """Sentences on what all cases of `grid` share besides `layout.conditions`, and on what its labels stand for."""
     sentences = [_creepages(grid), _layers(grid), *_numbers(grid), *_written(grid)]
-    return " ".join(f"{text[0].upper()}{text[1:]}." for text in sentences if text)
+    return " ".join(f"{text[0].upper()}{text[1:]}{'' if text.endswith('...') else '.'}" for text in sentences if text)
 
 
 def _differs_along(grid: GridView, text: Callable[[CaseView], str]) -> list[str]:
-    """The axes along which `text` differs, all others at their first value: no setting depends on two axes."""
+    """The axes along which `text` differs, all others at their first value.
+
+    No setting depends on two axes but layers, which are described by several (number, modulus, thickness).
+    """
     return [axis for axis in grid.axes if len({text(case) for case in grid.along(axis)}) > 1]
 
 
@@ -84,12 +87,18 @@ def _layers(grid: GridView) -> str:
     texts = []
     if not _differs_along(grid, _count):
         texts = [_count(grid.first)]
-    if not _differs_along(grid, _thickness):
-        each = f"thickness of each layer: {_thickness(grid.first)}"
+    if thickness := _of_all_with_layers(grid, _thickness):
+        each = f"thickness of each layer: {thickness}"
         texts = [_with_thickness(grid.first, texts[0])] if texts else [each]
-    if not _differs_along(grid, _ratios) and _ratios(grid.first):
-        texts += [_ratios(grid.first) if texts else f"layers' {_ratios(grid.first)}"]
+    if ratios := _of_all_with_layers(grid, _ratios):
+        texts += [ratios if texts else f"layers' {ratios}"]
     return ", ".join(texts)
+
+
+def _of_all_with_layers(grid: GridView, text: Callable[[CaseView], str]) -> str:
+    """The `text` of all cases that have layers, as far as one axis at a time shows; empty if it differs."""
+    texts = {text(case) for axis in grid.axes for case in grid.along(axis) if case.layers}
+    return texts.pop() if len(texts) == 1 else ""
 
 
 def _numbers(grid: GridView) -> list[str]:

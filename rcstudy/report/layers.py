@@ -76,7 +76,10 @@ def thickness_text(case: CaseView, *, math: bool = False) -> str:
 
 
 def _numbered(symbol: str, layer: int, math: bool) -> str:
-    return f"{symbol}_{layer + 1}" if math else f"{symbol}{layer + 1}"
+    number = f"{layer + 1}"
+    if not math:
+        return f"{symbol}{number}"
+    return f"{symbol}_{number}" if len(number) == 1 else f"{symbol}_{{{number}}}"
 
 
 def _relative_modulus(case: CaseView) -> bool:

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 _LINE = 0.155  # height of a line of the caption, inches
 _LEGEND = 0.28  # height of a legend of one line, inches: figures have room for it
-_LETTERS_PER_INCH = 19.5
+_LETTERS_PER_INCH, _FEWEST_LETTERS = 19.5, 8.0  # of a caption: of usual text, and of one of the widest letters
+_INDENT = 0.012  # of a caption, over the figure's width
 
 DECADE = 10.0
 
@@ -110,14 +111,21 @@ def heighten(figure: Figure, height: float) -> None:
 def caption(figure: Figure, text: str) -> None:
     """Write `text` under the panels, in a strip added to the figure's height."""
     width, height = (float(v) for v in figure.get_size_inches())
-    lines = wrapped(text, int(width * _LETTERS_PER_INCH))
+    look: dict[str, Any] = {"ha": "left", "fontsize": 7, "linespacing": 1.35}
+    lines, letters = wrapped(text, int(width * _LETTERS_PER_INCH)), width * _LETTERS_PER_INCH
+    while letters > _FEWEST_LETTERS * width:
+        tried = figure.text(_INDENT, 0.0, "\n".join(lines), **look)
+        wide = tried.get_window_extent().width / figure.dpi > (1.0 - 2.0 * _INDENT) * width
+        tried.remove()
+        if not wide:
+            break
+        letters *= 0.96  # of wide letters
+        lines = wrapped(text, int(letters))
     strip = _LINE * len(lines) + 0.08
     total = height + strip
     figure.set_size_inches(width, total)
     figure.get_layout_engine().set(rect=(0.0, strip / total, 1.0, height / total))  # type: ignore[union-attr, call-arg]
-    figure.text(
-        0.012, 0.06 / total, "\n".join(lines), va="bottom", ha="left", fontsize=7, linespacing=1.35, gid="caption"
-    )
+    figure.text(_INDENT, 0.06 / total, "\n".join(lines), va="bottom", gid="caption", **look)
 
 
 def conditions(grid: GridView, *, friction: bool = True) -> str:

@@ -149,7 +149,8 @@ def case_maps(grid: GridView) -> Figure | None:
     cases = [grid.case(*index) for index in itertools.product(*places)]
     figure = maps_figure(cases, _title)
     what = f"{MAPS_SHOW}." if any(case.rolling for case in cases) else ""
-    caption(figure, _caption(grid, what, stretched(cases), _chosen_cases(grid, counts)))
+    drawn = grid.at(dict(zip(grid.axes, places, strict=True)))
+    caption(figure, _caption(grid, what, stretched(cases), _chosen_cases(grid, counts), labels_of=drawn))
     return figure
 
 
@@ -181,8 +182,9 @@ def _chosen_cases(grid: GridView, counts: Sequence[int]) -> str:
     return f"{shown} of {total} cases, evenly chosen{which}."
 
 
-def _caption(grid: GridView, *sentences: str) -> str:
-    words = " ".join(text for text in (*sentences, held(grid), conditions(grid)) if text)
+def _caption(grid: GridView, *sentences: str, labels_of: GridView | None = None) -> str:
+    """Sentences under a figure of `grid`; `labels_of`: its cases that are drawn, if not all, whose labels are told."""
+    words = " ".join(text for text in (*sentences, held(labels_of or grid), conditions(grid)) if text)
     return f"{grid.name}: {words}" if words else grid.name
 
 

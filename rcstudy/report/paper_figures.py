@@ -172,7 +172,8 @@ def lines_figure(number: int, grid: GridView) -> Figure:
 def _small_creepages(grid: GridView) -> str:
     """A remark that the paper's creepages, 0.02 to 0.1, are in per cent, if those of `grid` are a hundredth of them."""
     largest = max(abs(case.stored("longitudinal")) for case in grid.cases())
-    return "Creepages are the paper's, 0.02 to 0.1, in per cent. " if np.isclose(largest, 0.001) else ""
+    words = "Creepages: the paper's range for Fig. 5, 0.02 to 0.1, read as per cent. "
+    return words if np.isclose(largest, 0.001) else ""
 
 
 def _make_room(row: np.ndarray) -> None:

@@ -131,13 +131,13 @@ def _tolerance_values(tolerance: BothTolerances | None) -> dict[str, Value]:
 
 
 def _none(s: Setting) -> str:
-    return f"{_needed(s)} (order {s.order:.1f})" if np.isfinite(s.needed) else _needed(s)
+    return f"{_needed(s)} (order {s.order:.1f})" if np.isfinite(s.needed) else "none"
 
 
 def _needed(s: Setting) -> str:
     """How many cells the target of a setting that was not found would take, in words."""
     if not np.isfinite(s.needed):
-        return "none"
+        return "no estimate"  # fewer than three meshes, or errors that do not fall
     if s.needed > _MOST_CELLS:
         return "far out of reach"
     if s.needed > s.finest:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -92,8 +92,13 @@ class GridView:
         for i in range(self.dataset.sizes[axis]):
             names = {self.written(axis, i), self.value(axis, i)}
             if text in names or (self.numeric(axis) and _is_number(text, float(self.small(axis).values[i]))):
-                return GridView(self.name, self.dataset.isel({axis: [i]}), self.study_text)
+                return self.at({axis: [i]})
         return None
+
+    def at(self, places: Mapping[str, Sequence[int]]) -> GridView:
+        """This grid with the values at `places` of these axes only."""
+        dataset = self.dataset.isel({axis: list(which) for axis, which in places.items()})
+        return GridView(self.name, dataset, self.study_text)
 
     def axis_values(self, axis: str) -> list[str]:
         """The values of `axis` as the study wrote them, with units: `0.25 a`, `460 x 300 mm`, or a label."""
