@@ -24,7 +24,7 @@ from rcstudy.mechanics.stopping import pressure_tolerance
 from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
 
-_NOTHING = 1e-6  # tractions over their bounds that count as none: a lower tolerance of the pressure gains nothing
+_NOTHING = 1e-6  # tractions over their bounds that count as none: no pressure is sharp enough for them
 _POLISHES = 2  # times that the tolerance is divided by ten where the proof fails
 
 
@@ -126,23 +126,25 @@ class _Shared:
         rolling = solve_rolling(self.contact, scene, neighbour=neighbour)
         if self._series is not None:
             self._series.add(scene, rolling)
-        if scene.method == "newton" and rolling.converged:
-            bounds = scene.friction * _norm(self.contact.pressure)
-            ratio = bounds / max(_norm(rolling.q), _NOTHING * bounds)
-            tolerance = pressure_tolerance(scene.tolerance, ratio)
-            if tolerance < scene.tolerance.normal:
-                return self._under_sharper_pressure(scene, rolling, tolerance)
-        return _result(self.contact, scene, rolling, self.proof)
+        return self._under_sharper_pressure(scene, rolling) or _result(self.contact, scene, rolling, self.proof)
 
-    def _under_sharper_pressure(self, scene: Scene, rolling: RollingSolution, tolerance: float) -> Result:
-        """Result of `scene` under a pressure of a lower `tolerance` than the one that all share, with its own proof."""
-        normal = _sharpened(self._normal, scene, tolerance)
+    def _under_sharper_pressure(self, scene: Scene, rolling: RollingSolution) -> Result | None:
+        """Result under a pressure of a lower tolerance than the one that all share, with its own proof.
+
+        None if the tractions of `rolling` do not need one (`stopping.pressure_tolerance`), or it cannot be had.
+        """
+        bounds, tractions = scene.friction * _norm(self.contact.pressure), _norm(rolling.q)
+        if scene.method != "newton" or not rolling.converged or tractions <= _NOTHING * bounds:
+            return None
+        tolerance = max(pressure_tolerance(scene.tolerance, bounds / tractions), self._normal.solution.attainable)
+        normal = _sharpened(self._normal, scene, tolerance) if tolerance < scene.tolerance.normal else None
         if normal is None:
-            return _result(self.contact, scene, rolling, self.proof)
+            return None
         contact = _on_rows(normal)
         same = np.array_equal(contact.cells, self.contact.cells)
         guess = within(rolling.q, scene.friction * contact.pressure) if same else None
-        return _result(contact, scene, solve_rolling(contact, scene, guess).after(rolling), prove_normal(normal, scene))
+        further = solve_rolling(contact, scene, guess).after(rolling)
+        return _result(contact, scene, further, prove_normal(normal, scene)) if further.converged else None
 
 
 def _norm(values: np.ndarray) -> float:
