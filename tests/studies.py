@@ -42,7 +42,7 @@ grids:
 """
 CASES = 14
 
-OLD = b"\x89HDF\r\n\x1a\nold case_key"  # a cube, of which a disk has left little
+OLD = b"\x89HDF\r\n\x1a\nold case_key status_reason hertz_radius"  # a cube, of which a disk has left little
 
 
 def load_text(folder, text):
