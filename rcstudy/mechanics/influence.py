@@ -50,6 +50,7 @@ _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in
 _ANGLES, _PIECE = 16, 1.0  # Gauss points per piece of the angular variable, and the largest length of a piece
 _RINGS = {0.0: 6, 6.5: 5, 9.0: 4, 18.0: 3, 50.0: 2}  # distance in (larger) cell sides: Gauss points along each side
 _TOGETHER = np.array([1.0, -1.0, 1.0, 1.0])  # signs with which body 2's responses a, b, c, d add to body 1's
+_MOST_CELLS = 16  # length of the longest waves, over 2 pi dx, in `Influence.as_half_space`
 _SCALE, _SCALES = 1.5, 40  # scale times wave number, and number of scales, in `Influence.skin_at_edge`
 _KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 9, more if its box has to be enlarged
 
@@ -189,6 +190,17 @@ class Influence:
         return self._coarser
 
     @property
+    def _of_cells(self) -> np.ndarray:
+        """alpha times `_responses` [4, n] (1/MPa) at wave numbers alpha of 1/dx over 1 to `_MOST_CELLS` cells."""
+
+        def made() -> np.ndarray:
+            alpha = 1.0 / (self.spacing[0] * np.arange(1, _MOST_CELLS + 1))
+            found: np.ndarray = alpha * self._responses(alpha)
+            return found
+
+        return self._known("of cells", made)
+
+    @property
     def slip_under_pressure(self) -> float:
         """Slip (u_i - u_(i+1))/dx per unit of pressure at the same point (1/MPa), in plane strain.
 
@@ -196,11 +208,7 @@ class Influence:
         alpha = 1/dx is used instead: for such short waves a layer a few cells thick is a half-space.
         """
 
-        def made() -> float:
-            alpha = 1.0 / self.spacing[0]
-            return alpha * float(self._responses(np.array([alpha]))[1, 0])
-
-        return self._known("slip under pressure", made)
+        return float(self._of_cells[1, 0])
 
     @property
     def slip_under_tractions(self) -> tuple[float, float]:
@@ -209,12 +217,8 @@ class Influence:
         On half-spaces the first is (1 - nu)/G, summed over the bodies, the second 1/G.
         """
 
-        def made() -> tuple[float, float]:
-            alpha = 1.0 / self.spacing[0]
-            along, across = (alpha * self.traction_responses(np.array([alpha]))[:, 0]).tolist()
-            return along, across
-
-        return self._known("slip under tractions", made)
+        along, across = self._of_cells[2:, 0].tolist()
+        return along, across
 
     @property
     def slip_by_pressure_over_tractions(self) -> float:
@@ -245,21 +249,20 @@ class Influence:
         return self._known("skin at edge", made)
 
     def as_half_space(self, most: int, tolerance: float) -> int:
-        """Cells, at most `most`, over which the bodies respond as they do to waves of one cell, like half-spaces.
+        """Cells over which the bodies respond as they do to waves of one cell, like half-spaces.
 
+        At most `most`, which is at most `_MOST_CELLS`.
         For waves of numbers from 1/dx down to 1/dx over so many cells the responses to tractions along waves, times the
         wave number, and u_x by p over u_x by q_x, deviate from what they are at 1/dx by at most the relative
         `tolerance`.
         """
 
-        def made() -> int:
-            alpha = 1.0 / (self.spacing[0] * np.arange(1, most + 1))
-            _, by_pressure, along, _ = alpha * self._responses(alpha)
-            parts = np.stack([along, by_pressure / along])
-            alike = np.all(np.abs(parts - parts[:, :1]) <= tolerance * np.abs(parts[:, :1]), axis=0)
-            return most if alike.all() else int(np.argmin(alike))
-
-        return self._known(("as half-space", most, tolerance), made) if self.layered else most
+        if not self.layered:
+            return most
+        _, by_pressure, along, _ = self._of_cells[:, :most]
+        parts = np.stack([along, by_pressure / along])
+        alike = np.all(np.abs(parts - parts[:, :1]) <= tolerance * np.abs(parts[:, :1]), axis=0)
+        return most if alike.all() else int(np.argmin(alike))
 
     def reach_of_tractions(self, length: float) -> float:
         """Traction that is left within a contact of this `length` (mm) of one at its edge, over that on half-spaces.
