@@ -47,7 +47,7 @@ class Hidden(NamedTuple):
     under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in the outermost cells
     (`mechanics/plates.py`); `slip_shown`: whether any cell slips; `largest_of_cells`: largest traction (MPa) of a cell;
     `by_pressure`: slip that the largest pressure causes on the spot (`Influence.slip_under_pressure`); `skin`:
-    difference of Dundurs' constant (-) within a layer thinner than a cell, and its width (mm) beside the edge
+    difference of Dundurs' constant (-) on a scale below that of a cell beside the edge, and that scale (mm)
     (`Influence.skin_at_edge`).
     """
 
@@ -354,9 +354,9 @@ class _Case:
             bars["traction_max"] = max(bars["traction_max"], at_rim - finest["traction_max"])
 
     def add_skin_at_edge(self, bars: dict[str, float]) -> None:
-        """Add, in quadrature, what `aligned` misses of tractions and slip by a top layer thinner than a cell.
+        """Add, in quadrature, what `aligned` misses of tractions and slip by layers thinner than a cell.
 
-        Beside the edge slip by pressure follows that layer's constants. In a strip as wide as it is thick tractions
+        Beside the edge slip by pressure follows their constants. In a strip as wide as their scale tractions
         differ by mu p0 times the difference of beta/(pi mu) (`unseen.py`), at most by 2 mu p0, if there is stick. In
         slip they turn, from the direction of force_x to that of force_y.
         """

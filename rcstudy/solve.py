@@ -231,7 +231,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         slip_shown=bool(rolling.slip.any()),
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),
         by_pressure=abs(contact.influence.slip_under_pressure) * contact.pressure_max,
-        skin=contact.influence.skin_at_edge,
+        skin=contact.skin_at_edge,
     )
     if not scene.is_coupled:
         return hidden

@@ -309,6 +309,11 @@ class AlignedContact(NormalContact):
         """Largest pressure (MPa), interpolated between cells."""
         return self.outline.summit[0]
 
+    @property
+    def skin_at_edge(self) -> tuple[float, float]:
+        """Layers thinner than a cell beside the edge (`Influence.skin_at_edge`)."""
+        return self.influence.skin_at_edge
+
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """Effects of slip zones at the leading edge that are narrower than a cell (`unseen.py`)."""
         if not self.scene.moves_by_pressure:

@@ -267,6 +267,11 @@ class NormalContact:
         """Fraction by which the largest pressure, if close to the edge, exceeds those farther in (`plates.py`)."""
         return beyond_rim(self.solution.p[self.touched.slices])
 
+    @property
+    def skin_at_edge(self) -> tuple[float, float]:
+        """Layers thinner than a cell beside the edge: none, as bars of aligned cells alone need them."""
+        return 0.0, 0.0
+
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """Effects of slip zones narrower than a cell: none, known on aligned cells only (`unseen.py`)."""
         return Unseen()

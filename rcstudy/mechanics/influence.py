@@ -249,14 +249,12 @@ class Influence:
         return self._known("skin at edge", made)
 
     def as_half_space(self, most: int, tolerance: float) -> int:
-        """Cells over which the bodies respond as they do to waves of one cell, like half-spaces.
+        """Cells, at most `most` (of `_MOST_CELLS`), over which bodies respond as to waves of one cell: as half-spaces.
 
-        At most `most`, which is at most `_MOST_CELLS`.
         For waves of numbers from 1/dx down to 1/dx over so many cells the responses to tractions along waves, times the
         wave number, and u_x by p over u_x by q_x, deviate from what they are at 1/dx by at most the relative
         `tolerance`.
         """
-
         if not self.layered:
             return most
         _, by_pressure, along, _ = self._of_cells[:, :most]
