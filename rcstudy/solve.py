@@ -117,6 +117,7 @@ class _Shared:
             self._normal, self.proof = _polished_pressure(self._normal, scene)
             self.contact = _on_rows(self._normal)
         self._series = Series(math.sqrt(self.contact.area / math.pi)) if series else None
+        self._sharper: dict[float, tuple[NormalContact, dict[str, float]] | None] = {}  # by tolerance
 
     def result(self, scene: Scene) -> Result:
         """Result of `scene` under this pressure."""
@@ -137,14 +138,28 @@ class _Shared:
         if scene.method != "newton" or not rolling.converged or tractions <= _NOTHING * bounds:
             return None
         tolerance = max(pressure_tolerance(scene.tolerance, bounds / tractions), self._normal.solution.attainable)
-        normal = _sharpened(self._normal, scene, tolerance) if tolerance < scene.tolerance.normal else None
-        if normal is None:
+        sharper = self._sharpened(scene, tolerance) if tolerance < scene.tolerance.normal else None
+        if sharper is None:
             return None
-        contact = _on_rows(normal)
+        contact, proof = sharper
         same = np.array_equal(contact.cells, self.contact.cells)
         guess = within(rolling.q, scene.friction * contact.pressure) if same else None
         further = solve_rolling(contact, scene, guess).after(rolling)
-        return _result(contact, scene, further, prove_normal(normal, scene)) if further.converged else None
+        return _result(contact, scene, further, proof) if further.converged else None
+
+    def _sharpened(self, scene: Scene, tolerance: float) -> tuple[NormalContact, dict[str, float]] | None:
+        """The contact with its pressure solved further to `tolerance`, and the proof of that; made once.
+
+        None if it does not get there, or is there already.
+        """
+        if tolerance not in self._sharper:
+            normal = _sharpened(self._normal, scene, tolerance)
+            there = normal is None or normal.solution.iterations == self._normal.solution.iterations
+            # the coarser meshes are those of the contact with the pressure that all share
+            self._sharper[tolerance] = (
+                None if there else (_on_rows(normal, self.contact.coarser), prove_normal(normal, scene))
+            )
+        return self._sharper[tolerance]
 
 
 def _norm(values: np.ndarray) -> float:
@@ -152,9 +167,9 @@ def _norm(values: np.ndarray) -> float:
     return math.sqrt(float((values * values).sum()))
 
 
-def _on_rows(contact: NormalContact) -> NormalContact:
-    """The contact on rows moved to its edge, if it is to be `aligned`."""
-    return AlignedContact(contact) if contact.scene.discretisation == "aligned" else contact
+def _on_rows(contact: NormalContact, coarser: NormalContact | None = None) -> NormalContact:
+    """The contact on rows moved to its edge, if it is to be `aligned`; `coarser`: on such rows already."""
+    return AlignedContact(contact, coarser) if contact.scene.discretisation == "aligned" else contact
 
 
 def _sharpened(contact: NormalContact, scene: Scene, tolerance: float) -> NormalContact | None:

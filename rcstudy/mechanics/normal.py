@@ -185,7 +185,7 @@ def _conjugate_gradients(
         zr, z_norm = pressure.normal_direction(plan.real[0], mask, r, r_old, d, zr)
         residual = z_norm / arrays.norm2(p)
         # in a contact of few cells the last change of the approach may bring another cell into contact
-        overlap = tolerance * abs(approach)
+        overlap = operator.overlap(tolerance, approach, p)
         converged = bool(residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any())
         if converged and residual <= stop:
             break

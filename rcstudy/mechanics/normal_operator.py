@@ -81,6 +81,13 @@ class NormalOperator:
         """Pressures [nx, ny] (MPa): those on the torus that cause u_z = `gap` [nx, ny] (mm) here, zero elsewhere."""
         return convolve(self.inverse, self.padded, gap)
 
+    def overlap(self, tolerance: float, approach: float, p: np.ndarray) -> float:
+        """Overlap (mm) outside the contact that a relative `tolerance` permits at `approach` (mm), pressures `p` (MPa).
+
+        A part of the approach, or of what pressures close within a few cells: the approach of plates is much larger.
+        """
+        return tolerance * min(abs(approach), float(arrays.norm2(p)) / self.stiffness)
+
     def attainable(self, gap: np.ndarray, g: np.ndarray, p: np.ndarray) -> float:
         """About the least relative residual that rounding allows, at pressure `p` (MPa).
 

@@ -81,8 +81,9 @@ class RimSolver:
 
     def _matters(self, leaving: np.ndarray, entering: np.ndarray, tolerance: float) -> bool:
         """Whether tension in `leaving` or overlap in `entering` cells exceeds the relative tolerance anywhere."""
+        permitted = self.operator.overlap(tolerance, self.approach, self.p)
         tension = self.p[leaving].min(initial=0.0) < -tolerance * self.p.max()
-        overlap = self.g[entering].min(initial=np.inf) < self.approach - tolerance * abs(self.approach)
+        overlap = self.g[entering].min(initial=np.inf) < self.approach - permitted
         return bool(tension or overlap)
 
     def _enter(self, rim: _Rim, leaving: np.ndarray) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -170,7 +170,7 @@ class Scene:
             layers.pop()
         return self if len(layers) == len(self.layers) else replace(self, layers=tuple(layers))
 
-    @property
+    @cached_property
     def moves_by_pressure(self) -> bool:
         """Whether pressure displaces the surfaces along each other: not for quasi-identical bodies without layers."""
         return not quasi_identical(self.substrate, self.counterbody) or bool(self.joined.layers)

@@ -11,6 +11,8 @@ pressure of a lower tolerance (`pressure_tolerance`).
 
 from __future__ import annotations
 
+import math
+
 from rcstudy.mechanics.scene import Tolerance
 
 _PRESSURE, _TRACTIONS = 0.3, 0.65  # residuals over the tolerance
@@ -31,11 +33,11 @@ def pressure_residual(tolerance: float, attainable: float, cells: int) -> float:
 def pressure_tolerance(tolerance: Tolerance, bounds_over_tractions: float) -> float:
     """Tolerance of the pressure under which tractions keep the larger one of the two in `tolerance`.
 
-    `bounds_over_tractions`: ratio of their L2 norms.
+    `bounds_over_tractions`: ratio of their L2 norms. The pressure's own tolerance is divided by a power of two, so that
+    many tractions share one pressure.
     """
-    if bounds_over_tractions <= _SMALL:
-        return tolerance.normal
-    return min(tolerance.normal, max(tolerance.normal, tolerance.tangential) * _SMALL / bounds_over_tractions)
+    part = tolerance.normal / max(tolerance.normal, tolerance.tangential) * bounds_over_tractions / _SMALL
+    return tolerance.normal * 0.5 ** max(math.ceil(math.log2(part)), 0)
 
 
 def traction_residual(tolerance: float, cells: int) -> float:
