@@ -138,6 +138,7 @@ class GridReader:
         over = inside.get("scene")
         self.scene = merge(shared, over) if over is not None and over.is_mapping else shared
         self.coating: Node | None = inside.get("coating")
+        self._beside_coating = self.coating is not None and over is not None and "layers" in (over.value or ())
         self.axes: Node | None = self._with_ranges(inside.get("axes"))
         self.cases: Node | None = inside.get("cases")
         self._unsuitable: set[tuple[Any, ...]] = set()  # meshes that were reported, with the reason
@@ -183,17 +184,17 @@ class GridReader:
             plan = self._list(spec)
         return plan if len(self.problems.found) == before else None
 
-    def _parts(self, scene: Node, coating: Node | None) -> Parts | None:
-        """Validated settings of one expanded tree."""
+    def _parts(self, scene: Node, coating: Node | None, *, both: bool = False) -> Parts | None:
+        """Validated settings of one expanded tree. `both`: layers are given beside a coating, even if they are none."""
         valid = validate(SceneSpec, scene, self.problems)
         coated = None
         if coating is not None:
             layers = scene.value.get("layers") if scene.is_mapping else None
-            both = layers is not None and layers.is_list and bool(layers.value)
+            both |= layers is not None and layers.is_list and (self._beside_coating or bool(layers.value))
             both |= self.axes is not None and self.axes.is_mapping and "layers" in self.axes.value
             # beside layers it is of no interest what the coating lacks
             coated = validate(CoatingSpec, coating, self.problems, partial=both)
-            if both and coated is None:
+            if both and (coated is None or not (layers and layers.value)):  # else `build` finds it
                 self.problems.add(coating.at_key(), BOTH_COATINGS, value="")
         if valid is None or (coating is not None and coated is None):
             return None
@@ -212,10 +213,10 @@ class GridReader:
                 continue
             label = self._label(node, seen, required=True)
             scene = merge(self.scene, scene_of_case(node, self.problems))
-            coating = node.value.get("coating", self.coating)
-            if coating is not None and self.coating is not None:
-                coating = merge(self.coating, coating)
-            parts = self._parts(scene, coating)
+            own, layers = node.value.get("coating"), node.value.get("layers")
+            bare = layers is not None and layers.value == []  # without layers, whatever coating the grid has
+            coating = own if self.coating is None else self.coating if own is None else merge(self.coating, own)
+            parts = self._parts(scene, None if bare and own is None else coating, both=bare)
             if parts is None or label is None:
                 continue
             words = {what: [label] for what in ("uncoated", "mesh", "scene")}

@@ -463,14 +463,32 @@ BOTH = "layers and coating are both given: only one of them may be"
             f"8:7: grids.g.coating: {BOTH}",
         ),
         (
+            "coating: {thickness: 1, modulus: 1}, cases: [{label: x, layers: [], coating: {layer_count: 2}}]",
+            f"8:75: grids.g.cases[0].coating: {BOTH}",
+        ),
+        (
+            "scene: {layers: []}, coating: {thickness: 1, modulus: 1}, axes: {load: [1]}",
+            f"8:28: grids.g.coating: {BOTH}",
+        ),
+        (
             f"axes: {{layers: [[], {LAYERS}], thickness: [1]}}",
             "8:59: grids.g.axes.thickness: axis: either layers or a coating (layer_count, thickness, ...)",
         ),
     ],
 )
 def test_layers_beside_a_part_of_a_coating(refused, grid, line):
-    """What the coating lacks was said to be missing."""
+    """What the coating lacks was said to be missing, and layers that are none were overlooked."""
     assert refused(BASE + f"  g: {{{grid}}}\n") == [f"s.yaml:{line}"]
+
+
+def test_a_case_without_layers_beside_a_coating_of_its_grid(tmp_path):
+    """It had the coating, without a word; a `layers` of the shared scene has nothing to say on that."""
+    path = tmp_path / "s.yaml"
+    text = BASE.replace("grids:", "  layers: []\ngrids:")
+    cases = "[{label: coated}, {label: bare, layers: []}, {label: none, coating: {layer_count: 0}}]"
+    path.write_text(f"{text}  g: {{coating: {{thickness: 1, modulus: 5}}, cases: {cases}}}\n")
+    grid = load_study(path).grids[-1]
+    assert [len(grid.scene((k,)).layers) for k in range(3)] == [1, 0, 0]
 
 
 @pytest.mark.parametrize(
