@@ -35,6 +35,7 @@ _WIDER = 1.05  # largest expected width of the contact on a finer mesh over that
 _ROOM = 1.19  # width within the outermost cells, over that of the contact on the coarse mesh, that holds any contact
 _STEP = 1.03  # width of a window over that of one that was found too small
 _STEPS = 24  # largest number of those: to twice the width
+_THINNEST = 1e-9  # layers thinner than this part of the Hertz radius change less than rounding does (the approach)
 _ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # placeholder for a mesh that is not known yet
 
 
@@ -201,6 +202,8 @@ def build_without_mesh(parts: Parts) -> Scene:
         layers = _coating(coating["layer_count"], thickness, modulus, nu, es)
     else:
         layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
+    if any(layer.thickness < _THINNEST * a for layer in layers):
+        raise BuildError(f"a layer is thinner than {_THINNEST:g} of the Hertz radius, {_THINNEST * a:.2g} mm")
     creepage = parts["creepage"]
     scene = Scene(
         substrate=substrate,

@@ -16,6 +16,7 @@ from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
+from rcstudy.mechanics.pole import rise_at_pole
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import UNSETTLED, RollingSolution, within
 from rcstudy.mechanics.scene import Creepage, Scene
@@ -252,8 +253,13 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         return hidden
     at_peak, at_border = _cusps(contact, scene, rolling)
     pull = scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)
+    share = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
-        lift=_lift(contact, rolling), cusp_of_pressure=at_peak, cusp_of_tractions=at_border, pull=pull
+        lift=_lift(contact, rolling),
+        cusp_of_pressure=at_peak,
+        cusp_of_tractions=at_border,
+        pull=pull,
+        at_pole=rise_at_pole(contact.cells, contact.pressure, share, pull),
     )
 
 

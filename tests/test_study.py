@@ -440,6 +440,10 @@ def test_units_are_explained(refused):
             "8:3: grids.g: modulus too extreme for so many",
         ),
         ("axes: {counterbody.E: [5]}", "8:30: scene.counterbody.nu: missing: a number from 0 to 0.5"),
+        (
+            "coating: {modulus: 1}, axes: {thickness: [0.1, 1e-12 a]}",
+            "8:3: grids.g: a layer is thinner than 1e-09 of the Hertz radius",
+        ),
         ("axes: {radius: [1e-200], load: [1e-300]}", "8:3: grids.g: radius, load and moduli too extreme"),
     ],
 )

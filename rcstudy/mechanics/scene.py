@@ -75,9 +75,10 @@ class Creepage:
         """Power per unit rolling speed (N) of forces (N) and a moment (N mm) on the rigid slip: xi.F + phi M."""
         return self.longitudinal * force_x + self.lateral * force_y + self.spin * moment
 
-    def turns_within(self, radius: float) -> bool:
-        """Whether the rigid slip vanishes somewhere within `radius` (mm), at the pole of spin."""
-        return self._translation < abs(self.spin) * radius
+    @property
+    def pole(self) -> float:
+        """Distance (mm) from the origin of the pole of spin, where the rigid slip vanishes; infinite without spin."""
+        return self._translation / abs(self.spin) if self.spin else math.inf
 
     @property
     def _translation(self) -> float:
