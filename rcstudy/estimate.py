@@ -126,10 +126,10 @@ _OF_SLIP_BY_PRESSURE = 0.02
 # Slip by pressure as scale of the power's error with `kalker`, over `by_pressure`. (Without it bars hold for 62 to 95
 # in 100 random contacts without creepage, with it for 93 to 100.)
 _OF_LARGEST_PRESSURE = 0.5
-# Errors of forces with `aligned` over their scale, times N^2, where all slips around a pole of spin in the middle of the
-# contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are as
-# large times its distance from the centre, and this part of the radius. (240 contacts by spin and lateral creepage, on
-# 24 to 64 cells: forces within their bars in 81 to 87 of 100 without, 95 to 97 with it.)
+# Errors of forces with `aligned` over their scale, times N^2, where all slips around a pole of spin in the middle of
+# the contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are
+# as large times its distance from the centre, and this part of the radius. (240 contacts by spin and lateral creepage,
+# on 24 to 64 cells: forces within their bars in 81 to 87 of 100 without, 97 and 98 with it.)
 _AT_POLE, _OFF_POLE = 0.1, 0.1
 _AROUND_POLE = 0.2  # part of the contact that sticks from which on the pole is taken to lie there
 _ROUNDING = 1e-9

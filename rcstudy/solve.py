@@ -154,12 +154,11 @@ class _Shared:
         None if it does not get there, or is there already.
         """
         if tolerance not in self._sharper:
-            normal = _sharpened(self._normal, scene, tolerance)
-            there = normal is None or normal.solution.iterations == self._normal.solution.iterations
-            # the coarser meshes are those of the contact with the pressure that all share
-            self._sharper[tolerance] = (
-                None if there else (_on_rows(normal, self.contact.coarser), prove_normal(normal, scene))
-            )
+            normal, found = _sharpened(self._normal, scene, tolerance), None
+            if normal is not None and normal.solution.iterations > self._normal.solution.iterations:
+                # the coarser meshes are those of the contact with the pressure that all share
+                found = _on_rows(normal, self.contact.coarser), prove_normal(normal, scene)
+            self._sharper[tolerance] = found
         return self._sharper[tolerance]
 
 
