@@ -206,8 +206,8 @@ def run(
         raise UserError(f"{study.path}: outputs.fields: errors of pressure and tractions need the fields: true")
     if study.outputs.crop != "none":
         raise UserError(f"{study.path}: outputs.crop: errors of pressure and tractions need the whole window: none")
-    rolling = (case for case in expand(study).cases if case.scene.creepage is not None)
-    problems = Counter(problem(case.scene, margin_of(case, study)) for case in rolling)
+    rolling = {(c.scene, margin_of(c, study)) for c in expand(study).cases if c.scene.creepage is not None}
+    problems = Counter(problem(*solved) for solved in rolling)
     if max(problems.values(), default=0) < 2:
         raise UserError(
             f"{study.path}: no problem of rolling (with creepage) is solved with more than one mesh, tolerance, method "

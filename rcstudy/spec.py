@@ -332,6 +332,9 @@ def takes_relative(model: type[Spec], location: Sequence[str]) -> bool:
     return any(isinstance(getattr(mark, "func", None), Relative) for mark in owner.model_fields[key].metadata)
 
 
+_OF_AXIS = re.compile(r"\.axes\.\w+\[\d+\]\.[^.]+$")  # path of a key in a value of an axis, which may have a label
+
+
 def validate(model: type[Model], node: Node, problems: Problems, *, partial: bool = False) -> Model | None:
     """`node` as `model`; None, with every error in `problems`, if it is not. `partial`: missing keys are no error."""
     if not node.is_mapping:
@@ -350,7 +353,8 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
                 problems.add(at.at_key(), allowed_at(owner, key), key=child_path(at.path, key), value="missing")
         elif one["type"] == "extra_forbidden":
             owner, _ = _model_at(model, location)
-            problems.add(at.at_key(), _known_keys(owner, str(location[-1])), value="unknown key")
+            own = ("label",) if _OF_AXIS.search(at.path) else ()
+            problems.add(at.at_key(), _known_keys(owner, str(location[-1]), own), value="unknown key")
         elif one["type"] == "allowed":
             problems.add(at, one["msg"] + _axis_hint(model, location, at))
         else:
@@ -362,11 +366,11 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
     return None
 
 
-def _known_keys(model: type[Spec], word: str) -> str:
-    """What is allowed instead of the key `word` of `model`."""
+def _known_keys(model: type[Spec], word: str, own: Sequence[str]) -> str:
+    """What is allowed instead of the key `word` of `model`, `own` besides."""
     if model is SceneSpec and word in ("coating", *keys_of(CoatingSpec)):
         return f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys_of(model))}"
-    return suggest(word, keys_of(model))
+    return suggest(word, (*own, *keys_of(model)))
 
 
 def scene_of_case(node: Node, problems: Problems) -> Node:

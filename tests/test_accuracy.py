@@ -227,6 +227,16 @@ def test_a_study_without_creepage_is_refused_with_the_reason(tmp_path):
         accuracy.run(load_study(path), tmp_path / "report")
 
 
+def test_equal_cases_of_two_grids_are_no_two_meshes(tmp_path):
+    """They were taken for a problem with a reference, and a report said that none could be chosen."""
+    path = tmp_path / "twice.yaml"
+    grid = "{scene: {creepage: {longitudinal: 0.001}}, axes: {load: [50, 100]}}"
+    path.write_text(BASE + f"  g: {grid}\n  h: {grid}\n", encoding="utf-8")
+    with pytest.raises(UserError, match=r"twice\.yaml: no problem of rolling \(with creepage\) is solved with more"):
+        accuracy.run(load_study(path), tmp_path / "report")
+    assert not (tmp_path / "report").exists()
+
+
 def test_of_both_discretisations_on_the_finest_mesh_aligned_cells_are_the_reference(tmp_path):
     """Whichever comes first, those of the tightest tolerance; the summary names it."""
     tight = "{normal: 1.0e-4, tangential: 1.0e-4}, {normal: 1.0e-9, tangential: 1.0e-9}"

@@ -372,6 +372,14 @@ def test_units_are_explained(refused):
             "axes: {thickness: {first: 1 mm, last: 2, count: 3}}",
             "8:33: grids.g.axes.thickness.first: 1 mm: a number, or one of the form '0.5 a' or '2 Es'; numbers are",
         ),
+        (
+            "axes: {creepage: [{labl: x, longitudinal: 0.01}]}",
+            "8:26: grids.g.axes.creepage[0].labl: unknown key: did you mean label? allowed: label, longitudinal, ",
+        ),
+        (
+            "axes: {counterbody: [{lable: x, E: 1, nu: 0}, {label: y, E: 1, mu: 0}]}",
+            "8:29: grids.g.axes.counterbody[0].lable: unknown key: did you mean label? allowed: label, E, nu",
+        ),
         ("axes: {load: {first: 1, last: 2, cuont: 3}}", "8:40: grids.g.axes.load.cuont: unknown key: did you mean c"),
         (
             "axes: {load: {first: -1, last: 2, count: 3, spacing: log}}",
