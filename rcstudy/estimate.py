@@ -128,23 +128,16 @@ _OF_SLIP_BY_PRESSURE = 0.02
 _OF_LARGEST_PRESSURE = 0.5
 # Errors of forces with `aligned` over their scale, times N^2, where all slips around a pole of spin in the middle of
 # the contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are
-# as large times its distance from the centre, and this part of the radius. (240 contacts by spin and lateral creepage,
-# on 24 to 64 cells: forces within their bars in 81 to 87 of 100 without, 97 and 98 with it.)
-_AT_POLE, _OFF_POLE = 0.1, 0.1
+# as large times its distance from the centre, and this part of the radius. (480 contacts by spin and lateral creepage,
+# on 24 to 64 cells: forces within their bars in 95 and 97 of 100; in 87 and 81 of half of them without it.)
+_AT_POLE, _OFF_POLE = 0.08, 0.1
 _AROUND_POLE = 0.2  # part of the contact that sticks from which on the pole is taken to lie there
-# Errors with `aligned` and full coupling where `pull` is `_PULLED` and more, over their scales, times N^(3/2).
+# Errors with `aligned` and full coupling per unit of `pull`, at most `_PULLED`, over their scales, times N^(3/2).
 # Tractions constant in cells lift the surfaces otherwise at the edges than those that end like a root: contacts are
-# 0.02 to 0.06 N^(-3/2) too small. (480 contacts under rigid bodies, friction 0.3 to 2, 18 to 40 cells: contact areas
-# held in 77 of 100 without, slip areas in 84, other numbers in 89 to 96; 240 others with it: 91 to 99.)
-_AT_EDGES = {
-    "contact_area": 0.035,
-    "contact_radius": 0.0175,
-    "slip_area": 0.06,
-    "pressure_max": 0.005,
-    "traction_max": 0.05,
-    "force_x": 0.0075,
-}
-_PULLED = 0.1
+# 0.02 to 0.06 N^(-3/2) too small. (720 contacts under rigid bodies, friction 0.3 to 2, 18 to 40 cells: contact areas
+# held in 82 of 100 without, the others in 88 to 92; 93, and 91 to 95 with it.)
+_AT_EDGES = {"contact_area": 0.09, "contact_radius": 0.045, "slip_area": 0.12, "traction_max": 0.1, "force_x": 0.02}
+_PULLED = 0.5
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
 # Where all cells stick, a zone narrower than half a cell may slip behind them, of `_UNSEEN`/N of the contact's area.
@@ -343,7 +336,7 @@ class _Case:
 
     def add_lift_at_edges(self, bars: dict[str, float]) -> None:
         """Add what `aligned` misses of the lift by tractions at the edges of the contact (`_AT_EDGES`)."""
-        part = min(self.hidden.pull / _PULLED, 1.0) * self.per_radius**-1.5 if self.aligned else 0.0
+        part = min(self.hidden.pull, _PULLED) * self.per_radius**-1.5 if self.aligned else 0.0
         for name in _AT_EDGES.keys() & bars.keys():
             bars[name] += _AT_EDGES[name] * part * self.scales[name]
 

@@ -91,20 +91,20 @@ def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float])
         assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
 
 
-@pytest.mark.parametrize(("pull", "part"), [(0.05, 0.5), (0.1, 1.0), (0.7, 1.0)])
+@pytest.mark.parametrize(("pull", "part"), [(0.1, 0.1), (0.4, 0.4), (0.7, 0.5)])
 def test_estimate_of_the_lift_at_edges(pull: float, part: float) -> None:
     """Under full coupling of aligned cells: parts of the scales, over N^(3/2)."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004), counterbody=None)
     scalars = {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}
-    sizes = {"contact_area": 0.035, "contact_radius": 0.0175 * 0.8, "pressure_max": 0.5, "traction_max": 0.05 * 50.0}
-    sizes["force_x"] = 0.0075 * scene.friction * scene.load
+    sizes = {"contact_area": 0.09, "contact_radius": 0.045 * 0.8, "traction_max": 0.1 * 50.0}
+    sizes["force_x"] = 0.02 * scene.friction * scene.load
     for discretisation in ("kalker", "aligned"):
         case = replace(scene, discretisation=discretisation)
         plain, found = (error_estimates(case, 314, [MIDDLING | scalars] * 2, h) for h in (Hidden(), Hidden(pull=pull)))
         counts = part * CELL**1.5 if discretisation == "aligned" else 0.0
         if counts:  # the slip area has the contact area's in quadrature
             of_slip = [math.sqrt(b["slip_area_error"] ** 2 - b["contact_area_error"] ** 2) for b in (plain, found)]
-            assert of_slip[1] - of_slip[0] == pytest.approx(0.06 * counts)
+            assert of_slip[1] - of_slip[0] == pytest.approx(0.12 * counts)
         for name in plain.keys() - {"slip_area_error"}:
             expected = counts * sizes.get(name.removesuffix("_error"), 0.0)
             assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
