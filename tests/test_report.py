@@ -287,6 +287,43 @@ def test_arrows_are_no_shorter_in_small_contacts(tmp_path: Path) -> None:
             assert np.hypot(arrows.U, arrows.V).min() > 0.05 * np.ptp(ax.get_xlim())
 
 
+SIZES = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  creepage: {longitudinal: 0.001, spin: 0.01}
+  mesh: {size: auto, cells: [24, 24]}
+grids:
+  much: {axes: {load: [10, 1000], tolerance.normal: [1.0e-5, 1.0e-16]}}
+  less: {axes: {load: [5, 100]}}
+  few: {scene: {mesh: {cells: [6, 6]}}, axes: {load: [50, 100]}}
+"""
+
+
+def test_marks_are_readable_in_contacts_of_any_size(tmp_path: Path) -> None:
+    """Small contacts thinned out the circles of large ones: eight black discs, and had no arrows themselves."""
+    run(load_text(tmp_path, SIZES), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        figures = {name: case_maps(grid) for name, grid in grids(tree).items()}
+        for name, figure in figures.items():
+            assert figure is not None
+            for ax in (ax for ax in panels(figure) if not remarks(ax)):
+                side = np.ptp(ax.get_xlim())
+                x = np.concatenate([markers(ax, state).get_offsets() for state in ("slip", "stick")])[:, 0]
+                assert len(np.unique(x.round(9))) >= (4 if name == "few" else 6)
+                assert markers(ax, "slip")._widths[0] * 2 <= 0.0801 * side
+                arrows = markers(ax, "direction")
+                assert len(arrows.U) >= 4 and 0.05 * side < np.hypot(arrows.U, arrows.V).max() < 0.121 * side
+        much, less = (panels(figures[name]) for name in ("much", "less"))  # type: ignore[arg-type]
+        one, other = much[0].get_xlim()[1], much[2].get_xlim()[1]
+        assert other / one == pytest.approx(100 ** (1 / 3), rel=0.05)
+        assert [bool(ax.get_xticklabels()[0].get_visible()) for ax in much[::2]] == [True, True]
+        assert much[1].get_xticks().size == 0  # nothing is drawn there to a scale
+        assert len({ax.get_xlim() for ax in less}) == 1
+        assert ["Each panel has its own scale" in caption_of(f) for f in figures.values() if f] == [True, False, False]
+
+
 def test_maps_show_the_magnitude_of_the_traction_on_one_scale(tree: xr.DataTree) -> None:
     data = tree["figure_7"].to_dataset()
     figure = draw(tree, "figure_7")

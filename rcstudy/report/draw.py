@@ -36,6 +36,18 @@ CIRCLES = 44
 _ALIKE = 1.15
 """Largest ratio of the numbers of cells across two contacts that are about the same."""
 
+_FEWEST = 12
+"""Approximate number of circles across a panel below which contacts are not made to look alike: too far apart."""
+
+APART = 3.0
+"""Ratio of the sizes of two contacts above which each panel has a scale of its own."""
+
+_LARGEST = 0.08
+"""Largest diameter of a circle over a panel's longer side, so that few circles do not cover the colours."""
+
+_LONGEST = 0.12
+"""Largest length of an arrow over a panel's longer side: circles of that diameter are seen beneath its head."""
+
 ROOM = 1.15
 """Half a panel's side over what has to fit into it."""
 
@@ -159,6 +171,18 @@ def window(cases: Iterable[CaseView]) -> Window:
     return Window(max(x, y / high), max(y, min(MORE * y, 0.7 * x), low * x))
 
 
+def windows(cases: Sequence[CaseView]) -> list[Window]:
+    """The window of each of these cases: that of all, or, if sizes of contacts differ by more than `APART`, its own.
+
+    Windows of different size have the same shape and stretch.
+    """
+    shared = window(cases)
+    sizes = [max(x / shared.x, y / shared.y) for x, y in map(_half_sides, cases)]
+    if not sizes or max(sizes) <= APART * min(sizes):
+        return [shared] * len(sizes)
+    return [Window(shared.x * size / max(sizes), shared.y * size / max(sizes), shared.stretch) for size in sizes]
+
+
 def _half_sides(case: CaseView) -> tuple[float, float]:
     """Largest |x| and |y| of a contact cell's outer edge, mm."""
     i, j = np.nonzero(case.field("state") != CellState.EXTERIOR)
@@ -195,10 +219,13 @@ def traction_map(
     shown.on(ax)
     longest = max(shown.pitches(case, (int(np.ptp(i)) + 1, int(np.ptp(j)) + 1)))
     # in small contacts fewer: arrows that can be seen
-    every = _steps(shown.pitches(case, (1, 1)), max(longest / ARROWS, shown.longest / ARROWS_AT_MOST))
+    wanted = _steps(shown.pitches(case, (1, 1)), max(longest / ARROWS, shown.longest / ARROWS_AT_MOST))
+    # every step beyond that would leave out all cells of a narrow contact
+    every = min(wanted[0], int(np.ptp(i)) | 1), min(wanted[1], int(np.ptp(j)) | 1)
     _arrows(ax, case, qx, qy, contact, every, shown)
     # beneath an arrow in each cell a circle has to be wider than the arrow's head
     diameter = (0.75 if every == (1, 1) else 0.5) * min(shown.pitches(case, steps))
+    diameter = min(diameter, _LARGEST * shown.longest)
     chosen = _chosen(case, steps)
     for which, face in ((CellState.SLIP, "black"), (CellState.STICK, "none")):
         i, j = np.nonzero(chosen & (state == which))
@@ -221,22 +248,25 @@ def traction_map(
         )
 
 
-def circle_steps(cases: Sequence[CaseView], shown: Window) -> list[tuple[int, int]]:
+def circle_steps(cases: Sequence[CaseView], shown: Sequence[Window]) -> list[tuple[int, int]]:
     """Cells from one circle to the next along x and y in the panel of each case: 1 unless the mesh is fine; odd.
 
-    On a fine mesh cells are left out as circles could not be told apart. A contact of about as many cells as one where
-    that is so, or of more, has no more circles, even if its cells are larger: windows that fit their contacts give all
-    of them the same number of cells.
+    `shown`: the windows of the panels. On a fine mesh cells are left out as circles could not be told apart. A contact
+    of about as many cells as one where that is so, or of more, has no more circles, even if its cells are larger:
+    windows that fit their contacts give all of them the same number of cells. It keeps its own circles where that would
+    leave too few.
     """
-    sizes = [shown.pitches(case, (1, 1)) for case in cases]
-    steps = [_steps(size, shown.longest / CIRCLES) for size in sizes]
+    sizes = [window.pitches(case, (1, 1)) for case, window in zip(cases, shown, strict=True)]
+    steps = [_steps(size, window.longest / CIRCLES) for size, window in zip(sizes, shown, strict=True)]
     across = [_cells_across(case) for case in cases]
     found = []
-    for own, size, cells in zip(steps, sizes, across, strict=True):
+    for own, size, cells, window in zip(steps, sizes, across, shown, strict=True):
+        most = (window.longest / _FEWEST) ** 2 / math.prod(size)
         alike = [math.prod(pair) for pair, n in zip(steps, across, strict=True) if n <= _ALIKE * cells]
-        fewer = max(alike) > math.prod(own)
+        thinned = max((count for count in alike if count <= most), default=1)
         # a little less than the distance wanted, so that rounding does not leave out more
-        found.append(_steps(size, (1.0 - 1e-9) * math.sqrt(max(alike) * math.prod(size))) if fewer else own)
+        wanted = (1.0 - 1e-9) * math.sqrt(thinned * math.prod(size))
+        found.append(_steps(size, wanted) if thinned > math.prod(own) else own)
     return found
 
 
@@ -278,7 +308,7 @@ def _arrows(
     size = np.hypot(qx, qy)
     chosen = _chosen(case, steps) & contact & (size > 0.02 * size.max())
     pitches = shown.pitches(case, steps)
-    length = min(0.62 * math.sqrt(math.prod(pitches)), 0.9 * min(pitches))
+    length = min(0.62 * math.sqrt(math.prod(pitches)), 0.9 * min(pitches), _LONGEST * shown.longest)
     i, j = np.nonzero(chosen)
     ax.quiver(
         case.x[i],

@@ -52,18 +52,18 @@ def share_limits(axes: np.ndarray) -> None:
             ax.set(xlim=(left.min(), right.max()), ylim=(low.min(), high.max()))
 
 
-def outer_labels(axes: np.ndarray, x: str, y: str) -> None:
-    """Label the outer panels only; inner ones keep their ticks without numbers."""
+def outer_labels(axes: np.ndarray, x: str, y: str, *, shared: bool = True) -> None:
+    """Label the outer panels only; inner ones keep their ticks, without numbers if all panels have the same limits."""
     rows, columns = axes.shape
     for k, ax in enumerate(axes.flat):
         i, j = divmod(k, columns)
         if i == rows - 1 or not axes[i + 1, j].get_visible():
             ax.set_xlabel(x)
-        else:
+        elif shared:
             ax.tick_params(labelbottom=False)
         if j == 0:
             ax.set_ylabel(y)
-        else:
+        elif shared:
             ax.tick_params(labelleft=False)
 
 

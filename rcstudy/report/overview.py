@@ -16,7 +16,7 @@ from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import DECADE, LINE_SPACING, caption, conditions, heighten, legend, log_ticks, panels
-from rcstudy.report.paper_figures import MAPS_SHOW, maps_figure, stretched
+from rcstudy.report.paper_figures import MAPS_SHOW, maps_figure, one_scale, scales
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.settings import LENGTH, MODULUS
@@ -39,6 +39,7 @@ MAPS_AT_MOST = 12
 
 _TICKS = 0.2  # height of tick labels along x for which panels have room, inches
 _TITLE = 2.0  # width of a map's title, inches: no more than its panel's
+_NARROW = 1.85  # the same where all panels have numbers beside them
 
 _WORDS = {name: f"{name} creepage" for name in ("longitudinal", "lateral")}
 _CREEPAGES = ("longitudinal", "lateral", "spin")
@@ -147,10 +148,11 @@ def case_maps(grid: GridView) -> Figure | None:
     counts = _counts(grid.shape)
     places = [_spread(size, count) for size, count in zip(grid.shape, counts, strict=True)]
     cases = [grid.case(*index) for index in itertools.product(*places)]
-    figure = maps_figure(cases, _title)
+    width = _TITLE if one_scale(cases) else _NARROW
+    figure = maps_figure(cases, lambda case: _title(case, width))
     what = f"{MAPS_SHOW}." if any(case.rolling for case in cases) else ""
     drawn = grid.at(dict(zip(grid.axes, places, strict=True)))
-    caption(figure, _caption(grid, what, stretched(cases), _chosen_cases(grid, counts), labels_of=drawn))
+    caption(figure, _caption(grid, what, scales(cases), _chosen_cases(grid, counts), labels_of=drawn))
     return figure
 
 
@@ -188,9 +190,10 @@ def _caption(grid: GridView, *sentences: str, labels_of: GridView | None = None)
     return f"{grid.name}: {words}" if words else grid.name
 
 
-def _title(case: CaseView) -> str:
+def _title(case: CaseView, width: float) -> str:
+    """The case's settings in lines of at most `width` inches."""
     letters = 36
-    while (lines := _title_lines(case.settings, letters)) and letters > 12 and width_of(lines) > _TITLE:
+    while (lines := _title_lines(case.settings, letters)) and letters > 12 and width_of(lines) > width:
         letters -= 2
     return literal("\n".join(lines))
 

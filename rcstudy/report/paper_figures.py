@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,11 +50,13 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
         raise UserError(f"the cube has no grid {name}")
     if number in (5, 6):
         return lines_figure(number, grids[name])
-    figure = maps_figure(list(grids[name].cases()), paper_title)
-    shown = "".join(map(panel_letter, grids[name].cases()))
-    more = f" {MODULI}" if number != 4 else OTHER_PANELS if shown == "aceg" else ""
-    words = rf"{MAPS_SHOW}; spin $\varphi$ in {unit_of('spin')}.{more}"
-    caption(figure, f"Fig. {number}. {words} {conditions(grids[name])}")
+    cases = list(grids[name].cases())
+    figure = maps_figure(cases, paper_title)
+    shown = "".join(map(panel_letter, cases))
+    more = MODULI if number != 4 else OTHER_PANELS if shown == "aceg" else ""
+    what = rf"{MAPS_SHOW}; spin $\varphi$ in {unit_of('spin')}."
+    words = " ".join(text for text in (what, scales(cases), more, conditions(grids[name])) if text)
+    caption(figure, f"Fig. {number}. {words}")
     return figure
 
 
@@ -189,6 +191,7 @@ def _by_creepage(case: CaseView) -> dict[str, Any]:
 
 
 _BESIDE = 0.35  # width of the labels beside a map's panel, inches
+_NUMBERS = 0.17  # by which they are wider where all panels have numbers, inches
 _TITLE_LINE = 0.145  # height of a line of a title, inches
 
 MAPS_SHOW = (
@@ -197,7 +200,7 @@ MAPS_SHOW = (
 )
 
 
-OTHER_PANELS = " Letters are the paper's, whose b, d, f and h are the same by another method."
+OTHER_PANELS = "Letters are the paper's, whose b, d, f and h are the same by another method."
 """Remark on the panels of the paper's Figure 4 that are not drawn here, where the others are."""
 
 
@@ -210,8 +213,8 @@ def paper_title(case: CaseView) -> str:
 def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
     """Maps of |q|, a panel per case, with slip cells filled, stick cells open, arrows along q, one colour bar.
 
-    One column for one case, two for up to four, else three; no scales where no case has a map. UserError if the cube
-    does not store the fields.
+    One column for one case, two for up to four, else three. Panels have the same limits, or each its own if contacts
+    differ much in size; no scales where no case has a map. UserError if the cube does not store the fields.
     """
     from matplotlib.colors import Normalize
 
@@ -220,7 +223,10 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
     width = (3.4, 5.2, WIDTH)[columns - 1]
     solved = [c for c in cases if c.rolling]
     shown = draw.window(solved)
-    height = (width / columns - _BESIDE) * shown.shape + _BESIDE
+    windows = dict(zip(solved, draw.windows(solved), strict=True))
+    shared = len(set(windows.values())) <= 1
+    beside = _BESIDE if shared else _BESIDE + _NUMBERS
+    height = (width / columns - beside) * shown.shape + beside
     figure, axes = panels(rows, columns, (height + 0.12) * rows + 0.7, width=width)
     titles = {case: title(case) for case in cases}
     for row in range(rows):  # there is room for titles of two lines
@@ -230,14 +236,16 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
     colours = traction_colours()
     for ax in axes.flat[len(cases) :]:
         ax.set_visible(False)
-    steps = dict(zip(solved, draw.circle_steps(solved, shown), strict=True))
+    steps = dict(zip(solved, draw.circle_steps(solved, list(windows.values())), strict=True))
     for ax, case in zip(axes.flat, cases, strict=False):
         shown.on(ax)
         ax.set_title(titles[case], loc="left", linespacing=1.35)
         if not case.rolling:
+            if not shared:
+                ax.set(xticks=[], yticks=[])
             draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
             continue
-        draw.traction_map(ax, case, norm, colours, shown, steps[case])
+        draw.traction_map(ax, case, norm, colours, windows[case], steps[case])
         decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
         ratio = f"slip {100 * slip_ratio(case):.{decimals}f} %"
         ax.text(
@@ -255,18 +263,24 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
         for ax in axes.flat:
             ax.set(xticks=[], yticks=[])
         return figure
-    outer_labels(axes, "$x$ (mm), rolling $\\rightarrow$", "$y$ (mm)")
+    outer_labels(axes, "$x$ (mm), rolling $\\rightarrow$", "$y$ (mm)", shared=shared)
     _map_legend(figure, axes, norm, colours, list(steps.values()))
     return figure
 
 
-def stretched(cases: Sequence[CaseView]) -> str:
-    """A sentence on maps of these cases that are not to scale; empty if they are."""
+def one_scale(cases: Iterable[CaseView]) -> bool:
+    """Whether maps of these cases have the same limits in all panels."""
+    return len(set(draw.windows([c for c in cases if c.rolling]))) <= 1
+
+
+def scales(cases: Sequence[CaseView]) -> str:
+    """Sentences on maps of these cases that are not to scale, or not to one scale; empty if they are."""
+    words = [] if one_scale(cases) else ["Each panel has its own scale, as contacts differ much in size."]
     factor = draw.window(c for c in cases if c.rolling).stretch
-    if factor == 1.0:
-        return ""
-    one, other, times = ("y", "x", factor) if factor > 1.0 else ("x", "y", 1.0 / factor)
-    return f"Drawn {times:.2g} times as large along ${one}$ as along ${other}$, arrows at their true angles."
+    if factor != 1.0:
+        one, other, times = ("y", "x", factor) if factor > 1.0 else ("x", "y", 1.0 / factor)
+        words.append(f"Drawn {times:.2g} times as large along ${one}$ as along ${other}$, arrows at their true angles.")
+    return " ".join(words)
 
 
 def _map_legend(figure: Figure, axes: np.ndarray, norm: Any, colours: Any, steps: Sequence[tuple[int, int]]) -> None:
