@@ -412,7 +412,44 @@ def test_captions_explain_labels_of_bodies_meshes_and_tolerances(tmp_path: Path)
         r"Tolerance: a: $1\times10^{-5}$ (pressure), $1\times10^{-7}$ (tractions); "
         r"loose: $0.001$ (pressure), $0.001$ (tractions). "
     ) in captions["meshes"]
-    assert not any(word in captions["loads"] for word in ("Radius:", "ounterbody", "Mesh", "Tolerance"))
+    assert not any(word in captions["loads"] for word in ("Radius:", "Counterbody", "Mesh", "Tolerance"))
+
+
+BODIES = (
+    SMALL_BALL
+    + """\
+  substrates: {scene: {layers: [{E: 1000, nu: 0.3, thickness: 1}]}, axes: {substrate.E: [70000, 210000]}}
+  ratios: {axes: {substrate.nu: [0.2, 0.3]}}
+  others:
+    scene: {counterbody: {E: 1, nu: 0.28}}
+    axes: {counterbody.E: [0.5 Es, 1 Es]}
+  given: {axes: {counterbody.E: [70000, 210000], counterbody.nu: [0.2, 0.3]}}
+"""
+)
+
+
+def test_moduli_of_substrate_and_counterbody_are_told_apart(tmp_path: Path) -> None:
+    """Both were `E`, and of a body with one number varied the caption told nothing."""
+    run(load_text(tmp_path, BODIES), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        views = grids(tree)
+        figures = {name: overview_figure(grid) for name, grid in views.items()}
+        labels = {name: figure.axes[0].get_xlabel() for name, figure in figures.items()}
+        captions = {name: caption_of(figure) for name, figure in figures.items()}
+        lines = [text.get_text() for text in figures["given"].legends[0].get_texts()]
+        assert views["substrates"].first.settings == ["substrate E=70000 MPa"]
+        assert layers_text(views["substrates"].first) == "E1 = 1000 MPa"  # and the substrate's nu
+    assert labels == {
+        "substrates": "substrate E (MPa)",
+        "ratios": "substrate nu",
+        "others": "counterbody E (MPa)",
+        "given": "counterbody E (MPa)",
+    }
+    assert lines == ["counterbody nu = 0.2", "counterbody nu = 0.3"]
+    assert r"$R$ = 50 mm, substrate $\nu$ = 0.3, rigid counterbody" in captions["substrates"]
+    assert r"$R$ = 50 mm, substrate $E_s$ = 210000 MPa, rigid counterbody" in captions["ratios"]
+    assert r"substrate $E_s$ = 210000 MPa, $\nu$ = 0.3, counterbody $\nu$ = 0.28, one-way" in captions["others"]
+    assert r"$\nu$ = 0.3, one-way" in captions["given"] and "rigid" not in captions["given"]
 
 
 def test_each_sentence_of_a_caption_begins_with_a_capital(tmp_path: Path) -> None:

@@ -23,6 +23,8 @@ from rcstudy.spec import SceneSpec
 _LABELLED = ("creepage", "layers", "case")
 """Axes whose values are names of settings that the cube stores, which a caption spells out."""
 
+_Text = Callable[[SceneSpec, frozenset[str]], str]
+
 _SPELT = 12  # values of such an axis, at most
 _LETTERS = 40  # of a label
 
@@ -154,9 +156,9 @@ def _written(grid: GridView) -> list[str]:
     for key, text in _WRITTEN.items():
         if key == "coupling" and "force_x" not in grid:
             continue
-        texts = _texts_of_labels(grid, key, text) if key in varied else [text(scene)]
+        texts = _texts_of_labels(grid, key, text) if key in varied else [text(scene, varied)]
         if len(set(texts)) == 1 and key not in _OF_MESHES:
-            shared.append(_in_words(key, texts[0]))
+            shared += [_in_words(key, texts[0])] if texts[0] else []
         elif key in varied and texts and (words := _spelt(grid, _labels_of(grid, key), texts)):
             told.append(f"{key}: {words}")
     return [
@@ -172,12 +174,12 @@ def _labels_of(grid: GridView, key: str) -> str:
     return key if key in grid.axes and key in _MAPPINGS else ""
 
 
-def _texts_of_labels(grid: GridView, key: str, text: Callable[[SceneSpec], str]) -> list[str]:
+def _texts_of_labels(grid: GridView, key: str, text: _Text) -> list[str]:
     """The `text` of the setting `key` for each of its first labels; empty if these are not found in the study."""
     axis = _labels_of(grid, key)
     labels = grid.axis_values(axis)[:_SPELT] if axis else []
     scenes = labelled_scenes(grid.study_text, grid.name, axis, labels)
-    return [text(scenes[label]) for label in labels] if set(labels) <= scenes.keys() else []
+    return [text(scenes[label], frozenset()) for label in labels] if set(labels) <= scenes.keys() else []
 
 
 def _in_words(key: str, text: str) -> str:
@@ -185,21 +187,29 @@ def _in_words(key: str, text: str) -> str:
     return text if key == "radius" else f"{key} {text}" if text.startswith("$") else f"{text} {key}"
 
 
-def _radius(scene: SceneSpec) -> str:
+def _radius(scene: SceneSpec, varied: frozenset[str]) -> str:
     x, y = map(number_text, scene.radius)
     return f"$R$ = {x} mm" if x == y else f"$R_x$ = {x} mm, $R_y$ = {y} mm"
 
 
-def _substrate(scene: SceneSpec) -> str:
-    return f"$E_s$ = {number_text(scene.substrate.E)} MPa, $\\nu$ = {number_text(scene.substrate.nu)}"
+def _substrate(scene: SceneSpec, varied: frozenset[str]) -> str:
+    return _material("substrate", f"$E_s$ = {number_text(scene.substrate.E)} MPa", scene.substrate.nu, varied)
 
 
-def _counterbody(scene: SceneSpec) -> str:
+def _counterbody(scene: SceneSpec, varied: frozenset[str]) -> str:
     other = scene.counterbody
-    return "rigid" if other is None else f"$E$ = {_quantity(other.E, 'MPa')}, $\\nu$ = {number_text(other.nu)}"
+    if other is None:  # its numbers may all be axes
+        return "" if varied & {"counterbody.E", "counterbody.nu"} else "rigid"
+    return _material("counterbody", f"$E$ = {_quantity(other.E, 'MPa')}", other.nu, varied)
 
 
-def _mesh(scene: SceneSpec) -> str:
+def _material(body: str, modulus: str, nu: float, varied: frozenset[str]) -> str:
+    """Modulus and Poisson's ratio of a body, but for what cases set themselves."""
+    parts = {f"{body}.E": modulus, f"{body}.nu": f"$\\nu$ = {number_text(nu)}"}
+    return ", ".join(text for path, text in parts.items() if path not in varied)
+
+
+def _mesh(scene: SceneSpec, varied: frozenset[str]) -> str:
     size, (nx, ny) = scene.mesh.size, scene.mesh.cells
     cells = f"{nx} × {ny} cells"
     if size is None:
@@ -207,7 +217,7 @@ def _mesh(scene: SceneSpec) -> str:
     return f"{cells} in {' × '.join(_quantity(side, 'mm') for side in size)}"
 
 
-def _tolerance(scene: SceneSpec) -> str:
+def _tolerance(scene: SceneSpec, varied: frozenset[str]) -> str:
     parts = ((scene.tolerance.normal, "pressure"), (scene.tolerance.tangential, "tractions"))
     return ", ".join(f"${given_text(value, math=True)}$ ({what})" for value, what in parts)
 
@@ -225,13 +235,16 @@ _MAPPINGS = ("substrate", "counterbody", "mesh", "tolerance")
 _OF_MESHES = ("mesh", "tolerance")
 """Settings that a caption tells of only where they have labels."""
 
-_WRITTEN: Mapping[str, Callable[[SceneSpec], str]] = {
+_WRITTEN: Mapping[str, _Text] = {
     "radius": _radius,
     "substrate": _substrate,
     "counterbody": _counterbody,
-    "coupling": lambda scene: scene.coupling,
-    "discretisation": lambda scene: scene.discretisation,
+    "coupling": lambda scene, _: scene.coupling,
+    "discretisation": lambda scene, _: scene.discretisation,
     "mesh": _mesh,
     "tolerance": _tolerance,
 }
-"""Settings of the scene that the cube does not store for every case, and the words for each."""
+"""Settings of the scene that the cube does not store for every case, and the words for each.
+
+The words leave out what is at the paths that cases set themselves.
+"""

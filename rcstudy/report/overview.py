@@ -102,7 +102,7 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
             remark(ax, ["none of these cases is solved"])
     heighten(figure, rows * max(0.0, _ticks_height(axes.flat[0]) - _TICKS))
     if across:
-        words = [_lines_label(f"{across} = {value}") for value in grid.axis_values(across)]
+        words = [_lines_label(f"{grid.name_of(across)} = {value}") for value in grid.axis_values(across)]
         legend(figure, {words[at]: look for at, look in zip(lines, looks, strict=True)}, **LINE_SPACING)
     has_bars = any_solved and any(f"{name}_error" in grid for name in names)
     errors = "Estimated discretisation errors as bars." if has_bars else ""
@@ -176,7 +176,7 @@ def _chosen_cases(grid: GridView, counts: Sequence[int]) -> str:
     if shown == total:
         return ""
     parts = [
-        f"{count} of {counted(size, 'value')} of {axis}"
+        f"{count} of {counted(size, 'value')} of {grid.name_of(axis)}"
         for axis, size, count in zip(grid.axes, grid.shape, counts, strict=True)
         if size > 1
     ]
@@ -265,7 +265,8 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
     if not axis:
         ax.set_xticks([])
         return
-    words, units = _WORDS.get(axis, axis.replace("_", " ")), grid.units(axis) if grid.numeric(axis) else ""
+    words = _WORDS.get(axis, grid.name_of(axis).replace("_", " "))
+    units = grid.units(axis) if grid.numeric(axis) else ""
     ax.set_xlabel(f"{words} / {units}" if units in (LENGTH, MODULUS) else f"{words} ({units})" if units else words)
     if grid.numeric(axis):
         _scale_axis(ax, _positions(grid, axis))
@@ -324,11 +325,11 @@ def _remarks(grid: GridView, along: str, across: str, lines: int, zero: Sequence
     if failed:
         remarks.append(f"{failed} of {grid.small('status').size} cases not solved (gaps).")
     if across and lines < grid.dataset.sizes[across]:
-        remarks.append(f"{lines} of {grid.dataset.sizes[across]} values of {across}.")
+        remarks.append(f"{lines} of {grid.dataset.sizes[across]} values of {grid.name_of(across)}.")
     if zero:
         remarks.append(f"Zero in all cases shown: {', '.join(QUANTITIES[name].split(' (')[0] for name in zero)}.")
     rest = [axis for axis in grid.axes if axis not in (along, across)]
-    fixed = [f"{axis} = {literal(shortened(grid.axis_values(axis)[:1], 60)[0])}" for axis in rest]
+    fixed = [f"{grid.name_of(axis)} = {literal(shortened(grid.axis_values(axis)[:1], 60)[0])}" for axis in rest]
     if fixed:
         remarks.append(f"Shown for {', '.join(fixed)}.")
     return " ".join(remarks)

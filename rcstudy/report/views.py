@@ -61,16 +61,15 @@ class GridView:
         scene, varied = self.starting
         if scene is None:
             return None
-        return float("nan") if "substrate" in varied else scene.substrate.nu
+        return float("nan") if varied & {"substrate", "substrate.nu"} else scene.substrate.nu
 
     @cached_property
-    def starting(self) -> tuple[SceneSpec | None, set[str]]:
-        """The scene that the cases start from, and the keys of it that cases set themselves.
+    def starting(self) -> tuple[SceneSpec | None, frozenset[str]]:
+        """The scene that the cases start from, and the dotted paths of its settings that cases set themselves.
 
         From the study's text; the scene is None if that is not understood.
         """
-        scene, paths = starting_scene(self.study_text, self.name)
-        return scene, {path.split(".")[0] for path in paths}
+        return starting_scene(self.study_text, self.name)
 
     @property
     def first(self) -> CaseView:
@@ -108,6 +107,12 @@ class GridView:
         """Value `i` of `axis` as the study wrote it, with units."""
         text, units = self.written(axis, i), self.units(axis)
         return f"{text} {units}" if units and text[-1:].isdigit() else text
+
+    def name_of(self, axis: str) -> str:
+        """The name of `axis` for people; `E` and `nu` with the body that they belong to: `substrate E`."""
+        long_name = str(self.dataset[axis].attrs.get("long_name", "")) if axis in ("E", "nu") and axis in self else ""
+        body = re.search(r" of the (substrate|counterbody)\b", long_name)
+        return f"{body[1]} {axis}" if body else axis
 
     def units(self, axis: str) -> str:
         """Units of the numbers, or pairs of numbers, along `axis` as people write them; empty if they have none."""
@@ -245,7 +250,7 @@ class CaseView:
     def settings(self) -> list[str]:
         """The case in words with units, one for each axis: `thickness=0.05 mm`; its label in a list of cases."""
         values = [(axis, self.grid.value(axis, i)) for axis, i in zip(self.grid.axes, self.index, strict=True)]
-        return [value if axis == "case" else f"{axis}={value}" for axis, value in values]
+        return [value if axis == "case" else f"{self.grid.name_of(axis)}={value}" for axis, value in values]
 
     @cached_property
     def layers(self) -> list[tuple[float, float]]:
