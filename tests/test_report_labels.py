@@ -44,6 +44,32 @@ from rcstudy.report.views import GridView, grids
 from rcstudy.settings import unit_as_written
 from rcstudy.sweep import run
 
+HELD = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 20
+  mesh: {size: [2, 2], cells: [32, 32]}
+grids:
+  films:
+    axes:
+      layers: [{label: bare, layers: []}, {label: film, layers: [{E: 5000, nu: 0.4, thickness: 0.05}]}]
+      load: [10, 40]
+      creepage: [{label: tangent, longitudinal: 0.001}, {label: curve, spin: 0.002}]
+      friction: [0.3, 0.4, 0.5]
+"""
+
+
+def test_captions_tell_of_the_cases_shown_alone(tmp_path: Path) -> None:
+    """Of a label held fixed, not of the others; and what is the same at the one load that is shown."""
+    run(load_text(tmp_path, HELD), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        caption = caption_of(overview_figure(grids(tree)["films"]))
+    assert r"Shown for load = 10 N, creepage = tangent. Creepage: $\xi_x = 0.001$. Layers: bare: no" in caption
+    assert "curve" not in caption and "$P$ = 10 N, $a$ = 0.1176 mm, $p_0$ = 345.4 MPa, cells of" in caption
+
+
 DOLLARS = (r"cost $5\frac$", "two $1 and $2 coats", "a|b_$x$")
 
 

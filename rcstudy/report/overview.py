@@ -106,7 +106,9 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
         legend(figure, {words[at]: look for at, look in zip(lines, looks, strict=True)}, **LINE_SPACING)
     has_bars = any_solved and any(f"{name}_error" in grid for name in names)
     errors = "Estimated discretisation errors as bars." if has_bars else ""
-    caption(figure, _caption(grid, errors, _remarks(grid, along, across, len(lines), zero)))
+    places = {across: lines, along: range(len(x))}
+    drawn = grid.at({axis: places.get(axis, [0]) for axis in grid.axes})
+    caption(figure, _caption(drawn, errors, _remarks(grid, drawn, along, across, zero)))
     return figure
 
 
@@ -152,7 +154,7 @@ def case_maps(grid: GridView) -> Figure | None:
     figure = maps_figure(cases, lambda case: _title(case, width))
     what = f"{MAPS_SHOW}." if any(case.rolling for case in cases) else ""
     drawn = grid.at(dict(zip(grid.axes, places, strict=True)))
-    caption(figure, _caption(grid, what, scales(cases), _chosen_cases(grid, counts), labels_of=drawn))
+    caption(figure, _caption(drawn, what, scales(cases), _chosen_cases(grid, counts)))
     return figure
 
 
@@ -184,10 +186,10 @@ def _chosen_cases(grid: GridView, counts: Sequence[int]) -> str:
     return f"{shown} of {total} cases, evenly chosen{which}."
 
 
-def _caption(grid: GridView, *sentences: str, labels_of: GridView | None = None) -> str:
-    """Sentences under a figure of `grid`; `labels_of`: its cases that are drawn, if not all, whose labels are told."""
-    words = " ".join(text for text in (*sentences, held(labels_of or grid), conditions(grid)) if text)
-    return f"{grid.name}: {words}" if words else grid.name
+def _caption(drawn: GridView, *sentences: str) -> str:
+    """Sentences under a figure, with what the cases that it shows have in common."""
+    words = " ".join(text for text in (*sentences, held(drawn), conditions(drawn)) if text)
+    return f"{drawn.name}: {words}" if words else drawn.name
 
 
 def _title(case: CaseView, width: float) -> str:
@@ -319,13 +321,15 @@ def _lines_label(text: str) -> str:
     return literal("\n".join(textwrap.wrap(text, 60)))
 
 
-def _remarks(grid: GridView, along: str, across: str, lines: int, zero: Sequence[str]) -> str:
+def _remarks(grid: GridView, drawn: GridView, along: str, across: str, zero: Sequence[str]) -> str:
     remarks = []
-    failed = int((grid.small("status").values != 0).sum())
+    failed = int((drawn.small("status").values != 0).sum())
     if failed:
-        remarks.append(f"{failed} of {grid.small('status').size} cases not solved (gaps).")
-    if across and lines < grid.dataset.sizes[across]:
-        remarks.append(f"{lines} of {grid.dataset.sizes[across]} values of {grid.name_of(across)}.")
+        remarks.append(f"{failed} of {drawn.small('status').size} cases not solved (gaps).")
+    if across and drawn.dataset.sizes[across] < grid.dataset.sizes[across]:
+        remarks.append(
+            f"{drawn.dataset.sizes[across]} of {grid.dataset.sizes[across]} values of {grid.name_of(across)}."
+        )
     if zero:
         remarks.append(f"Zero in all cases shown: {', '.join(QUANTITIES[name].split(' (')[0] for name in zero)}.")
     rest = [axis for axis in grid.axes if axis not in (along, across)]
