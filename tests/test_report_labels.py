@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -41,6 +42,7 @@ from rcstudy.report.layout import conditions
 from rcstudy.report.overview import QUANTITIES, _counts, case_maps, geometric, overview_figure
 from rcstudy.report.style import style
 from rcstudy.report.views import GridView, grids
+from rcstudy.result import Status
 from rcstudy.settings import unit_as_written
 from rcstudy.sweep import run
 
@@ -476,6 +478,56 @@ def test_moduli_of_substrate_and_counterbody_are_told_apart(tmp_path: Path) -> N
     assert r"$R$ = 50 mm, substrate $E_s$ = 210000 MPa, rigid counterbody" in captions["ratios"]
     assert r"substrate $E_s$ = 210000 MPa, $\nu$ = 0.3, counterbody $\nu$ = 0.28, one-way" in captions["others"]
     assert r"$\nu$ = 0.3, one-way" in captions["given"] and "rigid" not in captions["given"]
+
+
+SOLVERS = (
+    SMALL_BALL
+    + """\
+  usual: {scene: {tolerance: {normal: 1.0e-5}}, axes: {load: [10, 20]}}
+  given:
+    scene: {method: paper-cg, spin_point: 0.125, tolerance: {normal: 1.0e-3}}
+    axes: {tolerance.tangential: [0.1, 0.01]}
+  aligned: {scene: {discretisation: aligned, spin_point: 0.125, tolerance: {tangential: 0.001}}, axes: {load: [10, 20]}}
+  listed:
+    cases:
+      - {label: one, method: paper-cg}
+      - {label: other, spin_point: 0.125}
+  pressures: {scene: {creepage: none, method: paper-cg}, axes: {load: [10, 20]}}
+"""
+)
+
+
+def test_captions_name_solvers_that_are_not_the_usual_ones(tmp_path: Path) -> None:
+    run(load_text(tmp_path, SOLVERS), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        captions = {name: caption_of(overview_figure(grid)) for name, grid in grids(tree).items()}
+    parts = {name: re.split(r"ounterbody, | \$P\$| \$\\mu\$", caption)[1] for name, caption in captions.items()}
+    assert parts == {
+        "usual": "one-way coupling, kalker discretisation.",
+        "given": "one-way coupling, paper-cg method, kalker discretisation, "
+        "spin point $0.125$ cells ahead of the centre, tolerance $0.001$ (pressure).",
+        "aligned": "one-way coupling, aligned discretisation, "
+        r"tolerance $1\times10^{-5}$ (pressure), $0.001$ (tractions).",
+        "listed": "one-way coupling, kalker discretisation. Method: one: paper-cg; other: newton. "
+        "Spin point: one: $0$ cells ahead of the centre; other: $0.125$ cells ahead of the centre.",
+        "pressures": "kalker discretisation.",
+    }
+
+
+def test_what_no_solved_case_has_has_no_panel(tmp_path: Path) -> None:
+    """Forces had empty panels with scales where only a case without creepage is solved."""
+    scenes = [replace(SCENE, creepage=None), SCENE]
+    cases = [Case("g", (k,), scene, f"{k:064x}") for k, scene in enumerate(scenes)]
+    made = assemble(
+        make_study(),
+        (make_grid("g", case_axis(["still", "rolls"])), cases),
+        failing={f"{1:064x}": Status.NOT_CONVERGED},
+    )
+    with synthetic_tree(tmp_path, made) as tree, style():
+        figure = overview_figure(grids(tree)["g"])
+    labels = [ax.get_ylabel() for ax in figure.axes if ax.get_visible()]
+    assert labels == [QUANTITIES["contact_radius"], QUANTITIES["pressure_max"]]
+    assert "1 of 2 cases not solved (gaps)." in caption_of(figure)
 
 
 def test_each_sentence_of_a_caption_begins_with_a_capital(tmp_path: Path) -> None:

@@ -145,22 +145,25 @@ def _moduli_and_ratios(case: CaseView) -> str:
 
 
 def _written(grid: GridView) -> list[str]:
-    """Sentences on radii, bodies, coupling, discretisation, mesh and tolerances as the study wrote them.
+    """Sentences on radii, bodies, coupling, method, discretisation, mesh and tolerances as the study wrote them.
 
-    The first one has what all cases share, but for mesh and tolerances; the others what labels stand for.
+    The first one has what all cases share, but for the mesh, and for what is as it is by default; the others what
+    labels stand for.
     """
     scene, varied = grid.starting
     if scene is None:
         return []
     shared, told = [], []
     for key, text in _WRITTEN.items():
-        if key == "coupling" and "force_x" not in grid:
+        if key in _OF_TRACTIONS and "force_x" not in grid:
             continue
         texts = _texts_of_labels(grid, key, text) if key in varied else [text(scene, varied)]
-        if len(set(texts)) == 1 and key not in _OF_MESHES:
-            shared += [_in_words(key, texts[0])] if texts[0] else []
+        if len(set(texts)) == 1 and key != "mesh":
+            default = scene.model_copy(update={key: SceneSpec.model_fields[key].default})
+            if texts[0] and not (key in _USUAL and texts[0] == text(default, varied)):
+                shared.append(_in_words(key, texts[0]))
         elif key in varied and texts and (words := _spelt(grid, _labels_of(grid, key), texts)):
-            told.append(f"{key}: {words}")
+            told.append(f"{key.replace('_', ' ')}: {words}")
     return [
         sentence.replace(" = ", f"{KEEP}={KEEP}").replace(" mm", f"{KEEP}mm").replace(" MPa", f"{KEEP}MPa")
         for sentence in (", ".join(shared), *told)
@@ -184,7 +187,7 @@ def _texts_of_labels(grid: GridView, key: str, text: _Text) -> list[str]:
 
 def _in_words(key: str, text: str) -> str:
     """What all cases share: `rigid counterbody`, or `counterbody` with its numbers."""
-    return text if key == "radius" else f"{key} {text}" if text.startswith("$") else f"{text} {key}"
+    return text if key == "radius" else f"{key.replace('_', ' ')} {text}" if text.startswith("$") else f"{text} {key}"
 
 
 def _radius(scene: SceneSpec, varied: frozenset[str]) -> str:
@@ -217,9 +220,19 @@ def _mesh(scene: SceneSpec, varied: frozenset[str]) -> str:
     return f"{cells} in {' × '.join(_quantity(side, 'mm') for side in size)}"
 
 
+def _spin_point(scene: SceneSpec, varied: frozenset[str]) -> str:
+    if scene.discretisation == "aligned" and "discretisation" not in varied:
+        return "of no effect"
+    return f"${number_text(scene.spin_point)}$ cells ahead of the centre"
+
+
 def _tolerance(scene: SceneSpec, varied: frozenset[str]) -> str:
-    parts = ((scene.tolerance.normal, "pressure"), (scene.tolerance.tangential, "tractions"))
-    return ", ".join(f"${given_text(value, math=True)}$ ({what})" for value, what in parts)
+    parts = {"normal": (scene.tolerance.normal, "pressure"), "tangential": (scene.tolerance.tangential, "tractions")}
+    return ", ".join(
+        f"${given_text(value, math=True)}$ ({what})"
+        for key, (value, what) in parts.items()
+        if f"tolerance.{key}" not in varied
+    )
 
 
 def _quantity(value: Quantity, units: str) -> str:
@@ -232,15 +245,20 @@ def _quantity(value: Quantity, units: str) -> str:
 _MAPPINGS = ("substrate", "counterbody", "mesh", "tolerance")
 """Settings of the scene whose values along an axis are labelled mappings that the cube does not store as one."""
 
-_OF_MESHES = ("mesh", "tolerance")
-"""Settings that a caption tells of only where they have labels."""
+_OF_TRACTIONS = ("coupling", "method", "spin_point")
+"""Settings without effect where only the pressure is computed."""
+
+_USUAL = ("method", "spin_point", "tolerance")
+"""Settings that a caption tells of only where they differ, or are not as they are by default."""
 
 _WRITTEN: Mapping[str, _Text] = {
     "radius": _radius,
     "substrate": _substrate,
     "counterbody": _counterbody,
     "coupling": lambda scene, _: scene.coupling,
+    "method": lambda scene, _: scene.method,
     "discretisation": lambda scene, _: scene.discretisation,
+    "spin_point": _spin_point,
     "mesh": _mesh,
     "tolerance": _tolerance,
 }

@@ -69,17 +69,20 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
     The abscissa is the axis of numbers `along`, or, if the grid has no such axis, an axis of numbers that is chosen:
     a creepage with three or more values, or else the one with most values. Lines stand for an axis of words if there is
     one. An axis of labels (or of several numbers) is drawn evenly spaced with its labels. Cases that were not solved
-    leave gaps, which the caption counts; where none of those shown is solved, panels say so and have no scales. Forces
-    and moment that are zero in all cases shown have no panel.
+    leave gaps, which the caption counts; where none of those shown is solved, panels say so and have no scales. What no
+    solved case shown has, and forces and moment that are zero in all of them, have no panel.
     """
     along, across = _axes(grid, along)
     lines = _chosen(grid.dataset.sizes[across]) if across else [0]
     x = _positions(grid, along)
     order = np.argsort(x, kind="stable")
     shown = [[_case(grid, {along: i, across: at}) for i in order] for at in lines]
-    any_solved = any(case.solved for cases in shown for case in cases)
-    zero = [name for name in QUANTITIES if name in grid and _vanishes(itertools.chain(*shown), name)]
-    names = [name for name in QUANTITIES if name in grid and name not in zero]
+    solved = [case for cases in shown for case in cases if case.solved]
+    stored = [name for name in QUANTITIES if name in grid]
+    zero = [name for name in stored if _vanishes(solved, name)]
+    # what no case has, such as forces where tractions are not solved, has no panel
+    known = [name for name in stored if not solved or any(np.isfinite(case.number(name)) for case in solved)]
+    names = [name for name in known if name not in zero]
     columns = 2 if len(names) == 4 else min(3, len(names))
     rows = -(-len(names) // columns)
     figure, axes = panels(rows, columns, 2.2 * rows + 0.3)
@@ -97,14 +100,14 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
         ax.set_ylabel(QUANTITIES[name])
         ax.set_title(f"({'abcdef'[k]})", loc="left")
         _label_axis(ax, grid, along)
-        if not any_solved:
+        if not solved:
             ax.set(xticks=[], yticks=[])
             remark(ax, ["none of these cases is solved"])
     heighten(figure, rows * max(0.0, _ticks_height(axes.flat[0]) - _TICKS))
     if across:
         words = [_lines_label(f"{grid.name_of(across)} = {value}") for value in grid.axis_values(across)]
         legend(figure, {words[at]: look for at, look in zip(lines, looks, strict=True)}, **LINE_SPACING)
-    has_bars = any_solved and any(f"{name}_error" in grid for name in names)
+    has_bars = bool(solved) and any(f"{name}_error" in grid for name in names)
     errors = "Estimated discretisation errors as bars." if has_bars else ""
     places = {across: lines, along: range(len(x))}
     drawn = grid.at({axis: places.get(axis, [0]) for axis in grid.axes})
