@@ -373,7 +373,8 @@ def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Pat
     assert f"0.05 mm, 0.1 mm thick. {radii}" in captions["slides"] and "full coupling" in captions["slides"]
     assert (
         r"Creepage: straight: $\xi_x = 0.002$; curve: $\xi_x = 0.002$, $\varphi = 0.01$ rad/mm. "
-        rf"2 layers, each $0.5\,a$ thick, $\nu = 0.3$. {radii}, {bodies}, rigid counterbody"
+        r"2 layers, each $0.5\,a$ thick, $\nu = 0.3$. Modulus $m\,E_s$ is that of the layer next to the substrate: "
+        rf"the $k$-th layer above the substrate has $m^k\,E_s$. {radii}, {bodies}, rigid counterbody"
     ) in captions["labels"]
     assert (
         r"Layers: $E_1 = 420000\,\mathrm{MPa}$, $E_2 = 840000\,\mathrm{MPa}$, $\nu = 0.3$, 0.05" in captions["slides"]
@@ -528,6 +529,36 @@ def test_what_no_solved_case_has_has_no_panel(tmp_path: Path) -> None:
     labels = [ax.get_ylabel() for ax in figure.axes if ax.get_visible()]
     assert labels == [QUANTITIES["contact_radius"], QUANTITIES["pressure_max"]]
     assert "1 of 2 cases not solved (gaps)." in caption_of(figure)
+
+
+GRADED = (
+    SMALL_BALL
+    + """\
+  one: {coating: {thickness: 0.1}, axes: {modulus: [0.5 Es, 420000]}}
+  several: {coating: {layer_count: 10, thickness: 0.1}, axes: {modulus: [0.9 Es, 231000]}}
+  counts: {coating: {modulus: 2 Es, thickness: 0.1}, axes: {layer_count: [0, 1, 3]}}
+  held: {coating: {layer_count: 2, thickness: 0.1}, axes: {modulus: [0.5 Es, 2 Es], load: [10, 20, 40]}}
+"""
+)
+
+
+def test_captions_say_which_modulus_of_several_layers_is_varied(tmp_path: Path) -> None:
+    """All ten layers were taken to have it."""
+    run(load_text(tmp_path, GRADED), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        views = grids(tree)
+        captions = {name: caption_of(overview_figure(grid)) for name, grid in views.items()}
+        maps = caption_of(case_maps(views["several"]))
+        (view,) = (views["several"].held_at("modulus", "231000"),)
+        assert view is not None
+        surface, (E, _) = view.first.layers[0][0], view.first.layers[-1]
+    words = r" The $k$-th layer above the substrate has $2^k\,E_s$. $R$"
+    which = r"Modulus $m\,E_s$ is that of the layer next to the substrate: the $k$-th layer above the substrate has $"
+    assert "above the substrate" not in captions["one"]
+    assert f"thick, $\\nu = 0.3$. {which}" in captions["several"] and which in maps
+    assert (E, surface) == (pytest.approx(231000.0), pytest.approx(210000.0 * 1.1**10))
+    assert words in captions["counts"]
+    assert "Shown for load" not in captions["held"] and which in captions["held"]
 
 
 def test_each_sentence_of_a_caption_begins_with_a_capital(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ _LETTERS = 40  # of a label
 
 def held(grid: GridView) -> str:
     """Sentences on what all cases of `grid` share besides `layout.conditions`, and on what its labels stand for."""
-    sentences = [_creepages(grid), _layers(grid), *_numbers(grid), *_written(grid)]
+    sentences = [_creepages(grid), _layers(grid), _graded(grid), *_numbers(grid), *_written(grid)]
     return " ".join(f"{text[0].upper()}{text[1:]}{'' if text.endswith('...') else '.'}" for text in sentences if text)
 
 
@@ -95,6 +95,18 @@ def _layers(grid: GridView) -> str:
     if ratios := _of_all_with_layers(grid, _ratios):
         texts += [ratios if texts else f"layers' {ratios}"]
     return ", ".join(texts)
+
+
+def _graded(grid: GridView) -> str:
+    """How moduli go on from layer to layer of a coating, if it has several layers, whose moduli or number vary."""
+    varied = {"modulus", "layer_count"} & set(_differs_along(grid, _moduli))
+    several = [case.layers for axis in varied for case in grid.along(axis) if len(case.layers) > 1]
+    if not several:
+        return ""
+    factor, what = f"{several[0][-2][0] / several[0][-1][0]:.6g}", ""
+    if "modulus" in varied:
+        factor, what = "m", r"modulus $m\,E_s$ is that of the layer next to the substrate: "
+    return rf"{what}the $k$-th layer above the substrate has ${factor}^k\,E_s$"
 
 
 def _of_all_with_layers(grid: GridView, text: Callable[[CaseView], str]) -> str:
