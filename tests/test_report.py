@@ -777,6 +777,21 @@ def test_writer_escapes_and_rounds(tmp_path: Path) -> None:
     assert escape("~^\\{}#$<") == r"\textasciitilde{}\textasciicircum{}\textbackslash{}\{\}\#\$$<$"
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("|pipe| <b>html</b> `x`", r"\|pipe\| \<b>html\</b> \`x\`"),
+        ("*star* ~til~ __init__ - [a](b) &amp;", r"\*star\* \~til\~ \_\_init\_\_ - \[a](b) \&amp;"),
+        (r"a$b_c^2$ %&#{}\x \*", r"a\$b_c^2\$ %&#{}\x \\\*"),
+        ("2 * 3 < 7, xi_x = 0.1 [mm], a ~ b", "2 * 3 < 7, xi_x = 0.1 [mm], a ~ b"),
+        ("\\|", r"\\\|"),
+    ],
+)
+def test_markdown_shows_labels_as_they_are(tmp_path: Path, text: str, expected: str) -> None:
+    write_table(tmp_path, "t", "c", [Column("a", "A")], [{"a": text}])
+    assert (tmp_path / "t.md").read_text().splitlines()[4] == f"| {expected} |"
+
+
 def test_tables_in_latex_are_no_wider_than_the_page(tmp_path: Path) -> None:
     """Sentences share the width with the space between columns; tables of many columns are set across the page."""
     row = {f"c{k}": float(k) for k in range(12)}

@@ -26,7 +26,7 @@ from rcstudy.report.precision import (
     shown_tolerance,
     worst_of,
 )
-from rcstudy.report.writers import markdown_lines
+from rcstudy.report.writers import markdown_lines, markdown_text
 
 FIGURES = ("work_precision", "quantities", "tolerances")
 """Names of the figures that the summary shows if they are drawn."""
@@ -493,5 +493,6 @@ def _unsolved(rows: Sequence[Row]) -> list[str]:
     for status in sorted({r.status for r in failed}):
         own = [r for r in failed if r.status == status]
         tolerances = ", ".join(map(str, sorted({r.tolerance for r in own}, reverse=True)))
-        lines.append(f"- {status}: {len(own)} (tolerance {tolerances}): {own[0].grid}, {own[0].label} and the like")
+        example = f"{own[0].grid}, {markdown_text(own[0].label)}"
+        lines.append(f"- {status}: {len(own)} (tolerance {tolerances}): {example} and the like")
     return lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -39,18 +40,30 @@ def write_table(
 
 
 def _markdown(caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
-    cells = [[_plain(*cell(row, c)).replace("|", r"\|") for c in columns] for row in rows]
+    cells = [[_plain(*cell(row, c)) for c in columns] for row in rows]
     return "\n".join([caption, "", *markdown_lines([c.title for c in columns], cells)]) + "\n"
 
 
 def markdown_lines(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Lines of a table in Markdown, of cells in which a | is escaped already."""
-    return [_bar(titles), "|" + " --- |" * len(titles), *map(_bar, rows)]
+    """Lines of a table in Markdown; text of the cells is shown as it is."""
+    return [_bar(titles), "|" + " --- |" * len(titles), *(_bar(map(markdown_text, row)) for row in rows)]
+
+
+_EATEN = re.compile(
+    r"[|`$]|\\(?=[!-/:-@\[-`{-~])|[*~](?=\S)|(?<=\S)[*~]|(?<![^\W_])_(?=\S)|(?<=\S)_(?![^\W_])"
+    r"|<(?=[A-Za-z/!?])|&(?=#?\w+;)|\[(?=.*\]\()"
+)
+"""Signs that Markdown takes for its own where they stand like this; an _ within a word is not one of them."""
+
+
+def markdown_text(text: str) -> str:
+    """`text` as Markdown that shows it."""
+    return _EATEN.sub(r"\\\g<0>", text)
 
 
 def _plain(text: str, power: int) -> str:
     return f"{text}e{power:+03d}" if power else text
 
 
-def _bar(cells: Sequence[str]) -> str:
+def _bar(cells: Iterable[str]) -> str:
     return "| " + " | ".join(cells) + " |"
