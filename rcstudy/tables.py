@@ -14,6 +14,7 @@ from rcstudy.publish import make_folder
 from rcstudy.report import measures
 from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.layers import layers_text, thickness_text
+from rcstudy.report.listed import listed_settings
 from rcstudy.report.paper import MAPS, PaperCase, is_paper_grid, paper_cases, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
@@ -55,10 +56,10 @@ RESULTS = (
 def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
     """Write the tables of an opened cube into the folder `out` (made if need be); returns the files written.
 
-    Any cube: `results` (one row per case), `solver` (its work and proofs, one row per case) and `solver_summary`
-    (one row per grid). With grids of the paper also `table_1`, `table_2` (from the cube's coordinates), `statements`
-    (what the paper says of its results, judged by the cube's) and `statements_comparisons` (every comparison behind
-    them). UserError if the cube has no grid.
+    Any cube: `results` (one row per case, with the settings in which listed cases differ), `solver` (its work and
+    proofs, one row per case) and `solver_summary` (one row per grid). With grids of the paper also `table_1`, `table_2`
+    (from the cube's coordinates), `statements` (what the paper says of its results, judged by the cube's) and
+    `statements_comparisons` (every comparison behind them). UserError if the cube has no grid.
     """
     found = grids(tree)
     out = Path(out)
@@ -141,10 +142,15 @@ def panel_table(cases: Iterable[PaperCase]) -> Table:
     return f"Results per panel of the paper's figures. {RESULTS_NOTE}", columns, rows
 
 
-def case_table(found: Iterable[GridView]) -> Table:
-    """Results per case of any grid, named by the grid's axes."""
-    columns = (Column("grid", "Grid", names=True), Column("case", "Case", names=True), *RESULTS)
-    rows = [{"grid": grid.name, "case": case.label, **results_row(case)} for grid in found for case in grid.cases()]
+def case_table(found: Sequence[GridView]) -> Table:
+    """Results per case of any grid, named by the grid's axes, with the settings in which cases of a list differ."""
+    settings, values = listed_settings(found)
+    columns = (Column("grid", "Grid", names=True), Column("case", "Case", names=True), *settings, *RESULTS)
+    cases = [case for grid in found for case in grid.cases()]
+    rows = [
+        {"grid": case.grid.name, "case": case.label, **own, **results_row(case)}
+        for case, own in zip(cases, values, strict=True)
+    ]
     return f"Results per case. {RESULTS_NOTE}", columns, rows
 
 

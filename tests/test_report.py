@@ -41,6 +41,7 @@ from synthetic import (
     synthetic_tree,
     thickness_axis,
 )
+from workers import made_up
 
 from rcstudy.cases import Axis, Coord
 from rcstudy.cube import open_cube
@@ -743,6 +744,58 @@ def test_results_are_those_of_the_fields(tree: xr.DataTree, tables: Path) -> Non
     assert {k: float(row[k]) for k in expected} == pytest.approx(expected, rel=1e-8)
     assert (row["proof_name"], row["layers"]) == ("proof_gap", "E1 = 2 E2 = 4 Es, 0.5 a")
     assert row["creepage"] == "xi_x = 0.002, xi_y = 0.001, phi = 0.01 rad/mm"
+
+
+LISTED = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: [50, 80]
+  load: 100
+  mesh: {size: [2, 2], cells: [16, 16]}
+grids:
+  product:
+    scene: {counterbody: {E: 1, nu: 0.2}}
+    axes: {counterbody.E: [0.5 Es, 70000], mesh.cells: [[16, 16], [18, 20]]}
+  bodies: {axes: {counterbody: [rigid, {label: steel, E: 1 Es, nu: 0.28}]}}
+  listed:
+    scene: {friction: 0.3}
+    cases:
+      - {label: plain}
+      - {label: 7, load: 12345.678, counterbody: {E: 2 Es, nu: 0.25}, mesh: {size: [12 a, 14], cells: [18, 16]}}
+      - {label: fit, radius: 40, mesh: {size: auto}, tolerance: {tangential: 1.0e-3}}
+"""
+
+
+def test_results_have_the_settings_in_which_listed_cases_differ(tmp_path: Path) -> None:
+    """Of the other grids, too, where the study or the cube says; labels of their cases have the rest."""
+    run(load_text(tmp_path, LISTED), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree:
+        make_tables(tree, tmp_path)
+    rows = read(tmp_path / "results.csv")
+    keys = list(rows[0])
+    assert keys[2 : keys.index("layers")] == [
+        "load_N",
+        "radius_mm",
+        "counterbody_E_MPa",
+        "counterbody_nu",
+        "window_mm",
+        "cells",
+        "tolerance_tangential",
+    ]
+    assert [list(row.values())[1 : keys.index("layers")] for row in rows] == [
+        ["E=0.5 Es, cells=16 x 16", "100", "50 x 80", "0.5 Es", "0.2", "2 x 2", "16 x 16", "1e-07"],
+        ["E=0.5 Es, cells=18 x 20", "100", "50 x 80", "0.5 Es", "0.2", "2 x 2", "18 x 20", "1e-07"],
+        ["E=70000, cells=16 x 16", "100", "50 x 80", "70000", "0.2", "2 x 2", "16 x 16", "1e-07"],
+        ["E=70000, cells=18 x 20", "100", "50 x 80", "70000", "0.2", "2 x 2", "18 x 20", "1e-07"],
+        ["counterbody=rigid", "100", "50 x 80", "rigid", "", "2 x 2", "16 x 16", "1e-07"],
+        ["counterbody=steel", "100", "50 x 80", "210000", "0.28", "2 x 2", "16 x 16", "1e-07"],
+        ["plain", "100", "50 x 80", "rigid", "", "2 x 2", "16 x 16", "1e-07"],
+        ["7", "12345.678", "50 x 80", "420000", "0.25", "12 a x 14", "18 x 16", "1e-07"],
+        ["fit", "100", "40", "rigid", "", "auto, margin 1.25", "16 x 16", "0.001"],
+    ]
+    markdown = (tmp_path / "results.md").read_text()
+    assert "| Case | Load (N) | Radius (mm) | Counterbody E (MPa) |" in markdown and "| 7 | 12345.678 |" in markdown
 
 
 def test_three_forms_of_a_table_have_the_same_rows(tables: Path) -> None:
