@@ -22,7 +22,7 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from PIL import Image
-from studies import load_text
+from studies import CONFIGS, load_text
 from synthetic import (
     CREEPAGES,
     RADIUS,
@@ -490,6 +490,21 @@ def test_captions_keep_numbers_with_their_units_and_name_what_is_shown(tree: xr.
         (caption,) = [t.get_text() for t in figure.texts if t.get_gid() == "caption"]
         assert "$P$ = 100 N" in caption and "0.0625 mm × 0.07143 mm" in caption
         assert (r"$\mu$" in caption) is (number != 3)  # pressure does not depend on it
+
+
+def test_captions_of_the_papers_figures_name_bodies_and_discretisation(tmp_path: Path) -> None:
+    """And the symbols that are shown: no second layer's modulus where there is one layer."""
+    made = paper(CELLS)
+    study = SimpleNamespace(**vars(made.study) | {"text": (CONFIGS / "paper.yaml").read_text(encoding="utf-8")})
+    with synthetic_tree(tmp_path, Synthetic(study, made.expansion, made.results)) as tree:
+        captions = {number: caption_of(draw(tree, f"figure_{number}")) for number in range(3, 11)}
+    bodies = r"$R$ = 50 mm, substrate $E_s$ = 210000 MPa, $\nu$ = 0.3, rigid counterbody, "
+    for number, caption in captions.items():
+        coupling = "" if number == 3 else "one-way coupling, "
+        assert f"{bodies}{coupling}kalker discretisation. $P$ = 100 N, " in caption
+        assert (r"Layers: $\nu = 0.3$. $R$" in caption) is (number != 4)
+        assert ("$E_2$" in caption) is (number in (3, 6, 9, 10))
+        assert ("$E_1$, $E_s$: moduli of the layer and the substrate" in caption) is (number in (5, 7, 8))
 
 
 def test_panels_beyond_z_come_after_it(tmp_path: Path) -> None:

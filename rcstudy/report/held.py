@@ -6,7 +6,7 @@ the text of its study; if that is not understood, they are left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -31,8 +31,17 @@ _LETTERS = 40  # of a label
 
 def held(grid: GridView) -> str:
     """Sentences on what all cases of `grid` share besides `layout.conditions`, and on what its labels stand for."""
-    sentences = [_creepages(grid), _layers(grid), _graded(grid), *_numbers(grid), *_written(grid)]
-    return " ".join(f"{text[0].upper()}{text[1:]}{'' if text.endswith('...') else '.'}" for text in sentences if text)
+    return _sentences([_creepages(grid), _layers(grid), _graded(grid), *_numbers(grid), *_written(grid)])
+
+
+def settings(grid: GridView) -> str:
+    """The sentences of `held`, but for creepages and the layers' moduli and thickness, of a figure that names these."""
+    ratios = _of_all_with_layers(grid, _ratios)
+    return _sentences([f"layers: {ratios}" if ratios else "", *_written(grid)])
+
+
+def _sentences(texts: Iterable[str]) -> str:
+    return " ".join(f"{text[0].upper()}{text[1:]}{'' if text.endswith('...') else '.'}" for text in texts if text)
 
 
 def _differs_along(grid: GridView, text: Callable[[CaseView], str]) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rcstudy.errors import UserError
 from rcstudy.report import draw
+from rcstudy.report.held import settings
 from rcstudy.report.labels import literal
 from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.layout import (
@@ -35,10 +36,18 @@ ROWS_NEXT_TO_AXIS = (
 )
 
 
-MODULI = (
-    "$E_1$, $E_2$, $E_s$: moduli of the first layer (at the surface), the second and the substrate, followed by the "
-    "thickness of each layer; $a$: Hertz's radius of the uncoated pair."
-)
+def _symbols(cases: Iterable[CaseView]) -> str:
+    """A sentence on the symbols that name the layers of these cases."""
+    count = max(len(case.layers) for case in cases)
+    moduli = (
+        "",
+        "$E_1$, $E_s$: moduli of the layer and the substrate, followed by the layer's thickness; ",
+        "$E_1$, $E_2$, $E_s$: moduli of the first layer (at the surface), the second and the substrate, followed by "
+        "the thickness of each layer; ",
+        "$E_1$, $E_2$, ...: moduli of the layers from the surface down, $E_s$: of the substrate, followed by the "
+        "thickness of each layer; ",
+    )[min(count, 3)]
+    return f"{moduli}$a$: Hertz's radius of the uncoated pair."
 
 
 def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
@@ -53,11 +62,16 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     cases = list(grids[name].cases())
     figure = maps_figure(cases, paper_title)
     shown = "".join(map(panel_letter, cases))
-    more = MODULI if number != 4 else OTHER_PANELS if shown == "aceg" else ""
+    more = _symbols(cases) if number != 4 else OTHER_PANELS if shown == "aceg" else ""
     what = rf"{MAPS_SHOW}; spin $\varphi$ in {unit_of('spin')}."
-    words = " ".join(text for text in (what, scales(cases), more, conditions(grids[name])) if text)
-    caption(figure, f"Fig. {number}. {words}")
+    _caption(figure, number, grids[name], what, scales(cases), more)
     return figure
+
+
+def _caption(figure: Figure, number: int, grid: GridView, *sentences: str, friction: bool = True) -> None:
+    """Write these sentences under Figure `number`, and what all cases of `grid` have in common."""
+    words = (*sentences, settings(grid), conditions(grid, friction=friction))
+    caption(figure, " ".join((f"Fig. {number}.", *filter(None, words))))
 
 
 def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
@@ -101,8 +115,8 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
             ax.set_ylim(bottom=0.0)
         _make_room(row)
         row[0].set_ylabel("$p/p_0$")
-    text = "Pressure on the x-axis over Hertz's peak pressure $p_0$ of the uncoated pair"
-    caption(figure, f"Fig. 3. {text}. {MODULI} {ROWS_NEXT_TO_AXIS} {conditions(grid, friction=False)}")
+    text = "Pressure on the x-axis over Hertz's peak pressure $p_0$ of the uncoated pair."
+    _caption(figure, 3, grid, text, _symbols(grid.cases()), ROWS_NEXT_TO_AXIS, friction=False)
     return figure
 
 
@@ -164,17 +178,16 @@ def lines_figure(number: int, grid: GridView) -> Figure:
         legend(figure, looks, **LINE_SPACING)
     text = (
         "Longitudinal traction on the x-axis under longitudinal creepage alone, shown as $-q_x$ (the traction on the "
-        rf"counterbody); dashed: the bounds $\pm\mu p$. Rolling towards $+x$. {_small_creepages(grid)}{MODULI} "
-        f"{ROWS_NEXT_TO_AXIS}"
+        r"counterbody); dashed: the bounds $\pm\mu p$. Rolling towards $+x$."
     )
-    caption(figure, f"Fig. {number}. {text} {conditions(grid)}")
+    _caption(figure, number, grid, text, _small_creepages(grid), _symbols(grid.cases()), ROWS_NEXT_TO_AXIS)
     return figure
 
 
 def _small_creepages(grid: GridView) -> str:
     """A remark that the paper's creepages, 0.02 to 0.1, are in per cent, if those of `grid` are a hundredth of them."""
     largest = max(abs(case.stored("longitudinal")) for case in grid.cases())
-    words = "Creepages: the paper's range for Fig. 5, 0.02 to 0.1, read as per cent. "
+    words = "Creepages: the paper's range for Fig. 5, 0.02 to 0.1, read as per cent."
     return words if np.isclose(largest, 0.001) else ""
 
 
