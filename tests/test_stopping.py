@@ -83,6 +83,7 @@ def test_tolerance_of_the_pressure_for_small_tractions() -> None:
     assert pressure_tolerance(both, 1.0) == pressure_tolerance(both, 3.0) == 1e-5
     assert pressure_tolerance(both, 3.01) == pressure_tolerance(both, 6.0) == 1e-5 / 2
     assert pressure_tolerance(both, 30.0) == 1e-5 / 16
+    assert pressure_tolerance(both, np.nan) == pressure_tolerance(both, np.inf) == 1e-5
     assert pressure_tolerance(Tolerance(1e-7, 1e-5), 30.0) == 1e-7
     assert pressure_tolerance(Tolerance(1e-6, 1e-5), 300.0) == 1e-6 / 16
 

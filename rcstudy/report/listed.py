@@ -6,7 +6,8 @@ if that is not understood.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -73,8 +74,10 @@ _SETTINGS = (
 )
 
 
-def listed_settings(found: Iterable[GridView]) -> tuple[list[Column], list[dict[str, Value]]]:
+def listed_settings(found: Sequence[GridView]) -> tuple[list[Column], list[dict[str, Value]]]:
     """Columns of the settings that differ within a list of cases, and their values in each case of all grids."""
+    if not any("case" in grid.axes for grid in found):
+        return [], [{}] * sum(math.prod(grid.shape) for grid in found)
     rows: list[dict[str, Value]] = []
     differ: set[str] = set()
     for grid in found:
