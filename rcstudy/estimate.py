@@ -13,7 +13,8 @@ contact. Here the other contributions are added:
 - The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
   with `kalker`, is a known error (`balance_power`).
 - All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`Hidden`): layers
-  and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins.
+  and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins, the pole of
+  spin.
 
 Forces and moments that vanish by symmetry have only the tolerance as error bar (`vanishes`).
 """
