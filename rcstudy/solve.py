@@ -15,6 +15,7 @@ from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
+from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.pole import rise_at_pole
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
@@ -135,11 +136,11 @@ class _Shared:
 
         None if the tractions of `rolling` do not need one (`stopping.pressure_tolerance`), or it cannot be had.
         """
-        bounds, tractions = scene.friction * _norm(self.contact.pressure), _norm(rolling.q)
+        bounds, tractions = scene.friction * arrays.norm2(self.contact.pressure[None]), arrays.norm2(rolling.q)
         if scene.method != "newton" or not rolling.converged or tractions <= _NOTHING * bounds:
             return None
         tolerance = max(pressure_tolerance(scene.tolerance, bounds / tractions), self._normal.solution.attainable)
-        sharper = self._sharpened(scene, tolerance) if tolerance < scene.tolerance.normal else None
+        sharper = self._sharper_contact(scene, tolerance) if tolerance < scene.tolerance.normal else None
         if sharper is None:
             return None
         contact, proof = sharper
@@ -148,7 +149,7 @@ class _Shared:
         further = solve_rolling(contact, scene, guess).after(rolling)
         return _result(contact, scene, further, proof) if further.converged else None
 
-    def _sharpened(self, scene: Scene, tolerance: float) -> tuple[NormalContact, dict[str, float]] | None:
+    def _sharper_contact(self, scene: Scene, tolerance: float) -> tuple[NormalContact, dict[str, float]] | None:
         """The contact with its pressure solved further to `tolerance`, and the proof of that; made once.
 
         None if it does not get there, or is there already.
@@ -160,11 +161,6 @@ class _Shared:
                 found = _on_rows(normal, self.contact.coarser), prove_normal(normal, scene)
             self._sharper[tolerance] = found
         return self._sharper[tolerance]
-
-
-def _norm(values: np.ndarray) -> float:
-    """Root of the sum of squares, without the BLAS, so that it does not depend on the number of threads."""
-    return math.sqrt(float((values * values).sum()))
 
 
 def _on_rows(contact: NormalContact, coarser: NormalContact | None = None) -> NormalContact:
@@ -251,7 +247,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     if not scene.is_coupled:
         return hidden
     at_peak, at_border = _cusps(contact, scene, rolling)
-    pull = scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)
+    pull = _pull(contact, scene)
     share = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
         lift=_lift(contact, rolling),
@@ -260,6 +256,11 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         pull=pull,
         at_pole=rise_at_pole(contact.cells, contact.pressure, share, pull),
     )
+
+
+def _pull(contact: NormalContact, scene: Scene) -> float:
+    """Friction times the magnitude of Dundurs' constant: how much tractions at their bounds pull at the pressure."""
+    return scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)
 
 
 def _lift(contact: NormalContact, rolling: RollingSolution) -> float:
@@ -279,7 +280,7 @@ def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tu
     slip = rolling.slip
     if slip.all() or not slip.any():
         return 0.0, 0.0
-    cusp = scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)
+    cusp = _pull(contact, scene)
     x, y = contact.centres
     dx, dy = scene.mesh.spacing
     top = int(contact.pressure.argmax())

@@ -158,7 +158,7 @@ def window(cases: Iterable[CaseView]) -> Window:
     Scales are the same along x and y, and room is left where panels would be too low or too high; only where a contact
     would still be too narrow to see anything in it is it stretched.
     """
-    sides = np.array([_half_sides(case) for case in cases])
+    sides = np.array([case.half_sides for case in cases])
     if not len(sides):
         return Window(1.0, 1.0)
     x, y = (ROOM * float(side) for side in sides.max(axis=0))
@@ -177,17 +177,10 @@ def windows(cases: Sequence[CaseView]) -> list[Window]:
     Windows of different size have the same shape and stretch.
     """
     shared = window(cases)
-    sizes = [max(x / shared.x, y / shared.y) for x, y in map(_half_sides, cases)]
+    sizes = [max(x / shared.x, y / shared.y) for x, y in (case.half_sides for case in cases)]
     if not sizes or max(sizes) <= APART * min(sizes):
         return [shared] * len(sizes)
     return [Window(shared.x * size / max(sizes), shared.y * size / max(sizes), shared.stretch) for size in sizes]
-
-
-def _half_sides(case: CaseView) -> tuple[float, float]:
-    """Largest |x| and |y| of a contact cell's outer edge, mm."""
-    i, j = np.nonzero(case.field("state") != CellState.EXTERIOR)
-    dx, dy = case.spacing
-    return float(np.abs(case.x[i]).max() + dx / 2), float(np.abs(case.y[j]).max() + dy / 2)
 
 
 def traction_map(
@@ -272,8 +265,7 @@ def circle_steps(cases: Sequence[CaseView], shown: Sequence[Window]) -> list[tup
 
 def _cells_across(case: CaseView) -> float:
     """Number of cells across the contact, the geometric mean of those along x and y."""
-    sides, spacing = _half_sides(case), case.spacing
-    return math.sqrt(math.prod(2.0 * side / step for side, step in zip(sides, spacing, strict=True)))
+    return math.sqrt(math.prod(2.0 * side / step for side, step in zip(case.half_sides, case.spacing, strict=True)))
 
 
 def _steps(cells: tuple[float, float], pitch: float) -> tuple[int, int]:

@@ -22,7 +22,7 @@ from rcstudy.errors import UserError
 from rcstudy.layout import LABEL, MISSING
 from rcstudy.quantities import number_text
 from rcstudy.report.labels import power_of_ten
-from rcstudy.result import Status
+from rcstudy.result import CellState, Status
 from rcstudy.settings import unit_of
 from rcstudy.spec import SceneSpec, starting_scene
 
@@ -220,6 +220,13 @@ class CaseView:
         where = {d: i for d, i in zip(self.grid.axes, self.index, strict=True) if d in self.grid.dataset[name].dims}
         field = self.grid.dataset[name].isel(where).transpose("x", "y").values
         return np.asarray(field)[: self.x.size, : self.y.size]
+
+    @cached_property
+    def half_sides(self) -> tuple[float, float]:
+        """Largest |x| and |y| of a contact cell's outer edge, mm."""
+        i, j = np.nonzero(self.field("state") != CellState.EXTERIOR)
+        dx, dy = self.spacing
+        return float(np.abs(self.x[i]).max() + dx / 2), float(np.abs(self.y[j]).max() + dy / 2)
 
     @cached_property
     def x(self) -> np.ndarray:
