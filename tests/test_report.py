@@ -925,7 +925,7 @@ def test_numbers_with_their_errors(tmp_path: Path) -> None:
         {"n": math.nan, "n_error": math.nan},
     ]
     write_table(tmp_path, "t", "c", [column], rows)
-    assert (tmp_path / "t.csv").read_text().splitlines()[:3] == ["n,n_error", "53.1866577,0.1279", "-1234.56,234.5"]
+    assert (tmp_path / "t.csv").read_text().splitlines()[:3] == ["n,n_error", "53.1866577,0.128", "-1234.56,234"]
     cells = [line.strip("| ") for line in (tmp_path / "t.md").read_text().splitlines()[4:]]
     assert cells[:3] == ["53.19 ± 0.13", "-1235 ± 234", "0.0013691 ± 0.0000011"]
     assert cells[3:5] == ["0.000 ± 0.067", "(-0.1 ± 3.0)e-11"]

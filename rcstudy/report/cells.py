@@ -52,7 +52,7 @@ def csv_cells(row: Mapping[str, Value], column: Column) -> list[str]:
     if isinstance(value, float) and isinstance(error, float) and abs(value) < _NIL * error < math.inf:
         value = 0.0
     texts = [text_of(value, f".{column.digits}g")]
-    return [*texts, text_of(error, ".9g")] if column.error else texts
+    return [*texts, text_of(error, ".3g")] if column.error else texts
 
 
 def cell(row: Mapping[str, Value], column: Column) -> tuple[str, int]:

@@ -17,10 +17,10 @@ def write_table(
 ) -> list[Path]:
     """Write `rows` as out/stem.csv, .md and .tex; missing numbers (NaN, absent keys) are left empty.
 
-    Numbers have nine significant digits in the CSV, unless `Column.digits` says otherwise, and are 0 below a
-    millionth of their error. Elsewhere they have the form `Column.form` or, if their error is known, as many
-    decimals as two digits of the error take, whatever the size of the number. If these are more than eight, a power
-    of ten follows both: `(2.19400 ± 0.00060)e-06`.
+    Numbers have nine significant digits in the CSV, unless `Column.digits` says otherwise, their errors three, and
+    numbers are 0 below a millionth of their error. Elsewhere they have the form `Column.form` or, if their error is
+    known, as many decimals as two digits of the error take, whatever the size of the number. If these are more than
+    eight, a power of ten follows both: `(2.19400 ± 0.00060)e-06`.
     Returns the three paths. UserError when a file cannot be written.
     """
     texts = {"csv": None, "md": _markdown(caption, columns, rows), "tex": latex_table(stem, caption, columns, rows)}
