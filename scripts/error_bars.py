@@ -75,7 +75,9 @@ def full_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 def _mild(rng: np.random.Generator, discretisation: str) -> Scene:
     """A mild contact in a window that is still to be chosen."""
     layers = tuple(
-        Layer(210000.0 * 10 ** rng.uniform(-1.0, 0.7), rng.choice([0.2, 0.3, 0.4, 0.48]), rng.uniform(0.0125, 0.3))
+        Layer(
+            210000.0 * 10 ** rng.uniform(-1.0, 0.7), float(rng.choice([0.2, 0.3, 0.4, 0.48])), rng.uniform(0.0125, 0.3)
+        )
         for _ in range(rng.choice([0, 0, 1, 1, 2, 3]))
     )
     counterbody = (None, None, STEEL, Material(70000.0, 0.33))[rng.integers(4)]
