@@ -13,6 +13,7 @@ from rcstudy.mechanics import aligned, edges, moved_rows
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
+from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.normal import estimated_contact
@@ -90,7 +91,7 @@ def test_slip_by_pressure_on_the_discrete_half_line():
     s_ahead[0] = 0.0  # no pressure on either side
     s = 7.0 / 6.0 * s - (s_ahead + 0.5 * (p + behind)) / 12.0
     excess = np.sum(weights * s * fade) - of_edge(t)
-    assert excess / (weights[0] * p[0]) == pytest.approx(aligned._LEADING, abs=4e-4)
+    assert excess / (weights[0] * p[0]) == pytest.approx(OF_HALF_SPACE, abs=4e-4)
 
 
 # --- the operator ---
@@ -345,13 +346,13 @@ def test_forces_of_contacts_that_hardly_slip(name):
 @pytest.mark.heavy
 @pytest.mark.parametrize("longitudinal", [0.0008, 0.001, 0.0014])
 def test_largest_tractions_on_soft_layers(longitudinal):
-    """Mean of nine meshes of about nine cells a radius, layers less than two cells thick: 0.1 to 0.4 % too small."""
+    """Mean of nine meshes of about nine cells a radius, layers less than two cells thick: 0.1 to 0.5 % too small."""
     layers = (Layer(52500.0, 0.3, 0.063), Layer(105000.0, 0.3, 0.063))
     scene = steel(Mesh((1.2, 1.2), (320, 320)), counterbody=None, layers=layers, creepage=Creepage(longitudinal))
     scene = replace(scene, discretisation="aligned", tolerance=Tolerance(1e-7, 1e-6))
     fine = solved(scene).scalars["traction_max"]
     found = [solved(replace(scene, mesh=Mesh((1.2, 1.2), (n, n)))).scalars["traction_max"] for n in range(28, 37)]
-    assert abs(np.mean(found) / fine - 1.0) < 0.0045
+    assert abs(np.mean(found) / fine - 1.0) < 0.005
 
 
 @pytest.mark.parametrize(

@@ -10,14 +10,15 @@ import pytest
 from contacts import steel
 from scipy.optimize import brentq
 
-from rcstudy.mechanics.aligned import _LEADING, AlignedContact
+from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
+from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.exact import contact_modulus, hertz_contact
 from rcstudy.mechanics.leading_zone import numbers
 from rcstudy.mechanics.moved_rows import EDGE
 from rcstudy.mechanics.scene import Creepage, Mesh, Scene
 
-ZONES = numbers(5, EDGE, _LEADING)
+ZONES = numbers(5, EDGE, OF_HALF_SPACE)
 
 
 class Strip:
@@ -37,7 +38,7 @@ class Strip:
         between = 0.5 * (self.p + np.append(0.0, self.p[:-1]))
         nearest = np.append(0.0, between[:-1]) + np.append(between[1:], 0.5 * self.p[-1])
         slip = between + (2.0 * between - nearest) / 12.0
-        slip[0] -= _LEADING * self.p[0]
+        slip[0] -= OF_HALF_SPACE * self.p[0]
         number = np.arange(self.r.size)
         matrix = -1.0 / (np.pi * (number[:, None] - number - 0.5))
         known = creepage + np.pi * growth * slip
@@ -103,7 +104,7 @@ def test_numbers_are_those_of_a_long_strip() -> None:
     between = 0.5 * (b + np.append(0.0, b[:-1]))
     s = between.copy()
     s[:-1] += (2.0 * between[:-1] - between[1:] - np.append(0.0, between[:-2])) / 12.0
-    s[0] -= _LEADING * b[0]
+    s[0] -= OF_HALF_SPACE * b[0]
     number = np.arange(n)
     matrix = -1.0 / (np.pi * (number[:, None] - number - 0.5))
     h, g = np.linalg.solve(matrix, -np.stack([np.pi * s, np.ones(n)], axis=1)).T

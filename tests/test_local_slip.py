@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rcstudy.mechanics import local_slip
-from rcstudy.mechanics.aligned import _LEADING
+from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.kernels import centring
 from rcstudy.mechanics.moved_rows import EDGE
 
@@ -41,7 +41,7 @@ def force_across(cells: int, slip: float, part: float) -> float:
     p, weighted = means(cells)
     m = np.arange(cells)
     out, edges = np.zeros((5, cells)), np.array([[1.0], [0.0]])
-    centring.local_slip(p, m[:, None], np.array([cells]), edges, edges, 1.0, _LEADING, out)
+    centring.local_slip(p, m[:, None], np.array([cells]), edges, edges, 1.0, OF_HALF_SPACE, out)
     by_tractions = -1.0 / (math.pi * (m[:, None] - m - 0.5))
     ahead, behind = np.maximum(m - 1, 0), np.minimum(m + 1, cells - 1)
     weight, slips = np.empty((3, cells)), np.ones((cells, 2))

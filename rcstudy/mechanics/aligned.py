@@ -4,8 +4,9 @@ r"""Rolling contact on rows of cells aligned with the leading edge (`discretisat
   from the edge of the contact that the discrete half-line requires. The traction bound is the mean of mu p over the
   moved cell (`moved_rows.py`, with the derivation). Rows are moved by phase factors between the two stages of the
   Fourier transforms. The moment uses the point of action of each cell's force and its turning direction (`resultant`).
-- In the leading cells two discretisation errors are corrected: the slip due to pressure is reduced (`_LEADING`), and
-  the slip across the tractions is increased (`_CROSS`).
+- In the leading cells two discretisation errors are corrected: the slip due to pressure is reduced by what cells
+  exaggerate (`edge_slip.py`; at an oblique edge along the edge's normal n, and n_x times as much), and the slip across
+  the tractions is increased (`_CROSS`).
 - The difference of displacements between a cell and the one ahead is the slip at x + dx/2. Spin is therefore taken
   there, whatever `spin_point`. In slip cells the slip is interpolated to the cell's centre by a parabola through such
   points (`centring.py`).
@@ -40,6 +41,7 @@ from rcstudy.mechanics.convolution import (
     symbols,
     traction_quadrants,
 )
+from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.kernels import row_cells
 from rcstudy.mechanics.local_slip import by_pressure_at_centres, local_slip
@@ -52,13 +54,6 @@ from rcstudy.mechanics.trailing import Ending, ending_of_rows
 from rcstudy.mechanics.unseen import Unseen, UnseenSlip
 
 _SPIN_POINT = 0.5  # in cells ahead of the centre
-# The local slip due to pressure is proportional to the pressure (Johnson 1985, 2.25a), so it also varies like the root
-# of the distance from the edge. The discrete tractions are sums of slips with weights close to
-# Gamma(j + 1/2)/Gamma(j + 1), j counted from the leading cell. These weights are right for constant slip, but too large
-# for a slip that falls like a root at the edge. Subtracting this fraction of the local slip in the leading cell
-# compensates for that. At an oblique edge the subtracted slip points along the edge's normal n and is n_x times as
-# large.
-_LEADING = 0.0264
 # At an oblique leading edge the discrete equations underestimate the slip across the tractions of the leading cells.
 # The slip added per unit traction is this fraction of n_x n_y (c - d): n is the edge's normal, and c and d are those of
 # `Influence.slip_under_tractions`. A value of 0.09 removes the first-order errors of moments under lateral creepage and
@@ -135,10 +130,16 @@ class AlignedContact(NormalContact):
         return self.corrected_at_leading_edge(np.ascontiguousarray(slips.T))
 
     def corrected_at_leading_edge(self, s: np.ndarray) -> np.ndarray:
-        """Slips `s` [m, 2] due to pressure, reduced in the leading cells (`_LEADING`); `s` is changed in place."""
-        part = _LEADING * self.influence.slip_under_pressure
+        """Slips `s` [m, 2] due to pressure, reduced in the leading cells (`edge_slip.py`); `s` is changed in place."""
+        part = self.influence.exaggerated_slip(EDGE)
         row_cells.correct_leading_cells(self.rows.normals, self.rows.index, self.pressure, part, s)
         return s
+
+    @property
+    def _exaggerated(self) -> float:
+        """What `corrected_at_leading_edge` takes off, over the slip that the pressure there causes on the spot."""
+        on_the_spot = self.influence.slip_under_pressure
+        return self.influence.exaggerated_slip(EDGE) / on_the_spot if on_the_spot != 0.0 else 0.0
 
     @cached_property
     def _cross_slip_terms(self) -> tuple[np.ndarray, np.ndarray]:
@@ -247,13 +248,13 @@ class AlignedContact(NormalContact):
         if not self.scene.moves_by_pressure:
             return None
         if self._local_slip is None or self._local_slip[0] != friction:  # creepages of one friction share it
-            self._local_slip = friction, local_slip(self.rows, self.influence, friction, _LEADING)
+            self._local_slip = friction, local_slip(self.rows, self.influence, friction, self._exaggerated)
         return self._local_slip[1]
 
     @cached_property
     def _slip_by_pressure_at_centres(self) -> np.ndarray:
         """Slip [m, 2] due to pressure at the cells' centres, of bodies whose surfaces pressure moves."""
-        return by_pressure_at_centres(self.slip_by_pressure, self.rows, self.influence, _LEADING)
+        return by_pressure_at_centres(self.slip_by_pressure, self.rows, self.influence, self._exaggerated)
 
     def resultant(self, rolling: RollingSolution, friction: float) -> tuple[float, float, float]:
         """Forces along x and y (N) and moment about z (N mm) of the tractions.
@@ -324,7 +325,7 @@ class AlignedContact(NormalContact):
     def _unseen_slip(self) -> UnseenSlip:
         of_rows = self.rows.index, self.rows.count, self.outline.far_field_ends, self.rows.normals
         of_cells = self.centres, self.pressure, self._slip_by_pressure_at_centres
-        zones = leading_zone.numbers(_MOST_SLIPPING, EDGE, _LEADING)
+        zones = leading_zone.numbers(_MOST_SLIPPING, EDGE, OF_HALF_SPACE)
         return UnseenSlip(of_rows, *of_cells, EDGE, zones, self._reach, self.influence)
 
     @cached_property

@@ -26,6 +26,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from rcstudy.mechanics import edge_slip
 from rcstudy.mechanics.convolution import good_length
 from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, HalfLine, for_pressure, for_tractions, wave_numbers
 from rcstudy.mechanics.hankel import hankel_transforms, running_integral
@@ -157,6 +158,21 @@ class Influence:
         if not self.layered:
             return OF_NO_LAYERS
         return self._known(("border", side), lambda: for_tractions(self._of_half_lines(side)[2]))
+
+    def exaggerated_slip(self, theta: float) -> float:
+        """Slip by pressure that aligned cells exaggerate in leading cells, per unit of their pressure (1/MPa).
+
+        `theta`: distance from a leading cell's centre to the edge (in cells); see `edge_slip.py`.
+        """
+        if not self.layered:
+            return edge_slip.OF_HALF_SPACE * self.slip_under_pressure
+        dx = self.spacing[0]
+
+        def made() -> float:
+            shift = self.half_line(dx).shift - HALF_SPACE.shift
+            return edge_slip.exaggeration(self._responses(edge_slip.wave_numbers(dx))[:3], dx, shift, theta)
+
+        return self._known(("exaggerated slip", theta), made)
 
     def _of_half_lines(self, side: float) -> np.ndarray:
         """`_responses` [4, n], made once for both half-lines of cells of length `side` (mm)."""
