@@ -375,7 +375,7 @@ class _Case:
         slip = finest["slip_area"]
         width = (slip - self.hidden.slip.missing) / finest["contact_area"] * self.per_radius
         if self.aligned:
-            narrow = min(1.0, (_UNSEEN / width) ** _NARROWING) if width > 0.0 else 1.0
+            narrow = min(1.0, _UNSEEN / width) ** _NARROWING if width > 0.0 else 1.0
             bars["traction_max"] += _AT_BORDER * narrow * finest["traction_max"]
         elif width <= _UNSEEN:
             # tractions in stick grow like K/sqrt(r) towards the edge until they meet the bound, mu p0 sqrt(2 r/a)
