@@ -32,8 +32,8 @@ def edge_coefficients(three: tuple[float, float, float], line: tuple[float, ...]
     """Coefficients rise, gamma, delta (MPa) of the equation for a row's edge, from its outer three pressures (MPa).
 
     The equation is delta/6 e^3 - gamma/2 e^2 + rise e = p0 (`half_line.py`); three: the outermost pressure first; line:
-    the half-line of the row's cells. The term delta (1 - z)^-4, the next one of the series there, is that of a pressure
-    whose square is a parabola, as Hertz's is. It is used only where gamma is small; elsewhere delta is zero.
+    the half-line of the row's cells. The term delta (1 - z)^-7/2, the next one of the series there, is that of a
+    pressure whose square is a parabola, as Hertz's is. It is used only where gamma is small; elsewhere delta is zero.
     """
     (p0, p1, p2), (b1, b2, _, _, _) = three, line
     q1, q2 = p1 + b1 * p0, p2 + b1 * p1 + b2 * p0
