@@ -56,8 +56,9 @@ def _estimate(
 
     A half-space has a(alpha) = 2/(E* alpha). For a layered body this defines an E* at alpha = 2/size, size being the
     geometric mean of the semi-axes, which is found by iteration from that on the bare substrate. FloatingPointError if
-    rounding leaves no positive compliance. Exact without layers; the error is below a tenth with most layers, below
-    a quarter with incompressible ones, and below a half with stiff plates: a first guess only.
+    rounding leaves no positive compliance. Exact without layers. With them it is a first guess only: errors are 6 % in
+    95 of 100 contacts and 17 % at most with layers of a fifth to five times the substrate's modulus, 29 and 36 % with
+    incompressible ones of 1e-5 to 0.3 of it (too small), 25 and 54 % with stiff plates of 3 to 1000 times it.
     """
     extra = half_space_response(counterbody)[0] if counterbody is not None else 0.0
     semi_axes = hertz_contact(radius, load, contact_modulus(substrate, counterbody)).a

@@ -27,8 +27,9 @@ def contact_extent(scene: Scene) -> tuple[float, float]:
     """Widths (mm) along x and y of the contact of `scene` without friction, whatever its mesh is.
 
     Solved on 24 x 24 cells; the window grows until it holds the contact. The edge is placed where p^2, which is nearly
-    linear there, extrapolates to zero. Accurate to some 5 %, under stiff films to 8 %. On thin soft layers, where p and
-    not p^2 is linear or even that begins with a tangent, it may be up to 16 % too small: see `reached_sides`.
+    linear there, extrapolates to zero. Accurate to some 5 %; under stiff films and stacks it is up to 13 % too large.
+    On thin soft layers, where p and not p^2 is linear or even that begins with a tangent, it may be up to 16 % too
+    small: see `reached_sides`.
     """
     ax, ay = estimated_contact(scene)
     first = 2.0 * _WIDER * ax, 2.0 * _WIDER * ay
