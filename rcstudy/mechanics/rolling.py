@@ -17,7 +17,7 @@ million times b in another, each row is scaled by c, so that residuals of all ro
 Iterates are not projected onto the bound: that would take one more product, for the slips of the projected tractions,
 and would save no step. Slips are linear in q and follow from the products of the linear system.
 
-The linear systems are solved by GMRES. Its preconditioner has two parts, both on a torus no larger than the contact.
+The linear systems are solved by GMRES. Its preconditioner has two parts, both on a torus hardly larger than the box.
 
 1. Stick cells (rows s). B is the upwind difference of the convolution A. So B^-1 is about a sum along each row from the
    leading edge back, which undoes the difference, followed by A^-1. Slip cells with d <= 2 b, which are those beside
