@@ -734,3 +734,25 @@ def test_numbers_of_ten_layers_and_more_stand_below() -> None:
     """`E_10` is E with a small 1, and 0."""
     assert [_numbered("E", k, True) for k in (0, 8, 9, 11)] == ["E_1", "E_9", "E_{10}", "E_{12}"]
     assert _numbered("E", 9, False) == "E10"
+
+
+@pytest.mark.parametrize(
+    ("thickness", "a", "expected"),
+    [
+        (0.01, 0.20870247583747087, "0.01 mm"),  # 0.0479151 a, to the last bit
+        (0.5 * 0.20870247583747087, 0.20870247583747087, "0.5 a"),
+        (0.0479151 * 0.2, 0.2, "0.0479151 a"),
+        (0.1, 0.2, "0.5 a"),  # both are as round
+        (0.0123457, 0.2533, "0.0123457 mm"),
+    ],
+)
+def test_round_lengths_are_in_mm_though_they_are_multiples_of_a_by_chance(
+    tmp_path: Path, thickness: float, a: float, expected: str
+) -> None:
+    """One case in a thousand was."""
+    scene = replace(SCENE, layers=(Layer(105000.0, 0.3, thickness),))
+    grid = make_grid("g", case_axis(["one"]))
+    with synthetic_tree(tmp_path, assemble(make_study(), (grid, [Case("g", (0,), scene, "0" * 64)]))) as tree:
+        view = grids(tree)["g"]
+        view.small("hertz_radius").values[:] = a
+        assert thickness_text(view.case(0)) == expected

@@ -9,8 +9,8 @@ from rcstudy.settings import LENGTH, MODULUS
 
 _SCALES = (f" {LENGTH}", f" {MODULUS}")
 
-ROUND = 1e-9
-"""Relative difference from a number of six digits below which a ratio is taken to have been written with those."""
+ROUND = 1e-12
+"""Relative difference from a number of six digits below which one is taken to have been written with those."""
 
 
 def layers_text(case: CaseView, *, math: bool = False, every: bool = False) -> str:
@@ -62,17 +62,28 @@ def thickness_text(case: CaseView, *, math: bool = False) -> str:
     """Thickness of each layer: `0.5 a` or `0.05 mm`, or of all in order where they differ, `0.25 a, 0.05 mm, 0.25 a`.
 
     Empty without layers. A round multiple of Hertz's radius a is taken to have been written as one, since a itself is
-    no round number; others are in mm.
+    no round number; others are in mm, and so are those that are rounder in mm: 0.01 mm may by chance be a multiple of a
+    to six digits.
     """
     a = case.stored("hertz_radius")
     texts = []
     for _, h in case.layers:
-        ratio = f"{h / a:.6g}"
-        if abs(float(ratio) * a - h) <= ROUND * h:
+        ratio, length = f"{h / a:.6g}", f"{h:.6g}"
+        rounder = _is_round(length, h) and _digits(length) < _digits(ratio)
+        if _is_round(ratio, h, a) and not rounder:
             texts.append(rf"${ratio}\,a$" if math else f"{ratio} a")
         else:
-            texts.append(f"{h:.6g} mm")
+            texts.append(f"{length} mm")
     return ", ".join(texts if len(set(texts)) > 1 else texts[:1])
+
+
+def _is_round(text: str, value: float, unit: float = 1.0) -> bool:
+    return abs(float(text) * unit - value) <= ROUND * value
+
+
+def _digits(text: str) -> int:
+    """Number of digits of a number in words, without zeros that only give its size."""
+    return len(text.partition("e")[0].replace(".", "").strip("0"))
 
 
 def _numbered(symbol: str, layer: int, math: bool) -> str:
