@@ -151,7 +151,11 @@ def case_table(found: Sequence[GridView]) -> Table:
         {"grid": case.grid.name, "case": case.label, **own, **results_row(case)}
         for case, own in zip(cases, values, strict=True)
     ]
-    return f"Results per case. {RESULTS_NOTE}", columns, rows
+    # what the note says of a coated body, and of several layers, is only true of studies that have them
+    most = max((len(case.layers) for case in cases), default=0)
+    note = RESULTS_NOTE if most else RESULTS_NOTE.replace("the coated body", "the substrate")
+    order = "layer 1 is at the surface; " if most > 1 else ""
+    return f"Results per case. {order}{note}", columns, rows
 
 
 RESULTS_NOTE = (

@@ -45,6 +45,7 @@ from rcstudy.report.views import GridView, grids
 from rcstudy.result import Status
 from rcstudy.settings import unit_as_written
 from rcstudy.sweep import run
+from rcstudy.tables import case_table
 
 HELD = """\
 study: s
@@ -369,7 +370,7 @@ def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Pat
         rf"{radii}, {bodies}, {other}, one-way coupling, {end} $\mu$ = 1."
     )
     assert titles == ["load=50 N", "load=100 N"]
-    assert r"Creepage: $\varphi = 0.02$ rad/mm. Layers: $E_1 = 420000\,\mathrm{MPa}$, $E_2" in captions["slides"]
+    assert r"Creepage: $\varphi = 0.02$ rad/mm. Layers (1 at the surface): $E_1 = 420000\," in captions["slides"]
     assert f"0.05 mm, 0.1 mm thick. {radii}" in captions["slides"] and "full coupling" in captions["slides"]
     assert (
         r"Creepage: straight: $\xi_x = 0.002$; curve: $\xi_x = 0.002$, $\varphi = 0.01$ rad/mm. "
@@ -377,7 +378,7 @@ def test_captions_say_what_is_held_fixed_and_what_labels_stand_for(tmp_path: Pat
         rf"the $k$-th layer above the substrate has $m^k\,E_s$. {radii}, {bodies}, rigid counterbody"
     ) in captions["labels"]
     assert (
-        r"Layers: $E_1 = 420000\,\mathrm{MPa}$, $E_2 = 840000\,\mathrm{MPa}$, $\nu = 0.3$, 0.05" in captions["slides"]
+        r"surface): $E_1 = 420000\,\mathrm{MPa}$, $E_2 = 840000\,\mathrm{MPa}$, $\nu = 0.3$, 0.05" in captions["slides"]
     )
     # nothing but layers and what labels stand for is shared: no stray full stop
     assert captions["nothing"].endswith(
@@ -736,6 +737,38 @@ def test_numbers_of_ten_layers_and_more_stand_below() -> None:
     assert _numbered("E", 9, False) == "E10"
 
 
+BARE_FIRST = (
+    SMALL_BALL
+    + """\
+  one:
+    coating: {thickness: 0.1 a, modulus: 0.8 Es}
+    axes: {layer_count: [0, 1], load: [10, 20]}
+  depths:
+    coating: {modulus: 0.8 Es}
+    axes: {layer_count: [0, 1, 2], thickness: [0.1 a, 0.5 a]}
+  moduli:
+    coating: {thickness: 0.1 a}
+    axes: {layer_count: [0, 2], modulus: [0.5 Es, 2 Es]}
+  bodies:
+    axes:
+      layers: [[], {label: soft, layers: [{E: 0.5 Es, nu: 0.3, thickness: 0.1 a}]}]
+      substrate.E: [100000, 200000]
+"""
+)
+
+
+def test_captions_look_beyond_a_first_case_without_layers(tmp_path: Path) -> None:
+    """What other axes change of layers does not show in a case without any: one of their values was told for all."""
+    run(load_text(tmp_path, BARE_FIRST), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        captions = {name: caption_of(overview_figure(grid)) for name, grid in grids(tree).items()}
+    told = r"Layers, where there are any: $E_1 = 168000\,\mathrm{MPa}$, $\nu = 0.3$, $0.1\,a$ thick. "
+    assert told in captions["one"]
+    assert "thick" not in captions["depths"].lower() and r"$0.8^k\,E_s$" in captions["depths"]
+    assert r"$m^k\,E_s$" in captions["moduli"] and "0.5^k" not in captions["moduli"]
+    assert "soft" not in captions["bodies"] and r"each layer: $0.1\,a$" in captions["bodies"]
+
+
 @pytest.mark.parametrize(
     ("thickness", "a", "expected"),
     [
@@ -756,3 +789,32 @@ def test_round_lengths_are_in_mm_though_they_are_multiples_of_a_by_chance(
         view = grids(tree)["g"]
         view.small("hertz_radius").values[:] = a
         assert thickness_text(view.case(0)) == expected
+
+
+WORDS = (
+    SMALL_BALL
+    + """\
+  pressures:
+    scene: {creepage: none, layers: [{E: 20000, nu: 0.3, thickness: 0.1}]}
+    axes: {load: [10, 20]}
+  bare:
+    axes: {load: [10, 20]}
+  stack:
+    scene: {layers: [{E: 20000, nu: 0.3, thickness: 0.1}, {E: 50000, nu: 0.3, thickness: 0.1}]}
+    axes: {load: [10, 20]}
+"""
+)
+
+
+def test_captions_have_no_coated_body_nor_friction_where_there_is_none(tmp_path: Path) -> None:
+    run(load_text(tmp_path, WORDS), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        views = grids(tree)
+        captions = {name: caption_of(overview_figure(grid)) for name, grid in views.items()}
+        maps = {name: caption_of(case_maps(views[name])) for name in ("bare", "stack")}
+        notes = {name: case_table([grid])[0] for name, grid in views.items()}
+    assert [r"$\mu$" in captions[name] for name in views] == [False, True, True]
+    assert "traction on the substrate. " in maps["bare"] and "traction on the coated body. " in maps["stack"]
+    assert ["1 at the surface" in captions[name] for name in views] == [False, False, True]
+    assert ["layer 1 is at the surface; " in notes[name] for name in views] == [False, False, True]
+    assert ["act on the substrate, " in notes[name] for name in views] == [False, True, False]

@@ -6,7 +6,7 @@ the text of its study; if that is not understood, they are left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -22,6 +22,9 @@ from rcstudy.spec import SceneSpec
 
 _LABELLED = ("creepage", "layers", "case")
 """Axes whose values are names of settings that the cube stores, which a caption spells out."""
+
+_OF_LAYERS = ("layers", "layer_count")
+"""Axes some of whose values may give no layer at all."""
 
 _Text = Callable[[SceneSpec, frozenset[str]], str]
 
@@ -44,12 +47,26 @@ def _sentences(texts: Iterable[str]) -> str:
     return " ".join(f"{text[0].upper()}{text[1:]}{'' if text.endswith('...') else '.'}" for text in texts if text)
 
 
+def _lines(grid: GridView, axis: str) -> Iterator[list[CaseView]]:
+    """The cases along `axis`, all others at their first value; an axis of layers at each of its values in turn.
+
+    Of layers the first case of a grid may have none: nothing that other axes change of them would show there.
+    """
+    at, count = grid.axes.index(axis), len(grid.axes)
+    layers = [k for k, name in enumerate(grid.axes) if name in _OF_LAYERS and k != at]  # at most one
+    for place in range(grid.shape[layers[0]]) if layers else (0,):
+        yield [
+            grid.case(*(i if k == at else place if k in layers else 0 for k in range(count)))
+            for i in range(grid.shape[at])
+        ]
+
+
 def _differs_along(grid: GridView, text: Callable[[CaseView], str]) -> list[str]:
-    """The axes along which `text` differs, all others at their first value.
+    """The axes along which `text` differs, all others as in `_lines`.
 
     No setting depends on two axes but layers, which are described by several (number, modulus, thickness).
     """
-    return [axis for axis in grid.axes if len({text(case) for case in grid.along(axis)}) > 1]
+    return [axis for axis in grid.axes if any(len(set(map(text, line))) > 1 for line in _lines(grid, axis))]
 
 
 def _shared_text(grid: GridView, text: Callable[[CaseView], str]) -> str:
@@ -94,7 +111,9 @@ def _layers(grid: GridView) -> str:
             return _with_thickness(case, text) if thick else text
 
         if text := _shared_text(grid, layers):
-            return text if text == "no layer" else f"layers: {text}"
+            return text if text == "no layer" else f"layers{_from_surface(text)}: {text}"
+        if text := _of_all_with_layers(grid, layers):  # others have none
+            return f"layers{_from_surface(text)}, where there are any: {text}"
     texts = []
     if not _differs_along(grid, _count):
         texts = [_count(grid.first)]
@@ -106,10 +125,15 @@ def _layers(grid: GridView) -> str:
     return ", ".join(texts)
 
 
+def _from_surface(text: str) -> str:
+    """That layers are numbered from the surface down, if `text` has numbers of several."""
+    return " (1 at the surface)" if "E_2" in text else ""
+
+
 def _graded(grid: GridView) -> str:
     """How moduli go on from layer to layer of a coating, if it has several layers, whose moduli or number vary."""
     varied = {"modulus", "layer_count"} & set(_differs_along(grid, _moduli))
-    several = [case.layers for axis in varied for case in grid.along(axis) if len(case.layers) > 1]
+    several = [case.layers for axis in varied for line in _lines(grid, axis) for case in line if len(case.layers) > 1]
     if not several:
         return ""
     factor, what = f"{several[0][-2][0] / several[0][-1][0]:.6g}", ""
@@ -120,7 +144,7 @@ def _graded(grid: GridView) -> str:
 
 def _of_all_with_layers(grid: GridView, text: Callable[[CaseView], str]) -> str:
     """The `text` of all cases that have layers, as far as one axis at a time shows; empty if it differs."""
-    texts = {text(case) for axis in grid.axes for case in grid.along(axis) if case.layers}
+    texts = {text(case) for axis in grid.axes for line in _lines(grid, axis) for case in line if case.layers}
     return texts.pop() if len(texts) == 1 else ""
 
 

@@ -16,7 +16,7 @@ from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import DECADE, LINE_SPACING, caption, conditions, heighten, legend, log_ticks, panels
-from rcstudy.report.paper_figures import MAPS_SHOW, maps_figure, one_scale, scales
+from rcstudy.report.paper_figures import maps_figure, maps_show, one_scale, scales
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.settings import LENGTH, MODULUS
@@ -155,7 +155,8 @@ def case_maps(grid: GridView) -> Figure | None:
     cases = [grid.case(*index) for index in itertools.product(*places)]
     width = _TITLE if one_scale(cases) else _NARROW
     figure = maps_figure(cases, lambda case: _title(case, width))
-    what = f"{MAPS_SHOW}." if any(case.rolling for case in cases) else ""
+    body = "coated body" if any(case.layers for case in cases) else "substrate"
+    what = f"{maps_show(body)}." if any(case.rolling for case in cases) else ""
     drawn = grid.at(dict(zip(grid.axes, places, strict=True)))
     caption(figure, _caption(drawn, what, scales(cases), _chosen_cases(grid, counts)))
     return figure
@@ -191,7 +192,8 @@ def _chosen_cases(grid: GridView, counts: Sequence[int]) -> str:
 
 def _caption(drawn: GridView, *sentences: str) -> str:
     """Sentences under a figure, with what the cases that it shows have in common."""
-    words = " ".join(text for text in (*sentences, held(drawn), conditions(drawn)) if text)
+    shared = conditions(drawn, friction="force_x" in drawn)  # a pressure alone does not depend on friction
+    words = " ".join(text for text in (*sentences, held(drawn), shared) if text)
     return f"{drawn.name}: {words}" if words else drawn.name
 
 

@@ -63,7 +63,7 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     figure = maps_figure(cases, paper_title)
     shown = "".join(map(panel_letter, cases))
     more = _symbols(cases) if number != 4 else OTHER_PANELS if shown == "aceg" else ""
-    what = rf"{MAPS_SHOW}; spin $\varphi$ in {unit_of('spin')}."
+    what = rf"{maps_show()}; spin $\varphi$ in {unit_of('spin')}."
     _caption(figure, number, grids[name], what, scales(cases), more)
     return figure
 
@@ -207,10 +207,13 @@ _BESIDE = 0.35  # width of the labels beside a map's panel, inches
 _NUMBERS = 0.17  # by which they are wider where all panels have numbers, inches
 _TITLE_LINE = 0.145  # height of a line of a title, inches
 
-MAPS_SHOW = (
-    "Magnitude $|q|$ (colour) and direction (arrows) of the traction on the coated body. Rolling towards $+x$: the "
-    "leading edge is at $+x$. In each panel: area of slip over area of contact"
-)
+
+def maps_show(body: str = "coated body") -> str:
+    """What maps of the traction on this body show, without the last full stop."""
+    return (
+        f"Magnitude $|q|$ (colour) and direction (arrows) of the traction on the {body}. Rolling towards $+x$: the "
+        "leading edge is at $+x$. In each panel: area of slip over area of contact"
+    )
 
 
 OTHER_PANELS = "Letters are the paper's, whose b, d, f and h are the same by another method."
