@@ -36,6 +36,7 @@ _ROOM = 1.19  # width within the outermost cells, over that of the contact on th
 _STEP = 1.03  # width of a window over that of one that was found too small
 _STEPS = 24  # largest number of those: to twice the width
 _THINNEST = 1e-9  # layers thinner than this part of the Hertz radius change less than rounding does (the approach)
+_THICKEST = 1e100  # mm: squares of all lengths are to be in the range of floating point numbers
 _ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # placeholder for a mesh that is not known yet
 
 
@@ -180,6 +181,8 @@ def build(parts: Parts) -> Scene:
     try:
         with np.errstate(all="ignore"):
             fitted = fitted_size(scene, parts["mesh"]["margin"], cells)
+        if not 0.0 < math.prod(fitted) < math.inf:
+            raise ArithmeticError
     except (ArithmeticError, LookupError, ValueError):
         raise BuildError("materials, radius or load too extreme for a window to be fitted to the contact") from None
     return replace(scene, mesh=Mesh(fitted, cells))
@@ -202,8 +205,12 @@ def build_without_mesh(parts: Parts) -> Scene:
         layers = _coating(coating["layer_count"], thickness, modulus, nu, es)
     else:
         layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
-    if any(layer.thickness < _THINNEST * a for layer in layers):
-        raise BuildError(f"a layer is thinner than {_THINNEST:g} of the Hertz radius, {_THINNEST * a:.2g} mm")
+    for thickness in (layer.thickness for layer in layers):
+        if thickness < _THINNEST * a:
+            least = f"{_THINNEST:g} of the Hertz radius, {_THINNEST * a:.2g} mm"
+            raise BuildError(f"a layer of {thickness:.6g} mm: must not be thinner than {least}")
+        if thickness > _THICKEST:
+            raise BuildError(f"a layer of {thickness:.6g} mm: must not be thicker than {_THICKEST:g} mm")
     creepage = parts["creepage"]
     scene = Scene(
         substrate=substrate,

@@ -450,7 +450,15 @@ def test_units_are_explained(refused):
         ("axes: {counterbody.E: [5]}", "8:30: scene.counterbody.nu: missing: a number from 0 to 0.5"),
         (
             "coating: {modulus: 1}, axes: {thickness: [0.1, 1e-12 a]}",
-            "8:3: grids.g: a layer is thinner than 1e-09 of the Hertz radius",
+            "8:3: grids.g: a layer of 2.5329e-13 mm: must not be thinner than 1e-09 of the Hertz radius",
+        ),
+        (
+            "coating: {modulus: 1, thickness: 1e150}, axes: {load: [100]}",
+            "8:3: grids.g: a layer of 1e+150 mm: must not be thicker than 1e+100 mm (case load=100)",
+        ),
+        (  # the window had no area, by which `plan` divided
+            "scene: {mesh: {size: auto}}, axes: {radius: [1e300]}",
+            "8:3: grids.g: materials, radius or load too extreme for a window to be fitted to the contact",
         ),
         ("axes: {radius: [1e-200], load: [1e-300]}", "8:3: grids.g: radius, load and moduli too extreme"),
     ],
