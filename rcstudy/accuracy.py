@@ -214,14 +214,15 @@ def run(
             "or discretisation: there is nothing to measure errors against"
         )
     refuse_cube(out / _ERRORS)
+    entries = None if cube is None else measured(study, cube)  # before a folder is made for what may be refused
     make_folder(out)
     paths: list[Path] = []
     with contextlib.ExitStack() as stack:
-        if cube is None:
+        if cube is None or entries is None:
             solutions = _solved(study, out, progress)
             paths.append(solutions)
             cube = stack.enter_context(open_cube(solutions))
-        entries = measured(study, cube)
+            entries = measured(study, cube)
         paths.append(_write_errors(out / _ERRORS, cube, entries))
         paths += write_report(entries, out, formats)
     return paths
