@@ -48,15 +48,17 @@ _P = ParamSpec("_P")
 SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="Study file (YAML).")]
 
 
-def _named(output: Path | None) -> Path | None:
-    """`output`; a usage error if it is -, the standard output elsewhere: a file of that name would be written."""
-    if output is not None and str(output) == "-":
+def _named(text: str | Path) -> Path:
+    """The path `text`; a usage error if it is empty, which would be the current folder, or -, which would be a file."""
+    if text == "":
+        raise typer.BadParameter("must not be empty: give the name of a file or folder")
+    if str(text) == "-":
         raise typer.BadParameter("-: does not stand for the standard output here: give the name of a file or folder")
-    return output
+    return Path(text)
 
 
 def _output_option(words: str, metavar: str = "DIR") -> Any:
-    return typer.Option("-o", "--output", metavar=metavar, callback=_named, help=words)
+    return typer.Option("-o", "--output", metavar=metavar, parser=_named, help=words)
 
 
 CubeOption = Annotated[
@@ -209,7 +211,7 @@ def sweep(
 
 def _target(spec: Path, output: Path | None) -> Path:
     """Path of the cube of a study: `output` if given, else named after the study file; UserError if it has no name."""
-    if output is not None and not output.name:  # -o ""
+    if output is not None and not output.name:  # -o .
         raise UserError(f"--output: must have the name of a file, such as {spec.stem}.nc")
     return output if output is not None else Path(f"{spec.stem}.nc")
 
@@ -257,7 +259,7 @@ def _shard(text: str) -> tuple[int, int]:
 def _workers(text: str) -> int:
     from rcstudy.threads import available_cores
 
-    if not re.fullmatch("[0-9]{1,9}", text) or int(text) < 1:
+    if not re.fullmatch("[0-9]{1,99}", text) or int(text) < 1:
         raise UserError(f"--workers: {text[:40]}: must be a whole number of at least 1")
     workers, cores = int(text), available_cores()
     if workers > cores:

@@ -410,6 +410,7 @@ def test_more_workers_than_processors_are_warned_of(folder: Path, monkeypatch: p
     """40 on two cores took six times as long, without a word."""
     monkeypatch.setattr(threads, "available_cores", lambda: 2)
     assert "usable" not in run("sweep", "quick.yaml", "--workers", "2").output
+    assert "99999999999: only 2 processors" in run("sweep", "quick.yaml", "--workers", "99999999999").output
     done = run("sweep", "quick.yaml", "--workers", "40")
     assert done.exit_code == 0
     words = "--workers: {}: only 2 processors are usable here: more workers than that make a sweep slower"
@@ -440,6 +441,17 @@ def test_names_of_other_formats_are_refused(folder: Path, name: str) -> None:
             done.output.strip() == f"--output: {name}: a cube is a netCDF file: its name must not end with {name[1:]}"
         )
     assert not Path(name).exists()
+
+
+@pytest.mark.parametrize("command", ["sweep", "merge", "status", "accuracy", "figures", "tables", "failures"])
+def test_an_empty_output_is_refused(folder: Path, command: str) -> None:
+    """Files were written into the current folder, as by an unset variable of a script."""
+    run("sweep", "quick.yaml")
+    before = sorted(folder.iterdir())
+    done = run(command, "quick.nc" if command in ("figures", "tables", "failures") else "quick.yaml", "-o", "")
+    assert done.exit_code == EXIT_BAD_INPUT
+    assert "'-o' / '--output': must not be empty: give the name of a file or folder" in done.output
+    assert sorted(folder.iterdir()) == before
 
 
 @pytest.mark.parametrize("command", ["sweep", "merge", "status", "accuracy", "figures", "tables", "failures"])

@@ -139,7 +139,7 @@ def test_merge_of_failed_cases(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["merge", "none.yaml"], "none.yaml"),
         (["status", "none.yaml"], "none.yaml"),
         (["failures", "none.nc"], "none.nc: no such file"),
-        (["sweep", "many.yaml", "-o", ""], "--output: must have the name of a file, such as many.nc"),
+        (["sweep", "many.yaml", "-o", "/"], "--output: must have the name of a file, such as many.nc"),
         (["status", "many.yaml", "-o", "."], "--output: must have the name of a file, such as many.nc"),
         (["failures", "many.yaml"], "not a readable rcstudy cube"),
     ],
