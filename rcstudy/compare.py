@@ -12,7 +12,7 @@ compared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -164,7 +164,7 @@ def compare(
         if name in ours:
             outcome.cases += _compare_grid(name, ours[name], theirs[name], tolerances, outcome, allow_unsolved, slack)
     if outcome.cases == 0:
-        labels = [{(name, str(x)) for name in tree for x in tree[name][LABEL].values.flat} for tree in (ours, theirs)]
+        labels = [_cases(tree) for tree in (ours, theirs)]
         why = "no case is in both cubes" if labels[0].isdisjoint(labels[1]) else "cases cannot be matched"
         outcome.structure.append(f"{why}: nothing was compared")
     if (GRID in cube.dataset) != (GRID in reference.dataset):
@@ -174,6 +174,11 @@ def compare(
         table, model = _table(cube), _table(reference)
         _compare_grid(TABLE, table, model, tolerances, outcome, allow_unsolved, slack)
     return outcome
+
+
+def _cases(tree: Mapping[str, xr.Dataset]) -> set[tuple[str, ...]]:
+    """The cases of all grids by grid and label, whatever the order of the axes in labels."""
+    return {(name, *sorted(str(x).split(", "))) for name, grid in tree.items() for x in grid[LABEL].values.flat}
 
 
 def _table(tree: xr.DataTree) -> xr.Dataset:

@@ -23,7 +23,8 @@ def align(
     returned in place of the grids.
     """
     if our_dims != their_dims:
-        return None, [f"dimensions are {_words(our_dims)}, in the reference {_words(their_dims)}"]
+        order = ": the same in another order" if sorted(our_dims) == sorted(their_dims) else ""
+        return None, [f"dimensions are {_words(our_dims)}, in the reference {_words(their_dims)}{order}"]
     cropped = _cropped(ours, theirs)
     problems = [cropped] if cropped else []
     for dim in theirs.dims:

@@ -13,6 +13,7 @@ import pytest
 import synthetic
 import xarray as xr
 from studies import BASE, load_text
+from workers import made_up
 
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Case
@@ -169,7 +170,25 @@ def test_swapped_axes_of_the_grid(tmp_path: Path, reference: Path) -> None:
     expansion = replace(made.expansion, grids=(turned,), cases=tuple(case for case, _ in results))
     found = outcome(synthetic.write(tmp_path / "c.nc", synthetic.Synthetic(made.study, expansion, results)), reference)
     assert not found.same
-    assert "dimensions are (creepage, modulus), in the reference (modulus, creepage)" in found.text()
+    words = "dimensions are (creepage, modulus), in the reference (modulus, creepage): the same in another order"
+    assert words in found.text()
+
+
+def test_the_same_cases_by_axes_in_another_order(tmp_path: Path) -> None:
+    """They were said to be in one cube only."""
+    axes = ["load: [10, 20]", "friction: [0.3, 0.5]"]
+    for name, order in (("a", axes), ("b", axes[::-1])):
+        folder = tmp_path / name
+        folder.mkdir()
+        run(
+            load_text(folder, f"{BASE}  g: {{axes: {{{', '.join(order)}}}}}\n"),
+            folder / "c.nc",
+            workers=1,
+            solve=made_up,
+        )
+    found = outcome(tmp_path / "a" / "c.nc", tmp_path / "b" / "c.nc")
+    assert not found.same
+    assert found.structure[1:] == ["cases cannot be matched: nothing was compared"]
 
 
 def test_values_of_an_axis_in_another_order(tmp_path: Path, reference: Path) -> None:
