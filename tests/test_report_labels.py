@@ -818,3 +818,17 @@ def test_captions_have_no_coated_body_nor_friction_where_there_is_none(tmp_path:
     assert ["1 at the surface" in captions[name] for name in views] == [False, False, True]
     assert ["layer 1 is at the surface; " in notes[name] for name in views] == [False, False, True]
     assert ["act on the substrate, " in notes[name] for name in views] == [False, True, False]
+
+
+def test_numbers_along_maps_of_small_contacts_do_not_overlap(tmp_path: Path) -> None:
+    """Of three decimals and more, `-0.0005` and `-0.00025`, five ran into each other."""
+    text = f"{SMALL_BALL}  g: {{axes: {{load: [1e-6, 1e-3, 1, 1000], creepage.longitudinal: [1e-6, 1e-5, 1e-4]}}}}\n"
+    run(load_text(tmp_path, text), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        figure = case_maps(grids(tree)["g"])
+        assert figure is not None
+        figure.draw_without_rendering()
+        for ax in (ax for ax in figure.axes if ax.get_title(loc="left")):
+            boxes = [label.get_window_extent() for label in ax.get_xticklabels() if label.get_text()]
+            inside = sorted((box.x0, box.x1) for box in boxes if ax.bbox.x0 <= (box.x0 + box.x1) / 2 <= ax.bbox.x1)
+            assert len(inside) >= 3 and all(end < start for (_, end), (start, _) in pairwise(inside))

@@ -57,6 +57,9 @@ MORE = 1.2
 SHAPES = (0.45, 1.25)
 """Smallest and largest height of a map's panel over its width."""
 
+_SHORT_NUMBERS = 0.1
+"""Largest |x| of a panel, mm, below which the numbers along x have three decimals or more."""
+
 ROOMY = 0.5
 """Least share of a panel's height, or width, for the largest contact; if it would have less, it is stretched."""
 
@@ -143,8 +146,13 @@ class Window:
         return 2.0 * max(self.x, self.y * self.stretch)
 
     def on(self, ax: Axes) -> None:
-        """Give `ax` these limits, at the top of its place: the layout leaves room for titles above that."""
+        """Give `ax` these limits, at the top of its place: the layout leaves room for titles above that.
+
+        Long numbers along x, those of small contacts, have few ticks, as they would run into each other.
+        """
         ax.set(xlim=(-self.x, self.x), ylim=(-self.y, self.y), aspect=self.stretch, anchor="N")
+        if self.x < _SHORT_NUMBERS:
+            ax.locator_params("x", nbins=2)
 
     def pitches(self, case: CaseView, steps: tuple[int, int]) -> tuple[float, float]:
         """Distances of every `steps`-th cell along x and y as they are drawn, mm along x."""
