@@ -832,3 +832,11 @@ def test_numbers_along_maps_of_small_contacts_do_not_overlap(tmp_path: Path) -> 
             boxes = [label.get_window_extent() for label in ax.get_xticklabels() if label.get_text()]
             inside = sorted((box.x0, box.x1) for box in boxes if ax.bbox.x0 <= (box.x0 + box.x1) / 2 <= ax.bbox.x1)
             assert len(inside) >= 3 and all(end < start for (_, end), (start, _) in pairwise(inside))
+
+
+def test_few_numbers_on_a_short_logarithmic_axis_have_a_tick_each(tmp_path: Path) -> None:
+    """There were ticks at 0.2, 0.4, 0.6 and 0.8, and none near the first number."""
+    with opened(tmp_path, make_grid("g", number_axis("friction", [0.1, 0.2, 0.4, 0.8]))) as grid, style():
+        ax = overview_figure(grid).axes[0]
+        assert ax.get_xscale() == "log"
+        assert [label.get_text() for label in ax.get_xticklabels()] == ["0.1", "0.2", "0.4", "0.8"]

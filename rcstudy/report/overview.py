@@ -48,6 +48,7 @@ _CURVE = 3  # values of a creepage from which on curves are drawn along it, what
 _MARKERS = 6.0, 2.8  # sizes of the markers of the first line and, where there are many, of the last, points
 _SMALLER = 1.2  # difference of the sizes of the markers of two lines, at most, points
 _ASIDE = 0.09  # distance of the points of two lines over a label, in distances of labels
+_LETTERS = 20  # of the numbers of all ticks along x for which panels have room
 _LONG = 5  # letters of a tick's number; of longer ones panels have room for few
 
 _LEAST_DRAWN = 1e-100  # least value on a logarithmic axis, its inverse the largest: margins must be finite, too
@@ -290,7 +291,7 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
 
     On a linear axis whole numbers have ticks at whole numbers, and long numbers have few ticks.
     """
-    from matplotlib.ticker import MaxNLocator
+    from matplotlib.ticker import FixedLocator, MaxNLocator
 
     values = np.unique(values[np.isfinite(values)])
     if not geometric(values):
@@ -301,6 +302,8 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
         return
     ax.set_xscale("log")
     log_ticks(ax.xaxis, (values[0], values[-1]))
+    if values[-1] < DECADE * values[0] and sum(len(short_number(value)) for value in values) <= _LETTERS:
+        ax.xaxis.set_major_locator(FixedLocator(values.tolist()))  # else there may be none at the ends
 
 
 def geometric(values: np.ndarray) -> bool:
