@@ -840,3 +840,13 @@ def test_few_numbers_on_a_short_logarithmic_axis_have_a_tick_each(tmp_path: Path
         ax = overview_figure(grid).axes[0]
         assert ax.get_xscale() == "log"
         assert [label.get_text() for label in ax.get_xticklabels()] == ["0.1", "0.2", "0.4", "0.8"]
+
+
+def test_moduli_that_follow_from_others_have_six_digits(tmp_path: Path) -> None:
+    """`E1 = 76530.6122449 MPa, E2 = 107142.857143 MPa`."""
+    text = (
+        f"{SMALL_BALL}  g: {{coating: {{layer_count: 3, thickness: 0.1, modulus: 150000}}, axes: {{load: [10, 20]}}}}\n"
+    )
+    run(load_text(tmp_path, text), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree:
+        assert layers_text(grids(tree)["g"].first) == "E1 = 76530.6 MPa, E2 = 107143 MPa, E3 = 150000 MPa"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rcstudy.quantities import number_text
 from rcstudy.report.views import CaseView, given_text, set_as
 from rcstudy.settings import LENGTH, MODULUS
 
@@ -11,6 +12,9 @@ _SCALES = (f" {LENGTH}", f" {MODULUS}")
 
 ROUND = 1e-12
 """Relative difference from a number of six digits below which one is taken to have been written with those."""
+
+
+_GIVEN = 9  # digits of a number that a study gives, at most
 
 
 def layers_text(case: CaseView, *, math: bool = False, every: bool = False) -> str:
@@ -35,7 +39,9 @@ def moduli_text(case: CaseView, *, math: bool = False) -> str:
     base = case.substrate_modulus
     if not np.isfinite(base) or not _relative_modulus(case):
         unit = r"\mathrm{MPa}" if math else "MPa"
-        texts = [f"{name} = {given_text(E, math=math)}{space}{unit}" for name, E in zip(names, moduli, strict=True)]
+        # those that follow from another layer's are no round numbers: six digits are enough
+        given = [E if _digits(number_text(E)) <= _GIVEN else float(f"{E:.6g}") for E in moduli]
+        texts = [f"{name} = {given_text(E, math=math)}{space}{unit}" for name, E in zip(names, given, strict=True)]
     else:
         ratios = [f"{moduli[0] / E:.6g}{space}" for E in (*moduli[1:], base)]
         steps = [ratio + symbol for ratio, symbol in zip(ratios, (*names[1:], "E_s" if math else "Es"), strict=True)]
