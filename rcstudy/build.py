@@ -41,7 +41,7 @@ _ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # placeholder for a mesh that is not known
 
 
 class BuildError(ValueError):
-    """Raised for settings that are each allowed but together give no scene; `conflicts`: those of `Scene`, if any."""
+    """Raised for settings that are each allowed but together give no scene; `conflicts`: reasons by key of `Scene`."""
 
     def __init__(self, reason: str, conflicts: Mapping[str, str] | None = None) -> None:
         super().__init__(reason)
@@ -205,12 +205,8 @@ def build_without_mesh(parts: Parts) -> Scene:
         layers = _coating(coating["layer_count"], thickness, modulus, nu, es)
     else:
         layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
-    for thickness in (layer.thickness for layer in layers):
-        if thickness < _THINNEST * a:
-            least = f"{_THINNEST:g} of the Hertz radius, {_THINNEST * a:.2g} mm"
-            raise BuildError(f"a layer of {thickness:.6g} mm: must not be thinner than {least}")
-        if thickness > _THICKEST:
-            raise BuildError(f"a layer of {thickness:.6g} mm: must not be thicker than {_THICKEST:g} mm")
+    if reason := _thickness_problem(layers, a):
+        raise BuildError(reason, {"layers": reason} if parts["layers"] else None)
     creepage = parts["creepage"]
     scene = Scene(
         substrate=substrate,
@@ -230,6 +226,17 @@ def build_without_mesh(parts: Parts) -> Scene:
     if scene.conflicts:
         raise BuildError("; ".join(scene.conflicts.values()), scene.conflicts)
     return scene
+
+
+def _thickness_problem(layers: tuple[Layer, ...], a: float) -> str:
+    """What is wrong with the thickness of a layer under a contact of Hertz radius `a` (mm); "" if nothing."""
+    for h in (layer.thickness for layer in layers):
+        if h < _THINNEST * a:
+            least = f"{_THINNEST:g} of the Hertz radius, {_THINNEST * a:.2g} mm"
+            return f"a layer of {h:.6g} mm: must not be thinner than {least}"
+        if h > _THICKEST:
+            return f"a layer of {h:.6g} mm: must not be thicker than {_THICKEST:g} mm"
+    return ""
 
 
 def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:

@@ -456,6 +456,10 @@ def test_units_are_explained(refused):
             "coating: {modulus: 1, thickness: 1e150}, axes: {load: [100]}",
             "8:3: grids.g: a layer of 1e+150 mm: must not be thicker than 1e+100 mm (case load=100)",
         ),
+        (
+            "scene: {layers: [{E: 1, nu: 0, thickness: 1e150}]}, axes: {load: [100]}",
+            "8:23: grids.g.scene.layers: [...]: a layer of 1e+150 mm: must not be thicker than 1e+100 mm",
+        ),
         (  # the window had no area, by which `plan` divided
             "scene: {mesh: {size: auto}}, axes: {radius: [1e300]}",
             "8:3: grids.g: materials, radius or load too extreme for a window to be fitted to the contact",
