@@ -202,7 +202,7 @@ class _Builder:
             elif self._tag(event) in ("int", "float"):  # the 3 of `nu: 0,3` in braces
                 problem += " (numbers have a decimal point and no thousands separators)"
             self._refused.add((word, line, column))
-            self._problems.at(line, column, child_path(parent.path, word), "", problem)
+            self._problems.at(line, column, child_path(parent.path, word), "" if word else "(nothing)", problem)
         elif word in parent.value:
             first = parent.value[word]
             problem = f"given twice, first at line {first.key_line}, column {first.key_column}"

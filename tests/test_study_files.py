@@ -45,6 +45,7 @@ def refused(tmp_path):
         ("study: s\noutputs: {precision: f8}\n", "2:22: outputs.precision: f8: one of float64, float32"),
         ("study: s\ndescription: \"\\0\"\n", "2:14: description: \\x00: text of at most 20000 characters"),
         ("study: s\n1: x\n", "2:1: 1: a key is a word"),
+        ("study: s\n: x\n", "2:1: (nothing): a key is a word"),
         ("study: s\n[a]: x\n", "2:1: an alias, list or mapping as key: a key is a word"),
         ("study: s\n<<: {a: 1}\n", "2:1: <<: merge keys are not part of YAML 1.2"),
         ("study: &a [*a]\n", "1:12: study[0]: *a: an alias cannot stand inside its own anchor"),
