@@ -597,6 +597,22 @@ def test_figures_say_how_many_cases_of_another_method_are_proven():
     assert "relative to its own value" in words and "paper-cg" not in words
 
 
+def test_a_quantity_without_errors_has_no_line_in_the_legend():
+    """As the moment without spin, which is zero by symmetry."""
+    errors = dict.fromkeys(QUANTITIES, 0.01) | {"moment": np.nan}
+    with style():
+        figure = quantities_figure([row(n, 1e-5, 0.0, errors=errors) for n in (16, 32)])
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert len(names) == len(QUANTITIES) - 1 and QUANTITIES["moment"] not in names
+
+
+def test_settings_that_no_two_problems_share_are_said_to_be_none():
+    """Their targets were not reached, whatever the errors."""
+    rows = [row(n, 1e-5, 1e-6) for n in (16, 32)] + [row(n, 1e-6, 1e-6, problem=1) for n in (16, 32)]
+    text = " ".join(summary_text(rows, settings(rows, ["force"]), []).split())
+    assert "`kalker`: not reached: force: no mesh and tolerance that all problems share." in text
+
+
 def test_each_discretisation_and_coupling_has_settings_of_its_own():
     aligned = {"discretisation": "aligned"}
     rows = [row(16, 1e-5, 0.02), row(32, 1e-5, 0.008, seconds=4.0), row(16, 1e-5, 0.004, seconds=2.0, **aligned)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -172,13 +173,16 @@ def quantities_figure(rows: Sequence[Row]) -> Figure | None:
     names = schemes(newton)
     if not names:
         return None
+    # one that is zero by symmetry has no error, nor a line in the legend
+    shown = [quantity for quantity in QUANTITIES if any(math.isfinite(r.error(quantity)) for r in newton)]
     figure, (axes,) = panels(1, len(names), 3.4, sharey=True)
     for ax, name, letter in zip(axes, names, "abcd", strict=False):
         own = [r for r in newton if r.scheme == name]
         groups = [[r for r in own if r.cells == n] for n in sorted({r.cells for r in own})]
         x = [median(r.radius for r in group) for group in groups]
         for k, (quantity, words) in enumerate(QUANTITIES.items()):
-            ax.plot(x, [worst_of(r.error(quantity) for r in group) for group in groups], label=words, **_look(k))
+            if quantity in shown:
+                ax.plot(x, [worst_of(r.error(quantity) for r in group) for group in groups], label=words, **_look(k))
         ax.set(xscale="log", yscale="log", xlabel="cells per contact radius, median")
         log_ticks(ax.xaxis, ax.get_xlim())
         ax.set_title(f"({letter}) {name}", loc="left", fontweight="bold")

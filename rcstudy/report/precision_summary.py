@@ -136,6 +136,8 @@ def _none(s: Setting) -> str:
 
 def _needed(s: Setting) -> str:
     """How many cells the target of a setting that was not found would take, in words."""
+    if not s.finest:
+        return "no mesh and tolerance that all problems share"
     if not np.isfinite(s.needed):
         return "no estimate"  # fewer than three meshes, or errors that do not fall
     if s.needed > _MOST_CELLS:
