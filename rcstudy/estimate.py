@@ -46,7 +46,8 @@ class Hidden(NamedTuple):
     there (full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not known; `pull`:
     friction times Dundurs' constant (full coupling); `at_rim`: fraction by which the largest pressure may be too small
     under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in the outermost cells
-    (`mechanics/plates.py`); `slip_shown`: whether any cell slips; `largest_of_cells`: largest traction (MPa) of a cell;
+    (`mechanics/plates.py`); `slip_shown`, `slips_at_top`: whether any cell slips, and whether one of the largest
+    pressure does; `largest_of_cells`: largest traction (MPa) of a cell;
     `by_pressure`: slip that the largest pressure causes on the spot (`Influence.slip_under_pressure`); `skin`:
     difference of Dundurs' constant (-) on a scale below that of a cell beside the edge, and that scale (mm)
     (`Influence.skin_at_edge`); `at_pole`: fraction by which the largest pressure may rise at the pole of spin
@@ -65,6 +66,7 @@ class Hidden(NamedTuple):
     beyond_rim: float = 0.0
     pull: float = 0.0
     slip_shown: bool = True
+    slips_at_top: bool = True
     largest_of_cells: float = math.inf
     by_pressure: float = 0.0
     skin: tuple[float, float] = (0.0, 0.0)
@@ -224,7 +226,7 @@ class _Case:
             self.all_slips = finest["slip_area"] == finest["contact_area"] and hidden.slip.missing == 0.0
         # whether the largest traction is mu p at the largest pressure
         most = scene.friction * finest.get("pressure_max", math.inf)
-        self.at_peak = finest.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
+        self.at_peak = hidden.slips_at_top and finest.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
 
     @cached_property
     def on_few(self) -> bool:

@@ -240,6 +240,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         slip=unseen,
         least_slip=least_over_largest(rolling.s[contact.carrying]),
         slip_shown=bool(rolling.slip.any()),
+        slips_at_top=contact.slips_at_top(rolling),
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),
         by_pressure=abs(contact.influence.slip_under_pressure) * contact.pressure_max,
         skin=contact.skin_at_edge,
@@ -377,9 +378,11 @@ def _rolling_numbers(
     slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
     force_x, force_y, moment = contact.resultant(rolling, scene.friction)
     ending = contact.ending(rolling, scene.friction)
-    force_x += ending.force_x - unseen.force_x
-    force_y += ending.force_y - unseen.force_y
-    moment += ending.moment_z - unseen.moment_z
+    more_x, more_y = ending.force_x - unseen.force_x, ending.force_y - unseen.force_y
+    part = _part_within(scene.friction * scene.load, (force_x, force_y), (more_x, more_y))
+    force_x += part * more_x
+    force_y += part * more_y
+    moment += part * (ending.moment_z - unseen.moment_z)
     creepage = scene.creepage or Creepage()
     return {
         "force_x": force_x,
@@ -387,9 +390,21 @@ def _rolling_numbers(
         "moment_z": moment,
         "slip_area": min(max(slip_area + unseen.missing, 0.0), contact.area),
         "traction_max": peak,
-        "friction_power": contact.friction_power(rolling, creepage, (force_x, force_y, moment)) + unseen.work,
+        "friction_power": contact.friction_power(rolling, creepage, (force_x, force_y, moment)) + part * unseen.work,
         "residual_tangential": rolling.residual,
         "iterations_tangential": rolling.iterations,
         "operator_products": rolling.products,
         "coarse_products": rolling.coarse_products,
     }
+
+
+def _part_within(most: float, force: tuple[float, float], more: tuple[float, float]) -> float:
+    """Largest part, up to 1, of the forces `more` (N) that together with `force` (N) does not exceed `most` (N).
+
+    Slip zones and ends that a few cells do not show may be far larger by their laws than the friction force allows.
+    """
+    square, half = math.hypot(*more) ** 2, force[0] * more[0] + force[1] * more[1]
+    room = most * most - math.hypot(*force) ** 2
+    if square == 0.0 or square + 2.0 * half <= room:
+        return 1.0
+    return max((math.sqrt(max(half * half + square * room, 0.0)) - half) / square, 0.0)

@@ -356,7 +356,10 @@ def area(length: np.ndarray) -> float:
 
 
 def peak_at_borders(squares: list[float], borders: list[tuple[float, int]]) -> float:
-    """Largest pressure at borders (x, row), p^2 of which are squares: the top of a parabola over up to seven rows."""
+    """Largest pressure at borders (x, row), p^2 of which are squares: the top of a parabola over up to seven rows.
+
+    Or of that over three rows, if that is lower by a per cent.
+    """
     top = int(np.argmax(squares))
     paths = []
     for way in (-1, 1):
@@ -371,10 +374,14 @@ def peak_at_borders(squares: list[float], borders: list[tuple[float, int]]) -> f
     reach = min(map(len, paths)) - 1
     if reach == 0:
         return math.sqrt(squares[top])
-    taken = [*paths[0][reach:0:-1], *paths[1][: reach + 1]]
-    a, b, c = np.polyfit(np.arange(-reach, reach + 1), [squares[k] for k in taken], 2)
-    inside = a < 0.0 and abs(b / (2.0 * a)) <= reach
-    return math.sqrt(max(c - b * b / (4.0 * a), 0.0) if inside else squares[top])
+    tops = []
+    for rows in (1, reach):
+        taken = [*paths[0][rows:0:-1], *paths[1][: rows + 1]]
+        a, b, c = np.polyfit(np.arange(-rows, rows + 1), [squares[k] for k in taken], 2)
+        inside = a < 0.0 and abs(b / (2.0 * a)) <= rows
+        tops.append(c - b * b / (4.0 * a) if inside else squares[top])
+    narrow, wide = tops
+    return math.sqrt(max(narrow if narrow < 0.98 * wide else wide, 0.0))
 
 
 # --- moved rows ---

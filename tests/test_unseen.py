@@ -14,7 +14,7 @@ from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.mechanics.unseen import Unseen, UnseenSlip
-from rcstudy.solve import solve_scene
+from rcstudy.solve import _part_within, solve_scene
 
 HARDLY_SLIPPING = pytest.mark.parametrize(
     ("counterbody", "friction", "creepage"),
@@ -173,3 +173,23 @@ def test_hidden_force_is_across_the_edge_on_oblong_cells(counterbody: Material |
         0.2 * found.doubtful_force * abs(influence.slip_under_pressure) * 200.0, rel=1e-12
     )
     assert found.work == 0.0
+
+
+@pytest.mark.parametrize("friction", [0.003, 0.01, 0.03])
+@pytest.mark.parametrize("direction", [(0.75, 0.0), (0.0, 1.0)])
+def test_no_force_exceeds_that_of_friction(friction: float, direction: tuple[float, float]) -> None:
+    """Slip zones that a few cells do not show, in a contact 5 x 2 cells wide: up to 4 times it without this limit."""
+    creepage = Creepage(*(1e-3 * friction * along for along in direction))
+    scene = replace(steel(Mesh((1.379, 1.4345), (14, 5)), counterbody=None), friction=friction, creepage=creepage)
+    found = solve_scene(replace(scene, discretisation="aligned")).scalars
+    assert 0.5 < math.hypot(found["force_x"], found["force_y"]) / (friction * scene.load) < 1.0 + 1e-9
+
+
+def test_part_of_a_correction_that_friction_allows() -> None:
+    """All of it where it stays within the circle, else what reaches it; none from outside outwards."""
+    assert _part_within(1.0, (0.2, 0.0), (0.7, 0.0)) == 1.0
+    assert _part_within(1.0, (0.2, 0.0), (1.6, 0.0)) == pytest.approx(0.5)
+    assert _part_within(1.0, (0.6, 0.0), (0.0, 1.6)) == pytest.approx(0.5)
+    assert _part_within(1.0, (0.6, 0.0), (-3.2, 0.0)) == pytest.approx(0.5)
+    assert _part_within(1.0, (1.001, 0.0), (0.1, 0.0)) == 0.0
+    assert _part_within(1.0, (0.5, 0.5), (0.0, 0.0)) == 1.0

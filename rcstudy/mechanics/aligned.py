@@ -345,6 +345,10 @@ class AlignedContact(NormalContact):
         """Area of the slip zone (mm^2), its borders being located between cells, and the largest traction (MPa)."""
         return self.slip_zones.area_and_peak(rolling, friction)
 
+    def slips_at_top(self, rolling: RollingSolution) -> bool:
+        """Whether a cell closest to the largest pressure slips."""
+        return self.slip_zones.slips_at_top(rolling)
+
     @cached_property
     def slip_zones(self) -> SlipZones:
         """Evaluates slip area and largest traction of any creepage under this pressure."""

@@ -285,6 +285,10 @@ class NormalContact:
         dx, dy = self.scene.mesh.spacing
         return float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max())
 
+    def slips_at_top(self, rolling: RollingSolution) -> bool:
+        """Whether the cell with the largest pressure slips."""
+        return bool(rolling.slip[self.pressure.argmax()])
+
     def resultant(self, rolling: RollingSolution, friction: float) -> tuple[float, float, float]:
         """Forces along x and y (N) and moment about z (N mm) of the tractions: sums of q and x q_y - y q_x."""
         x, y = self.levers

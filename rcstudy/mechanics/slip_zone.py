@@ -25,6 +25,7 @@ from rcstudy.mechanics.trailing import NARROW
 # mean of -q_x/|q| in slip cells: the slip due to pressure in the direction of friction, over the friction coefficient.
 _BOW_BY_PRESSURE = 0.25
 _MOST_UNLIKE = 0.71  # largest (d - c)/sqrt(c d), see `smooth.too_far_back`: that of incompressible half-spaces
+_AS_LARGE = 1e-6  # pressures differ by less, relatively, by rounding and the solver's tolerance
 _NOT_KNOWN = np.full(2, np.nan)  # position of the tips of a zone
 
 
@@ -53,7 +54,7 @@ class SlipZones:
         found, largest, backwards = stick.stick_zone(*of_cells, *of_rows, *limits, widths, length, last, borders)
         most = friction * outline.summit[0]
         # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
-        peak = most if any(slip[m] for m in self._top) else largest
+        peak = most if self.slips_at_top(rolling) else largest
         if found:
             peak = max(peak, friction * rows.largest_at_borders(*cells.profiles, borders[:found]))
         peak = min(peak, most)  # no border has a larger traction than mu times the largest pressure
@@ -64,16 +65,27 @@ class SlipZones:
         area = self._area_behind(of_zone, rolling, backwards / friction)
         return self._area_around(length) if area is None else area, peak
 
+    def slips_at_top(self, rolling: RollingSolution) -> bool:
+        """Whether a cell closest to the largest pressure slips."""
+        return any(rolling.slip[m] for m in self._top)
+
     @cached_property
     def _top(self) -> list[int]:
-        """Numbers of the cells closest to the largest pressure: two if it lies halfway between two rows."""
-        cells, (_, x, y) = self._cells, self._outline.summit
-        numbers = []
-        for row in {round(y - TIE), round(y + TIE)}:
+        """Numbers of the cells closest to the largest pressure: two if it lies halfway between two rows.
+
+        If the pressure is as large elsewhere, as in mirror images of a summit, the cells there as well.
+        """
+        cells, p, (_, x, y) = self._cells, self._outline.p, self._outline.summit
+        places = [(x, round(y - TIE)), (x, round(y + TIE))]
+        for i, j in np.argwhere(p > (1.0 - _AS_LARGE) * p.max()).tolist():
+            if abs(i - x) > 1.0 or abs(j - y) > 1.0:
+                places.append((i, j))
+        numbers = set()
+        for along, row in places:
             count = int(cells.count[row])
             if count > 0:
-                numbers.append(int(cells.index[min(max(round(cells.start[row] - x), 0), count - 1), row]))
-        return numbers
+                numbers.add(int(cells.index[min(max(round(cells.start[row] - along), 0), count - 1), row]))
+        return sorted(numbers)
 
     def _area_behind(
         self, of_zone: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], rolling: RollingSolution, backwards: float

@@ -351,10 +351,11 @@ def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
     """Largest pressure (MPa), also between rows, along borders [n, 2] (x and row j) with p^2 = squares [n].
 
     It is the top of a parabola fitted to the row with the largest value and up to three rows on either side: the
-    largest of several values that each have an error would be too large. From row to row the border continues at the
-    nearest x.
+    largest of several values that each have an error would be too large. If that through the nearest two rows alone has
+    a top that is lower by a per cent, the border ends in a point, which the wide one overshoots, and the narrow one
+    counts. From row to row the border continues at the nearest x.
     """
-    n, most = squares.size, 7
+    n, most, pointed = squares.size, 7, 0.98
     top = int(np.argmax(squares))
     y, value = np.zeros(most), np.zeros(most)
     value[0] = squares[top]
@@ -374,7 +375,9 @@ def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
         for side in range(2):
             y[found], value[found] = row if side == 1 else -row, squares[reached[side]]
             found += 1
-    return math.sqrt(max(top_of_parabola(y[:found], value[:found]), 0.0))
+    near = min(found, 3)
+    wide, narrow = top_of_parabola(y[:found], value[:found]), top_of_parabola(y[:near], value[:near])
+    return math.sqrt(max(narrow if narrow < pointed * wide else wide, 0.0))
 
 
 @jit
