@@ -243,6 +243,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         slips_at_top=contact.slips_at_top(rolling),
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),
         by_pressure=abs(contact.influence.slip_under_pressure) * contact.pressure_max,
+        turning=abs(contact.influence.slip_by_pressure_over_tractions) / (math.pi * scene.friction),
         skin=contact.skin_at_edge,
     )
     if not scene.is_coupled:

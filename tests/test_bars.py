@@ -111,19 +111,23 @@ def test_estimate_of_the_lift_at_edges(pull: float, part: float) -> None:
 
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
-def test_estimate_of_power_on_slip_by_pressure(discretisation: Any) -> None:
-    """`kalker`: half of it counts like creepage; `aligned`: a part, in quadrature. No other bar knows of it."""
+@pytest.mark.parametrize(("turning", "part"), [(0.0, 0.02), (0.5, 0.035), (1.0, 0.08), (9.0, 0.08)])
+def test_estimate_of_power_on_slip_by_pressure(turning: float, part: float, discretisation: Any) -> None:
+    """`kalker`: half of it counts like creepage; `aligned`: a part, in quadrature. No other bar knows of it.
+
+    It is a larger part where pressure decides which way surfaces slip.
+    """
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.02), counterbody=None, discretisation=discretisation)
     scalars = {"force_x": -40.0, "force_y": 0.0, "moment_z": 0.0, "friction_power": 0.2}
     plain, found = (
         error_estimates(scene, 314, [MIDDLING | scalars] * 2, hidden)
-        for hidden in (Hidden(), Hidden(by_pressure=0.002))
+        for hidden in (Hidden(), Hidden(by_pressure=0.002, turning=turning))
     )
     before, after = (bars.pop("friction_power_error") for bars in (plain, found))
     if discretisation == "kalker":
         assert after == pytest.approx(before * (0.02 + 0.5 * 0.002) / 0.02, rel=1e-12)
     else:
-        own = scene.friction * scene.load * 0.002 * 0.02 * (np.pi / 314) ** 0.75
+        own = scene.friction * scene.load * 0.002 * part * (np.pi / 314) ** 0.75
         assert after == pytest.approx(np.hypot(own, before), rel=1e-12)
     assert found == plain
 
@@ -632,3 +636,28 @@ def test_slip_areas_behind_the_stick_zone_of_bodies_that_are_alike() -> None:
     found = [solve_scene(fitted(n, discretisation="aligned", **alike)).scalars["slip_area"] for n in range(20, 61, 3)]
     off = (np.array(found) - true["slip_area"]) / true["contact_area"]
     assert np.sqrt(np.mean(off**2)) < 4.5e-4
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_what_the_hidden_errors_know_of_slip_at_the_largest_pressure(discretisation: Any) -> None:
+    """Whether it slips there, and Dundurs' constant of a rigid plane and steel, 1/2 (1 - 2 nu)/(1 - nu), over pi mu."""
+    mesh = Mesh((1.0, 1.0), (24, 24))
+    for creepage, slips in ((Creepage(5e-4), False), (Creepage(0.02), True)):
+        scene = steel(mesh, counterbody=None, creepage=creepage, discretisation=discretisation, friction=0.5)
+        contact = solve_normal(scene)
+        contact = AlignedContact(contact) if discretisation == "aligned" else contact
+        hidden = _hidden(contact, scene, solve_rolling(contact, scene), Unseen())
+        assert hidden.slips_at_top == slips
+        assert hidden.turning == pytest.approx(0.5 * 0.4 / 0.7 / (math.pi * 0.5), rel=1e-9)
+
+
+def test_the_largest_traction_is_that_of_the_pressures_peak_only_if_it_slips() -> None:
+    """Its bar is then that of the pressure, even if both are equal because one of them was limited to the other."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), discretisation="aligned", friction=0.5)
+    limited = MIDDLING | {"traction_max": 0.5 * MIDDLING["pressure_max"]}
+    slips, sticks = (
+        error_estimates(scene, 314, [limited, limited | {"traction_max": 0.9 * limited["traction_max"]}], hidden)
+        for hidden in (Hidden(), Hidden(slips_at_top=False))
+    )
+    assert slips["traction_max_error"] == 0.5 * slips["pressure_max_error"]
+    assert sticks["traction_max_error"] > 2.0 * slips["traction_max_error"]
