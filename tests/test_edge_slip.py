@@ -33,7 +33,7 @@ STACKS: dict[str, tuple[list[tuple[float, float, float]], bool]] = {
     "soft": ([(0.25, 0.3, 2.5)], False),
     "stiff": ([(4.0, 0.3, 2.5)], False),
     "skin": ([(10.0, 0.3, 0.2)], True),
-    "skin on a film": ([(2.0, 0.3, 0.15), (0.05, 0.4, 0.4)], False),
+    "skin on a film": ([(2.0, 0.3, 0.15), (0.05, 0.4, 0.4)], True),
 }
 
 
@@ -133,8 +133,12 @@ def shift_of(responses: Responses, h: float) -> float:
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", STACKS)
-def test_forces_as_on_finer_cells(name: str) -> None:
-    """Less this slip in its first cell, a strip on coarse cells has the force of one on fine ones."""
+def test_forces_as_on_finer_cells(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Less this slip in its first cell, a strip on coarse cells has the force of one on fine ones.
+
+    That is so for the slip with the effect of the tractions' shifted edge, which the function leaves out otherwise.
+    """
+    monkeypatch.setattr(edge_slip, "_SHIFTED", 1e-9)
     responses, h = responses_of(name), 1.0 / FINER
     n = round(1.3 * WIDTH / h)
     x = (np.arange(n) - 0.5 * (n - 1)) * h
@@ -149,7 +153,7 @@ def test_forces_as_on_finer_cells(name: str) -> None:
     largest = np.abs(waves * responses(waves)[1]).max()
     at = edge_slip.wave_numbers(1.0)
     part = edge_slip.exaggeration(responses(at)[:3], 1.0, shift_of(responses, 1.0), EDGE)
-    assert (coarse - fine) / of_first == pytest.approx(part, abs=0.008 * largest)
+    assert (coarse - fine) / of_first == pytest.approx(part, abs=0.007 * largest)
 
 
 def test_a_factor_that_is_known() -> None:
@@ -157,6 +161,17 @@ def test_a_factor_that_is_known() -> None:
     k = edge_slip._K
     phase = edge_slip._PHASE @ np.log((1.0 + k**2) / (4.0 + k**2))
     np.testing.assert_allclose(phase, np.arctan(k) - np.arctan(0.5 * k), atol=2e-4)
+
+
+@pytest.mark.parametrize("name", ["film", "incompressible film", "skin", "soft"])
+def test_the_shift_of_the_tractions_edge_counts_in_part(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Waves about as long as a cell keep it, longer ones do not: the slip is between those with all and none of it."""
+    at, shift = edge_slip.wave_numbers(1.0), shift_of(responses_of(name), 1.0)
+    found = []
+    for shifted in (1e-9, edge_slip._SHIFTED, 1e9):
+        monkeypatch.setattr(edge_slip, "_SHIFTED", shifted)
+        found.append(edge_slip.exaggeration(responses_of(name)(at)[:3], 1.0, shift, EDGE))
+    assert min(found[::2]) < found[1] < max(found[::2])
 
 
 def test_thick_layers_are_half_spaces() -> None:
@@ -192,7 +207,7 @@ def test_forces_on_films_a_third_of_a_cell_thick(cells: int) -> None:
         assert result.status == Status.SOLVED, result.reason
         return result.scalars["force_x"]
 
-    assert force(cells) == pytest.approx(force(224), rel=0.011)
+    assert force(cells) == pytest.approx(force(224), rel=0.013)
 
 
 def film_between_steel(mesh: Mesh) -> Scene:

@@ -34,28 +34,27 @@ and with z = e^(-i k) the weights are (1 - z)^(-1/2)/T_d+(z). The phase of a fac
 by the trapezoidal rule at odd distances, which leaves the pole out. That of a periodic response is the same integral
 over y = 2 tan(k/2), as (1 - z)/(1 + z) maps the circle onto the half-plane.
 
-Waves much longer than contacts are left out of both (`_LONGEST`), as they would contribute a logarithm where the
-tractions' own half-line differs from that of a half-space; what they add between half-spaces is put in.
-
-Checked against strips of cells an eighth as long (`tests/test_edge_slip.py`). Contacts with `part` in place of 0.0264
-of the slip on the spot, for waves of one cell: docs/mechanics.md.
+To waves longer than a cell the weights with cells are those without, but for a shift of the edge, where the layers
+move that of tractions by another distance than that of pressures. It misplaces slip of any kind, also that by creepage,
+and is left alone (docs/mechanics.md): here the weights with cells are shifted back for such waves (`_SHIFTED`). With
+the shift `part` is that of strips of cells (`tests/test_edge_slip.py`).
 """
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
 OF_HALF_SPACE = 0.0264
 """The part between half-spaces, over the slip per unit pressure on the spot (its digits: `tests/test_aligned.py`)."""
 
-_STEP = 0.25  # of log k; an eighth of it changes parts by less than 0.002 of the largest s
+_STEP = 0.25  # of log k; a quarter of it and more aliases change parts by 0.0026 of the largest s at most (300 stacks)
 _SHORTEST, _LAST = 3e-3, 2e3  # range of k and y (1/cell); responses are constant beyond
 _MIDDLE, _HALF = 1.15, 4.15  # range of log y, about its middle, in which waves that look alike are added up
 _ALIASES = 4  # of them, to either side
-_LONGEST = 0.1  # k (1/cell) below which waves count less and less
+_SHIFTED = 1.0  # k (1/cell) below which the weights of waves are shifted back
+_AT = 0.1  # k (1/cell) at which the shift is found
 _LEAST = 1e-3  # least t_d over t, as its logarithm is needed
 
 _N = 2 * math.ceil(0.5 * math.log(_LAST / _SHORTEST) / _STEP)
@@ -63,7 +62,7 @@ _V = math.log(_SHORTEST) + _STEP * np.arange(_N)
 _K = np.exp(_V)
 _ROOT = (1j * _K) ** -0.5  # transforms of pressure and weights behind the edge of a half-space: their powers
 _ROOT_3 = _ROOT**3
-_LONG = int(np.argmin(np.abs(_K - _LONGEST)))
+_LONG = int(np.argmin(np.abs(_K - _AT)))
 
 # on the circle, at y = _K
 _ON_CIRCLE = 2.0 * np.arctan(0.5 * _K)  # wave numbers k
@@ -75,9 +74,8 @@ _FROM_AHEAD = 1.0 - 1.0 / _Z
 _WITHIN = np.flatnonzero(np.abs(_V - _MIDDLE) < _HALF)
 _LAST_WITHIN = int(_WITHIN[-1])
 
-# weights of integrals over k; for slips less of those waves that are longer than contacts
+# weights of integrals over k
 _OF_K, _OF_CIRCLE = _STEP * _K, _STEP * _K / (1.0 + 0.25 * _K**2)
-_COUNTED, _COUNTED_ON_CIRCLE = (w * k**2 / (k**2 + _LONGEST**2) for w, k in ((_OF_K, _K), (_OF_CIRCLE, _ON_CIRCLE)))
 _AT_ZERO = 2.0 / math.pi * _OF_K / (_K**2 + 4.0)  # makes of a logarithm that of its factor at z = 0
 
 # waves that look alike on the cells
@@ -107,9 +105,7 @@ def exaggeration(responses: np.ndarray, spacing: float, shift: float, theta: flo
     `wave_numbers` of cells of length `spacing` (mm); `shift`: distance of the far-field edge behind the actual one, and
     `theta`: of the leading cell's centre behind the far-field edge (cells).
     """
-    response = _WAVES / spacing * responses
-    # what the long waves that are left out would add, on bodies that are half-spaces to them
-    return _part(response, shift, theta) + _by_long_waves(theta) * float(response[1, _LONG])
+    return _part(_WAVES / spacing * responses, shift, theta)
 
 
 def _part(response: np.ndarray, shift: float, theta: float) -> float:
@@ -117,14 +113,15 @@ def _part(response: np.ndarray, shift: float, theta: float) -> float:
     (g, s, t), alike = response[:, :_N], response[:, _N:].reshape(3, *_ALIKE.shape)
     phase = _PHASE @ np.log(g)
     pressure = _ROOT_3 * np.exp(-1j * phase) * np.sqrt(g[0] / g)
-    without_cells = (s * pressure * (_ROOT * _one_sided(t)).conj()).real @ _COUNTED
+    weights = _ROOT * _one_sided(t)
+    without_cells = (s * pressure * weights.conj()).real @ _OF_K
 
     means, first = _means_over_cells(pressure, phase, alike[0] / g[0], theta + shift)
     s = _on_cells(s, (_SLIPS * alike[1]).sum(axis=1))
     t = np.maximum(_on_cells(t, (_TRACTIONS * alike[2]).sum(axis=1)), _LEAST * t)
     first_weight = math.exp(-float(_AT_ZERO @ np.log(t / t[0]))) / math.sqrt(t[0])
-    slips = s * _HALF_A_CELL * means
-    with_cells = (slips * (_OF_POINTS * _one_sided(t)).conj()).real @ _COUNTED_ON_CIRCLE
+    weights = _shifted_back(_OF_POINTS * _one_sided(t), weights, theta + shift - 0.5)
+    with_cells = (s * _HALF_A_CELL * means * weights.conj()).real @ _OF_CIRCLE
     return float((with_cells - without_cells) / (math.pi * first_weight * first))
 
 
@@ -149,6 +146,13 @@ def _means_over_cells(
 def _one_sided(t: np.ndarray) -> np.ndarray:
     """1/T+ [_N] on the imaginary axis, or on the circle: the factor of the response `t` [_N]."""
     return np.exp(-1j * (_PHASE @ np.log(t))) / np.sqrt(t)
+
+
+def _shifted_back(weights: np.ndarray, without_cells: np.ndarray, place: float) -> np.ndarray:
+    """`weights` [_N] of slips from `place` cells behind the edge on, less the shift against those `without_cells`."""
+    phase = np.angle(weights[_LONG] * np.exp(-1j * place * _ON_CIRCLE[_LONG]) / without_cells[_LONG])
+    shifted: np.ndarray = weights * np.exp(-1j * phase / _K[_LONG] * _ON_CIRCLE / (1.0 + (_ON_CIRCLE / _SHIFTED) ** 2))
+    return shifted
 
 
 def _on_cells(without_cells: np.ndarray, within: np.ndarray) -> np.ndarray:
@@ -176,9 +180,3 @@ def _phases() -> np.ndarray:
 
 
 _PHASE = _phases()
-
-
-@lru_cache(1)
-def _by_long_waves(theta: float) -> float:
-    """The part that waves longer than contacts add between half-spaces, over s: 0.0012."""
-    return OF_HALF_SPACE - _part(np.ones((3, _WAVES.size)), 0.0, theta)
