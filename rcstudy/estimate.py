@@ -47,12 +47,11 @@ class Hidden(NamedTuple):
     friction times Dundurs' constant (full coupling); `at_rim`: fraction by which the largest pressure may be too small
     under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in the outermost cells
     (`mechanics/plates.py`); `slip_shown`, `slips_at_top`: whether any cell slips, and whether one of the largest
-    pressure does; `largest_of_cells`: largest traction (MPa) of a cell;
-    `by_pressure`: slip that the largest pressure causes on the spot (`Influence.slip_under_pressure`); `turning`:
-    magnitude of Dundurs' constant over pi times friction; `skin`:
-    difference of Dundurs' constant (-) on a scale below that of a cell beside the edge, and that scale (mm)
-    (`Influence.skin_at_edge`); `at_pole`: fraction by which the largest pressure may rise at the pole of spin
-    (`mechanics/pole.py`; full coupling).
+    pressure does; `largest_of_cells`: largest traction (MPa) of a cell; `by_pressure`: slip that the largest
+    pressure causes on the spot (`Influence.slip_under_pressure`); `turning`: magnitude of Dundurs' constant over pi
+    times friction; `skin`: difference of Dundurs' constant (-) on a scale below that of a cell beside the edge, and
+    that scale (mm) (`Influence.skin_at_edge`); `at_pole`: fraction by which the largest pressure may rise at the
+    pole of spin (`mechanics/pole.py`; full coupling).
     """
 
     unsettled: float = 0.0
