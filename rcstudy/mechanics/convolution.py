@@ -349,7 +349,12 @@ def point_factor(px: int, waves: int) -> np.ndarray:
     1 - k^2/24, and the difference of displacements over a cell does so again; in real space the factor spreads a field
     to the two neighbouring cells. An error of order k^3 remains, by the waves that look alike on the cells.
     """
-    result: np.ndarray = 1.0 + (1.0 - np.cos(2.0 * np.pi / px * np.arange(waves))) / 6.0
+    return sharpening(2.0 * np.pi / px * np.arange(waves))
+
+
+def sharpening(k: np.ndarray) -> np.ndarray:
+    """The factor 1 + (1 - cos k)/6 of `point_factor`, of the shape of the phases per cell `k`."""
+    result: np.ndarray = 1.0 + (1.0 - np.cos(k)) / 6.0
     return result
 
 

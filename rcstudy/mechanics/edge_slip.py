@@ -46,6 +46,8 @@ import math
 
 import numpy as np
 
+from rcstudy.mechanics.convolution import sharpening
+
 OF_HALF_SPACE = 0.0264
 """The part between half-spaces, over the slip per unit pressure on the spot (its digits: `tests/test_aligned.py`)."""
 
@@ -85,8 +87,7 @@ _LOG_ALIKE, _SIGN = np.log(np.abs(_ALIKE)), np.sign(_ALIKE)
 _SINC = np.sinc(_ALIKE / (2.0 * math.pi))
 # the terms alternate in sign: the mean of the last two partial sums is taken
 _AVERAGED = np.where(np.abs(_ALIAS) == _ALIASES, 0.5, 1.0)
-_POINT = 1.0 + (1.0 - np.cos(_ON_CIRCLE[_WITHIN, None])) / 6.0  # `convolution.point_factor`
-_SLIPS = _POINT * _AVERAGED * np.where(_ALIAS % 2 == 0, 1.0, -1.0) * _SINC**2
+_SLIPS = sharpening(_ON_CIRCLE[_WITHIN, None]) * _AVERAGED * np.where(_ALIAS % 2 == 0, 1.0, -1.0) * _SINC**2
 _TRACTIONS = _SLIPS * _SIGN
 _MEANS = _AVERAGED * (1j * _ALIKE) ** -1.5 * _SINC
 _LONG_MEANS = np.sinc(_K / (2.0 * math.pi))
