@@ -212,7 +212,7 @@ def _result(
     proof = proof | proof_of_tractions
     levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
     hidden = _hidden(contact, scene, rolling, unseen)
-    scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden, min(contact.touched.shape))
+    scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden)
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
         status = Status.PROOF_FAILED

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contacts import MIDDLING, STEEL, hertz_of, solved, steel
+from contacts import MIDDLING, STEEL, hertz_of, solved, steel, window
 
 from rcstudy.estimate import Hidden, error_estimates, least_over_largest
 from rcstudy.fits import ALIGNED, ALIKE, FITS
@@ -22,7 +22,8 @@ from rcstudy.solve import _coarser_numbers, _cusps, _hidden, _lift, _normal_numb
 from rcstudy.study import scene_from_mapping
 
 FORCES = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
-CELL = (np.pi / 314) ** 0.5  # over the radius
+CELL = (np.pi / 314) ** 0.5  # over the radius, as 314 of them would be
+SIDE = 1.0 / 24.0 / MIDDLING["contact_radius"]  # as they are in the windows here
 HIDDEN = [
     (
         Hidden(
@@ -34,7 +35,7 @@ HIDDEN = [
             "force_x": 0.9 * 2.0,
             "force_y": 0.9 * 1.0,
             "moment_z": 0.9 * 0.5,
-            "friction_power": 0.9 * (3.0 * (0.005 + 0.01 * 0.8) + 0.001),
+            "friction_power": 0.5 * (3.0 * (0.005 + 0.01 * 0.8) + 0.001),
             "traction_max": 0.5 * 3.0 / 1.0,
             "slip_area": 0.4 * 0.02,
         },
@@ -44,13 +45,13 @@ HIDDEN = [
         {
             "force_x": 0.3,
             "force_y": 0.1,
-            "moment_z": 0.1 * 0.8,
-            "friction_power": 0.26 * (0.005 + 0.01 * 0.8),
+            "moment_z": 0.085 * 0.8,
+            "friction_power": 0.34 * (0.005 + 0.01 * 0.8),
             "pressure_max": 0.0001 * 100.0,
-            "traction_max": 0.003 * 50.0,
+            "traction_max": 0.004 * 50.0,
             "contact_area": 0.0037,
             "contact_radius": 0.00185 * 0.8,
-            "slip_area": 0.0012,
+            "slip_area": 0.01 * (0.18 + 1.2 * (1.0 - MIDDLING["slip_area"]) ** 8),
         },
     ),
     (
@@ -65,8 +66,8 @@ HIDDEN = [
         Hidden(lift=-0.5, cusp_of_pressure=0.1, cusp_of_tractions=0.2),
         {
             "approach": 0.03 * CELL * 0.5 * 0.03,
-            "pressure_max": 0.72 * CELL * 0.1 * 100.0,
-            "traction_max": 0.4 * CELL * 0.2 * 50.0,
+            "pressure_max": 0.72 * SIDE * 0.1 * 100.0,
+            "traction_max": 0.5 * SIDE * 0.2 * 50.0,
         },
     ),
 ]
@@ -111,11 +112,11 @@ def test_estimate_of_the_lift_at_edges(pull: float, part: float) -> None:
 
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
-@pytest.mark.parametrize(("turning", "part"), [(0.0, 0.02), (0.5, 0.035), (1.0, 0.08), (9.0, 0.08)])
+@pytest.mark.parametrize(("turning", "part"), [(0.0, 0.026), (0.5, 0.041), (1.0, 0.086), (9.0, 0.086)])
 def test_estimate_of_power_on_slip_by_pressure(turning: float, part: float, discretisation: Any) -> None:
-    """`kalker`: half of it counts like creepage; `aligned`: a part, in quadrature. No other bar knows of it.
+    """`kalker`: half of it counts like creepage; `aligned`: a part, in quadrature.
 
-    It is a larger part where pressure decides which way surfaces slip.
+    It is a larger part where pressure decides which way surfaces slip. Then `force_x` knows of it, too.
     """
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.02), counterbody=None, discretisation=discretisation)
     scalars = {"force_x": -40.0, "force_y": 0.0, "moment_z": 0.0, "friction_power": 0.2}
@@ -129,7 +130,8 @@ def test_estimate_of_power_on_slip_by_pressure(turning: float, part: float, disc
     else:
         own = scene.friction * scene.load * 0.002 * part * (np.pi / 314) ** 0.75
         assert after == pytest.approx(np.hypot(own, before), rel=1e-12)
-    assert found == plain
+    others = found.keys() - ({"force_x_error"} if turning else set())
+    assert {name: found[name] for name in others} == {name: plain[name] for name in others}
 
 
 def test_skins_hide_more_than_soft_layers_do() -> None:
@@ -214,7 +216,7 @@ def test_one_coarser_mesh_tells_less_of_the_largest_pressure(discretisation: Any
     """On more cells than six a radius as well, with `aligned`."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), discretisation=discretisation)
     scene = replace(scene, tolerance=Tolerance(1e-12, 1e-12))
-    fit = (ALIKE | ALIGNED if discretisation == "aligned" else FITS)["pressure_max"]
+    fit = (ALIKE if discretisation == "aligned" else FITS)["pressure_max"]
     for meshes, factor in ((2, times), (3, 1.0)):
         values = [100.0, 101.0, 102.0][:meshes]
         bar = error_estimates(scene, 400, [MIDDLING | {"pressure_max": value} for value in values])[
@@ -242,8 +244,8 @@ def test_estimate_of_cusps_on_kalkers_cells() -> None:
     cusps = Hidden(cusp_of_pressure=0.1, cusp_of_tractions=0.2)
     plain, found = (error_estimates(scene, 314, [MIDDLING] * 2, hidden) for hidden in (Hidden(), cusps))
     added = {name: found[name] - plain[name] for name in found}
-    assert added.pop("pressure_max_error") == pytest.approx(0.4 * CELL * 0.1 * 100.0, rel=1e-9)
-    assert added.pop("traction_max_error") == pytest.approx(0.4 * CELL * 0.2 * 50.0, rel=1e-9)
+    assert added.pop("pressure_max_error") == pytest.approx(0.4 * SIDE * 0.1 * 100.0, rel=1e-9)
+    assert added.pop("traction_max_error") == pytest.approx(0.4 * SIDE * 0.2 * 50.0, rel=1e-9)
     assert set(added.values()) == {0.0}
 
 
@@ -269,9 +271,9 @@ def test_estimate_where_all_cells_slip(
     scene = replace(scene, discretisation=discretisation)
     levels = [MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "friction_power": 0.2}] * 2
     plain, found = (error_estimates(scene, round(100 * np.pi), levels, Hidden(least_slip=n)) for n in (1.0, least))
-    strip, forces = left * 10.0**-1.5, 0.05 if discretisation == "aligned" and counterbody is None else 0.0
+    strip, forces = left * 10.0**-1.5, 0.04 if discretisation == "aligned" and counterbody is None else 0.0
     assert plain["slip_area_error"] == plain["contact_area_error"]
-    expected = {"slip_area_error": 0.25 * strip, "force_x_error": forces * strip * 100.0 * scene.friction}
+    expected = {"slip_area_error": 0.22 * strip, "force_x_error": forces * strip * 100.0 * scene.friction}
     expected["friction_power_error"] = forces * strip * max(100.0 * scene.friction * 0.003, 0.2)
     for name in found:
         assert found[name] - plain[name] == pytest.approx(expected.get(name, 0.0), rel=0.01, abs=1e-12), name
@@ -316,7 +318,7 @@ def test_estimate_of_slip_where_cells_show_none() -> None:
     alone = np.sqrt(
         shown["slip_area_error"] ** 2 - hidden["contact_area_error"] ** 2
     )  # the contact's own is no part of it
-    assert hidden["slip_area_error"] - 0.25 * 0.01 == pytest.approx(alone, rel=1e-6)
+    assert hidden["slip_area_error"] - 0.14 * 0.01 == pytest.approx(alone, rel=1e-6)
     assert hidden["friction_power_error"] == pytest.approx((0.3 * CELL) ** 1.5 * 0.3, rel=1e-9)
     assert hidden["force_x_error"] - shown["force_x_error"] == pytest.approx(0.036 * CELL * 20.0, rel=1e-9)
     assert hidden["traction_max_error"] == shown["traction_max_error"] > 0.12 * 50.0
@@ -368,10 +370,10 @@ def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts:
             error_estimates(either, 314, [level] * 2, Hidden(skin=skin)) for skin in ((0.0, 0.01), (difference, 0.01))
         )
         part = 3.0 / math.pi * 0.01 / level["contact_radius"] * counts * 0.8
-        for name, scale in (("force_x", 0.2 * scene.load), ("slip_area", 1.0)):
+        for name, scale in (("force_x", 0.7 * 0.2 * scene.load), ("slip_area", 0.7)):
             added = math.sqrt(found[f"{name}_error"] ** 2 - plain[f"{name}_error"] ** 2)
             assert added == pytest.approx(part * scale if discretisation == "aligned" else 0.0, rel=1e-6)
-        turned = 0.1 * part / 0.8 * 20.0
+        turned = 0.06 * part / 0.8 * 20.0
         for name, arm in (("force_y", 1.0), ("moment_z", level["contact_radius"])):
             added = math.sqrt(found[f"{name}_error"] ** 2 - plain[f"{name}_error"] ** 2)
             assert added == pytest.approx(turned * arm if discretisation == "aligned" else 0.0, rel=1e-6)
@@ -675,3 +677,32 @@ def test_of_two_largest_pressures_either_may_slip() -> None:
         assert contact.slips_at_top(rolling)
     nowhere: Any = SimpleNamespace(slip=np.isin(np.arange(p.size), tops, invert=True))
     assert not contact.slips_at_top(nowhere)
+
+
+def test_estimate_of_forces_where_pressure_decides_which_way_surfaces_slip() -> None:
+    """In quadrature, the less the faster the bodies slip as rigid ones; `kalker` has bars that are wide enough."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.001), friction=0.2, counterbody=None)
+    level = MIDDLING | FORCES | {"slip_area": 0.36, "traction_max": 40.0}
+    rigid = math.hypot(0.003, 0.001)
+    for turning, by_pressure, counts in ((3.0, 4.0 * rigid, 0.5), (0.5, 12.0 * rigid, 0.75 * 0.5**4), (3.0, 0.0, 0.0)):
+        for discretisation in ("aligned", "kalker"):
+            either: Any = replace(scene, discretisation=discretisation)
+            plain, found = (
+                error_estimates(either, 314, [level] * 2, Hidden(turning=part, by_pressure=by_pressure))
+                for part in (0.0, turning)
+            )
+            part = math.sqrt(found["force_x_error"] ** 2 - plain["force_x_error"] ** 2) / (0.2 * scene.load)
+            assert part == pytest.approx(0.5 * CELL**1.75 * counts if discretisation == "aligned" else 0.0, rel=1e-6)
+
+
+@pytest.mark.heavy
+def test_bars_of_forces_under_a_rigid_ball_with_next_to_no_friction() -> None:
+    """Contacts 3 to 9 cells across; bars were 0.4 to 0.9 of the error in half of them."""
+    semi_axes = hertz_of(counterbody=None).a
+    for friction, (longitudinal, lateral) in ((0.02, (0.001, 0.0)), (0.02, (0.0, 0.0015)), (0.05, (0.0, 0.0015))):
+        creepage = Creepage(longitudinal * friction, lateral * friction)
+        more: Any = {"counterbody": None, "friction": friction, "creepage": creepage, "discretisation": "aligned"}
+        fine = solved(steel(window(semi_axes, (72, 72)), **more)).scalars
+        for across in (3.3, 4.0, 4.6, 5.1, 6.0, 7.0, 8.0, 9.0):
+            found = solved(steel(window(semi_axes, (across, across)), **more)).scalars
+            assert abs(found["force_x"] - fine["force_x"]) <= found["force_x_error"], (friction, lateral, across)

@@ -112,10 +112,10 @@ def test_estimate_of_what_turns_about_a_pole() -> None:
 
     outside, unit = bars(0.03), 314 / np.pi
     scales = np.array([100.0, 100.0, 25.0])
-    assert bars(0.0) - outside == pytest.approx(0.08 * scales * [1.0, 1.0, 0.1] / unit)
-    there = 0.08 * math.sqrt(1.0 - 0.6**2) * scales * [1.0, 1.0, 0.7] / unit
+    assert bars(0.0) - outside == pytest.approx(0.12 * scales * [1.0, 1.0, 0.1] / unit)
+    there = 0.12 * math.sqrt(1.0 - 0.6**2) * scales * [1.0, 1.0, 0.7] / unit
     assert bars(0.015) - outside == pytest.approx(there)
     half, far = bars(0.0, 0.9 * 0.2), bars(0.03, 0.9 * 0.2)
-    assert half - far == pytest.approx(0.04 * scales * [1.0, 1.0, 0.1] / unit)
+    assert half - far == pytest.approx(0.06 * scales * [1.0, 1.0, 0.1] / unit)
     assert bars(0.0, 0.8 * 0.2) == pytest.approx(bars(0.03, 0.8 * 0.2))
     assert bars(0.0, discretisation="kalker") == pytest.approx(bars(0.03, discretisation="kalker"))
