@@ -12,6 +12,7 @@ contact. Here the other contributions are added:
 - The largest traction, where it is mu times the largest pressure, has the error of that pressure.
 - The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
   with `kalker`, is a known error (`balance_power`).
+- Those of forces along y and of moments fall with the creepages where bodies slip by pressure (`_BY_CREEPAGE`).
 - All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`Hidden`): layers
   and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins, the pole of
   spin.

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, hertz_of, solved, steel, window
 
-from rcstudy.estimate import Hidden, error_estimates, least_over_largest
+from rcstudy.estimate import Hidden, _cells_per_radius, error_estimates, least_over_largest
 from rcstudy.fits import ALIGNED, ALIKE, FITS
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
@@ -706,3 +706,29 @@ def test_bars_of_forces_under_a_rigid_ball_with_next_to_no_friction() -> None:
         for across in (3.3, 4.0, 4.6, 5.1, 6.0, 7.0, 8.0, 9.0):
             found = solved(steel(window(semi_axes, (across, across)), **more)).scalars
             assert abs(found["force_x"] - fine["force_x"]) <= found["force_x_error"], (friction, lateral, across)
+
+
+@pytest.mark.parametrize(("sides", "part"), [((1.0, 1.0), 1.0), ((1.0, 16.0), 0.5), ((16.0, 1.0), 0.5)])
+def test_cells_per_radius(sides: tuple[float, float], part: float) -> None:
+    """Half as many on cells 16 times as long as wide; on cells as long as their contact all of them."""
+    scene = steel(Mesh((24.0 * sides[0], 24.0 * sides[1]), (24, 24)))
+    assert _cells_per_radius(scene, 314) == pytest.approx(part * (314 / np.pi) ** 0.5, rel=1e-12)
+    ax, ay = hertz_of((10.0, 200.0)).a
+    longer = steel(Mesh((24.0 * sides[0] * ax, 24.0 * sides[1] * ay), (24, 24)), radius=(10.0, 200.0))
+    assert _cells_per_radius(longer, 314) == pytest.approx(part * (314 / np.pi) ** 0.5, rel=1e-6)
+
+
+def test_bars_of_forces_across_and_moments_fall_with_the_creepages() -> None:
+    """Of bodies that slip by pressure; not those of forces along x, nor of bodies that are alike."""
+    mesh = Mesh((1.0, 1.0), (24, 24))
+    for counterbody, falls in ((None, True), (STEEL, False)):
+        bars = []
+        for lateral in (1e-2, 1e-6, 1e-6 / 8.0):
+            scene = steel(mesh, creepage=Creepage(0.0, lateral), counterbody=counterbody, discretisation="aligned")
+            scene = replace(scene, tolerance=Tolerance(1e-12, 1e-12))
+            bars.append(error_estimates(scene, 314, [MIDDLING | FORCES | {"slip_area": 0.36}] * 3))
+        for name in ("force_y_error", "moment_z_error"):
+            large, small, smaller = (bar[name] for bar in bars)
+            assert smaller == pytest.approx(small * (0.5 if falls else 1.0), rel=1e-6)
+            assert (small < 0.5 * large) == falls
+        assert bars[0]["force_x_error"] == pytest.approx(bars[2]["force_x_error"], rel=1e-6)
