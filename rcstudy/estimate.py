@@ -12,7 +12,7 @@ contact. Here the other contributions are added:
 - The largest traction, where it is mu times the largest pressure, has the error of that pressure.
 - The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
   with `kalker`, is a known error (`balance_power`).
-- Those of forces along y and of moments fall with the creepages where bodies slip by pressure (`_BY_CREEPAGE`).
+- Estimates of forces along y and of moments fall with the creepages where bodies slip by pressure (`_BY_CREEPAGE`).
 - All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`Hidden`): layers
   and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins, the pole of
   spin.
@@ -31,7 +31,7 @@ import numpy as np
 
 from rcstudy import few
 from rcstudy.fits import ALIGNED, ALIKE, FITS, Fit
-from rcstudy.mechanics.normal import estimated_contact
+from rcstudy.mechanics.normal import semi_axes_in_cells
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.unseen import Unseen
 
@@ -183,7 +183,7 @@ def _cells_per_radius(scene: Scene, cells: int) -> float:
     The geometric mean of half the number of cells across its narrower side, in cells, and of the mean of both sides. A
     long contact with as many cells along either side has the N of a round one on square cells.
     """
-    along, across = (a / side for a, side in zip(estimated_contact(scene), scene.mesh.spacing, strict=True))
+    along, across = semi_axes_in_cells(scene)
     return math.sqrt(cells / math.pi) * min(along / across, across / along) ** 0.25
 
 
@@ -226,8 +226,8 @@ def error_estimates(
 class _Case:
     """One solution: scalars on its own mesh (`finest`), hidden errors, and the scales of its errors.
 
-    `per_radius`: N (`_cells_per_radius`). Methods with an argument `bars` (error bars by the names of the
-    scalars) change it in place.
+    `per_radius`: N (`_cells_per_radius`). Methods with an argument `bars` (error bars by the names of the scalars)
+    change it in place.
     """
 
     def __init__(self, scene: Scene, finest: dict[str, float], hidden: Hidden, per_radius: float) -> None:
@@ -241,14 +241,8 @@ class _Case:
         self.fastest = self.creepage.fastest(finest["contact_radius"])  # largest rigid slip, about
         slip = self.fastest + (0.0 if self.aligned else _OF_LARGEST_PRESSURE * self.hidden.by_pressure)
         self.power = max(force * slip, abs(finest.get("friction_power", 0.0)))
-        radius = finest["contact_radius"]
-        self.scales = finest | {"force_x": force, "force_y": force, "moment_z": force * radius}
-        self.scales["friction_power"] = self.power
-        # pressure causes forces along x: errors of those across it, and of moments, fall with the creepages
-        self.across = 1.0
-        if scene.moves_by_pressure and force > 0.0:
-            sticking = scene.load * self.fastest * math.sqrt(math.prod(scene.radius)) / radius
-            self.across = min(1.0, _BY_CREEPAGE * sticking / force) ** _FALLING
+        moment = force * finest["contact_radius"]
+        self.scales = finest | {"force_x": force, "force_y": force, "moment_z": moment, "friction_power": self.power}
         self.slipping = 0.0  # part of the contact
         self.all_slips = False
         if "slip_area" in finest:
@@ -264,6 +258,15 @@ class _Case:
         """Whether the contact is less than twelve cells across its narrower side."""
         return few.cells_per_radius(self.scene, self.per_radius) < _FEW
 
+    @cached_property
+    def of_small_creepage(self) -> float:
+        """Factor on errors of forces along y and of moments: pressure causes forces along x only (`_BY_CREEPAGE`)."""
+        force = self.scales["force_x"]
+        if not self.scene.moves_by_pressure or force == 0.0:
+            return 1.0
+        sticking = few.sticking_force(self.scene, self.finest["contact_radius"])
+        return math.pow(min(1.0, _BY_CREEPAGE * sticking / force), _FALLING)
+
     def by_meshes(self, name: str, fit: Fit, values: Sequence[float]) -> float:
         """Estimate from the `values` of a scalar on the meshes; from the number of cells if there is only one mesh."""
         scale = abs(self.scales[name])
@@ -271,7 +274,7 @@ class _Case:
             return self.by_few_cells(name) if self.on_few else fit.by_cells(scale, self.per_radius)
         pulling = self.scene.friction if self.scene.is_coupled else 0.0
         if name in ("force_y", "moment_z"):
-            scale *= self.across
+            scale *= self.of_small_creepage
         by_meshes = fit.by_meshes(values, scale, self.per_radius, self.slipping, pulling)
         if len(values) > 2:
             return by_meshes
@@ -317,8 +320,8 @@ class _Case:
     def parts_hidden(self) -> dict[str, float]:
         """Relative errors of scalars from layers and rims (`Hidden`), cusps and the lift by tractions."""
         hidden, discretisation = self.hidden, self.scene.discretisation
-        along = max(self.scene.mesh.spacing) / self.finest["contact_radius"]  # the border may lie anywhere
-        of_pressure, of_tractions = (part * along for part in _CUSPS[discretisation])
+        side = max(self.scene.mesh.spacing) / self.finest["contact_radius"]  # the border may lie along it
+        of_pressure, of_tractions = (part * side for part in _CUSPS[discretisation])
         lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
         counts = min(max(hidden.pull - _STEEP, 0.0), 1.0)
         beyond = max(min(_BEYOND_RIM * hidden.beyond_rim, _MOST_BEYOND_RIM), counts * hidden.beyond_rim)

@@ -33,7 +33,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from rcstudy.mechanics.normal import estimated_contact
+from rcstudy.mechanics.normal import estimated_contact, semi_axes_in_cells
 from rcstudy.mechanics.scene import Creepage, Scene
 
 _BY_MEAN_TRACTION = 2.0  # limit of the friction force, over largest traction times contact area
@@ -107,7 +107,13 @@ def laws(scene: Scene) -> dict[str, Law]:
 
 def cells_per_radius(scene: Scene, counted: float) -> float:
     """Cells per radius across the narrower side of Hertz's contact; `counted`, of the cells in contact, if less."""
-    return min(counted, *(a / side for a, side in zip(estimated_contact(scene), scene.mesh.spacing, strict=True)))
+    return min(counted, *semi_axes_in_cells(scene))
+
+
+def sticking_force(scene: Scene, radius: float) -> float:
+    """Force (N), about, that the creepages cause on a contact of `radius` (mm) if all of it sticks."""
+    slip = (scene.creepage or Creepage()).fastest(radius)
+    return scene.load * slip * math.sqrt(math.prod(scene.radius)) / radius
 
 
 def scales(scene: Scene, found: dict[str, float], largest: float, by_pressure: float) -> dict[str, float]:
@@ -127,7 +133,7 @@ def scales(scene: Scene, found: dict[str, float], largest: float, by_pressure: f
     if "traction_max" not in found:
         return result
     creepage = scene.creepage or Creepage()
-    sticking = _BY_SLIP * scene.load * creepage.fastest(size) / (size * curvature)
+    sticking = _BY_SLIP * sticking_force(scene, size)
     mean = _BY_MEAN_TRACTION * min(found["traction_max"], largest) * found["contact_area"]
     force = min(scene.friction * scene.load, max(mean, sticking))
     slip = creepage.fastest(found["contact_radius"]) + _BY_PRESSURE * by_pressure * pressure / found["pressure_max"]

@@ -14,7 +14,7 @@ import numpy as np
 
 from rcstudy.mechanics.convolution import Box
 from rcstudy.mechanics.kernels import meshes
-from rcstudy.mechanics.normal import estimated_contact
+from rcstudy.mechanics.normal import semi_axes_in_cells
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
 # A mesh has a coarser one if the contact is at least this many of that mesh's own cells across: the scene's mesh, the
@@ -32,8 +32,7 @@ def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
     by half a fine cell on each side.
     """
     dx, dy = scene.mesh.spacing
-    ax, ay = estimated_contact(scene)
-    if 2.0 * min(ax / dx, ay / dy) < (_COARSEST[level] if level < len(_COARSEST) else _FURTHER):
+    if 2.0 * min(semi_axes_in_cells(scene)) < (_COARSEST[level] if level < len(_COARSEST) else _FURTHER):
         return None
     nx, ny = ((n + 1) // 2 for n in scene.mesh.cells)
     mesh = Mesh((2.0 * dx * nx, 2.0 * dy * ny), (nx, ny))

@@ -44,6 +44,12 @@ def estimated_contact(scene: Scene) -> tuple[float, float]:
     return _estimate(scene.substrate, scene.layers, scene.counterbody, scene.radius, scene.load)
 
 
+def semi_axes_in_cells(scene: Scene) -> tuple[float, float]:
+    """Semi-axes of `estimated_contact` over the sides of a cell of `scene`."""
+    (ax, ay), (dx, dy) = estimated_contact(scene), scene.mesh.spacing
+    return ax / dx, ay / dy
+
+
 @lru_cache(maxsize=256)
 def _estimate(
     substrate: Material,
