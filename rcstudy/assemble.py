@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Self
 from rcstudy.cube_writer import CubeWriter, writing
 from rcstudy.earlier import refuse_foreign, refuse_other_study, state_of
 from rcstudy.errors import UserError
+from rcstudy.layout import REFERENCES
+from rcstudy.mechanics.literature import behind, listed
 from rcstudy.record import DamagedRecord, Region
 
 if TYPE_CHECKING:
@@ -94,7 +96,8 @@ class Assembly:
                 while self._taken < len(self._expansion.cases):
                     check_interrupts()
                     self._take()
-                self._cube.finish(provenance, started)
+                sources = listed(behind(case.scene for case in self._expansion.cases))
+                self._cube.finish({**provenance, REFERENCES: sources}, started)
                 if state_of(self.output) != self._found:
                     refuse_foreign(self.output)
                     refuse_other_study(self.output, self._study.name)

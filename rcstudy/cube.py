@@ -23,11 +23,13 @@ from rcstudy.layout import (
     GRID,
     LABEL,
     MISSING,
+    REFERENCES,
     SCHEMA,
     SCHEMA_ATTRIBUTE,
     SETTINGS,
     result_items,
 )
+from rcstudy.mechanics.literature import behind, listed
 from rcstudy.record import SCALARS
 from rcstudy.result import VARIABLES, Result, Status
 from rcstudy.screen import foreign_content, reason_of
@@ -260,4 +262,4 @@ def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
         attrs = {"long_name": setting.long_name, "units": setting.units}
         variables[name] = ((), np.asarray(setting.value(scene, hertz)), attrs)
     coords = {dim: ((dim,), scene.mesh.centres[k], CENTRE_ATTRS[dim]) for k, dim in enumerate("xy")}
-    return xr.Dataset(variables, coords, {SCHEMA_ATTRIBUTE: SCHEMA})
+    return xr.Dataset(variables, coords, {SCHEMA_ATTRIBUTE: SCHEMA, REFERENCES: listed(behind([scene]))})

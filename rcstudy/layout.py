@@ -30,6 +30,9 @@ SCHEMA_ATTRIBUTE = "rcstudy_schema"
 SCHEMA = 1
 """Version of the layout; goes up when a name, a dimension or the meaning of a variable changes."""
 
+REFERENCES = "references"
+"""Root attribute, as in the CF conventions: publications behind the numbers (`mechanics.literature.listed`)."""
+
 MISSING = -1
 """Stored where an integer variable has no value (floats store NaN)."""
 

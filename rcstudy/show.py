@@ -11,11 +11,12 @@ import pandas as pd
 import xarray as xr
 
 from rcstudy.cube import case_dims, case_table, grids, unit_text, value_text
-from rcstudy.layout import LABEL
+from rcstudy.layout import LABEL, REFERENCES
 from rcstudy.progress import duration, not_solved
 from rcstudy.result import VARIABLES, Status
 from rcstudy.spec import SceneSpec, starting_scene
 
+_WIDTH = 110  # of a line of words
 _SHOWN_FAILURES = 10
 _SHOWN_MESHES = 4
 _NIL = 1e-9  # of a number's scale: less is shown as 0
@@ -51,6 +52,9 @@ def _lines(tree: xr.DataTree, checked: bool) -> Iterator[str]:
     if any("pressure" in grid for grid in grids(tree).values()):
         yield f"fields      {'read, none is damaged' if checked else 'not read: show --check reads them all'}"
     yield f"time        {_times(table, float(attrs.get('wall_seconds', np.nan)))}"
+    if sources := [line.partition(":")[0] for line in str(attrs.get(REFERENCES, "")).splitlines()]:
+        words = f"{'; '.join(sources)} (in full: attribute {REFERENCES})"
+        yield textwrap.fill(words, _WIDTH, initial_indent="based on    ", subsequent_indent=12 * " ")
     for name, grid in grids(tree).items():
         yield ""
         yield from _grid_lines(name, grid, table[table["grid"] == name], str(attrs.get("study_text", "")))

@@ -16,7 +16,8 @@ import pytest
 from rcstudy import provenance, yamlfile, yamltree
 from rcstudy.errors import UserError
 from rcstudy.grids import AXIS_PATHS, MAX_AXES
-from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, SCHEMA_ATTRIBUTE, SETTINGS
+from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, REFERENCES, SCHEMA_ATTRIBUTE, SETTINGS
+from rcstudy.mechanics.literature import PUBLICATIONS
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.spec import RESERVED_NAMES, CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
 from rcstudy.study import MAX_CASES, load_study
@@ -29,7 +30,9 @@ MECHANICS = ROOT / "docs" / "mechanics.md"
 
 
 def table(kind: str) -> list[str]:
-    """Rows of the table of docs/cube.md that stands between the marks of this name."""
+    """Rows of the table of docs/cube.md or docs/mechanics.md that stands between the marks of this name."""
+    if kind == "publications":
+        return [f"| {one.name} | {one.reference} | {one.purpose} |" for one in PUBLICATIONS]
     if kind == "settings":
         rows = [(name, "", s.units, s.long_name) for name, s in SETTINGS.items()]
         return [*_rows(rows), *_rows((n, "`layer`", u, words) for n, (u, words, _) in LAYER_SETTINGS.items())]
@@ -49,7 +52,8 @@ def _rows(cells: Iterator[tuple[str, str, str, str]] | list[tuple[str, str, str,
         yield f"| `{name}` | {second} | {units} | {words.replace('|', chr(92) + '|')} |"
 
 
-KINDS = ("fields", "scalars", "proof", "settings")
+KINDS = ("fields", "scalars", "proof", "settings")  # tables of docs/cube.md
+DOCUMENTS = {CUBE: KINDS, MECHANICS: ("publications",)}
 
 
 def pattern(kind: str) -> str:
@@ -57,9 +61,9 @@ def pattern(kind: str) -> str:
     return rf"(<!-- {kind} -->\n\|[^\n]*\n\|[^\n]*\n)(.*?)(<!-- end -->)"
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_cube_tables_are_those_of_the_code(kind: str) -> None:
-    found = re.search(pattern(kind), CUBE.read_text(encoding="utf-8"), re.DOTALL)
+@pytest.mark.parametrize(("document", "kind"), [(path, kind) for path, kinds in DOCUMENTS.items() for kind in kinds])
+def test_tables_are_those_of_the_code(document: Path, kind: str) -> None:
+    found = re.search(pattern(kind), document.read_text(encoding="utf-8"), re.DOTALL)
     assert found, "there is no such table"
     assert found[2].splitlines() == table(kind), "run python tests/test_docs.py"
 
@@ -79,7 +83,7 @@ def test_cube_document_names_enumerations_and_attributes() -> None:
     text = CUBE.read_text(encoding="utf-8")
     for member in (*Status, *CellState):
         assert f"| {member.value} | {member.name.lower()} |" in text, member
-    for name in (*provenance.collect(), SCHEMA_ATTRIBUTE, LABEL, CASE_KEY, "study_text", "study_sha256"):
+    for name in (*provenance.collect(), SCHEMA_ATTRIBUTE, REFERENCES, LABEL, CASE_KEY, "study_text", "study_sha256"):
         assert f"`{name}`" in text or name.endswith("_version"), name
 
 
@@ -230,13 +234,40 @@ def test_the_table_of_constants_has_their_values() -> None:
         assert getattr(importlib.import_module(f"rcstudy.mechanics.{module}"), constant) == value, name
 
 
+NOT_CITED = {"Color Universal Design 2008", "Tribology Letters 2021"}
+"""What looks like a citation of authors but is none; the latter is the paper, "P" in the documents."""
+
+
+def cited() -> dict[str, list[str]]:
+    """Names and year of each citation in package and documents, such as "Love 1929", and the files it is in."""
+    author = r"[A-ZÄÖÜ][a-zäöüß]+"
+    citation = re.compile(rf"((?:{author}(?:, | and | & | ))*{author}),? \(?((?:18|19|20)\d\d)\b")
+    files = [*(ROOT / "rcstudy").rglob("*.py"), *(ROOT / "docs").glob("*.md"), ROOT / "README.md"]
+    found: dict[str, list[str]] = {}
+    for path in files:
+        if path.name == "literature.py":
+            continue
+        text = re.sub(pattern("publications"), "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for names, year in citation.findall(" ".join(text.replace("#", " ").split())):
+            found.setdefault(f"{names.replace('&', 'and')} {year}", []).append(path.name)
+    return {name: paths for name, paths in found.items() if name not in NOT_CITED}
+
+
+def test_what_is_cited_is_listed_and_what_is_listed_is_cited() -> None:
+    found = cited()
+    names = {one.name for one in PUBLICATIONS}
+    assert {name: paths for name, paths in found.items() if name not in names} == {}
+    assert names - set(found) == {"Tribology Letters 2021"}
+
+
 def main() -> None:
-    """Rewrite the tables of docs/cube.md."""
-    text = CUBE.read_text(encoding="utf-8")
-    for kind in KINDS:
-        rows = "".join(f"{row}\n" for row in table(kind))
-        text = re.sub(pattern(kind), lambda found, rows=rows: f"{found[1]}{rows}{found[3]}", text, flags=re.DOTALL)
-    CUBE.write_text(text, encoding="utf-8")
+    """Rewrite the tables of docs/cube.md and docs/mechanics.md."""
+    for path, kinds in DOCUMENTS.items():
+        text = path.read_text(encoding="utf-8")
+        for kind in kinds:
+            rows = "".join(f"{row}\n" for row in table(kind))
+            text = re.sub(pattern(kind), lambda found, rows=rows: f"{found[1]}{rows}{found[3]}", text, flags=re.DOTALL)
+        path.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ class Hertz:
 def contact_modulus(body: Material, counterbody: Material | None) -> float:
     """E* (MPa) of two half-spaces, 1/E* = sum (1 - nu^2)/E; a rigid counterbody (None) adds nothing.
 
-    Johnson, Contact Mechanics (1985), section 4.2.
+    Johnson 1985, section 4.2.
     """
     return 1.0 / (body.compliance + (0.0 if counterbody is None else counterbody.compliance))
 

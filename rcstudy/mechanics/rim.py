@@ -18,7 +18,7 @@ plate already clamped at the rim: the eigenvalues of B_JJ S are 0.7 to 1.6, what
 A step of conjugate gradients reduces the error by a factor of six, at three products instead of two.
 
 The set of cells in contact is found by Newton's method: cells with negative pressure leave it, cells where the
-surfaces overlap enter it (the primal-dual active set method: Hintermueller, Ito and Kunisch 2003).
+surfaces overlap enter it (the primal-dual active set method: Hintermüller, Ito and Kunisch 2003).
 """
 
 from __future__ import annotations
