@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rcstudy import few
-from rcstudy.fits import ALIGNED, ALIKE, FITS, Fit
+from rcstudy.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.mechanics.normal import semi_axes_in_cells
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.unseen import Unseen
@@ -44,11 +44,11 @@ class Hidden(NamedTuple):
     (`AlignedContact.area_by_layers`); `slip`: effect of slip zones too narrow for the cells (`mechanics/unseen.py`);
     `lift`: lift of the surface by tractions over the approach (full coupling); `peak_by_layers`: difference of the
     largest pressure corrected for layers from that corrected as on half-spaces, over that pressure; `cusp_of_pressure`,
-    `cusp_of_tractions`: jump of the slope at the border of the stick zone, over p0/a, where the quantity is largest
-    there (full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not known; `pull`:
-    friction times Dundurs' constant (full coupling); `at_rim`: fraction by which the largest pressure may be too small
-    under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in the outermost cells
-    (`mechanics/plates.py`); `slip_shown`, `slips_at_top`: whether any cell slips, and whether one of the largest
+    `cusp_of_traction`: by which fraction of themselves cusps change the largest pressure and traction, or would
+    (`mechanics/cusps.py`; full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not
+    known; `pull`: friction times Dundurs' constant (full coupling); `at_rim`: fraction by which the largest pressure
+    may be too small under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in the outermost
+    cells (`mechanics/plates.py`); `slip_shown`, `slips_at_top`: whether any cell slips, and whether one of the largest
     pressure does; `largest_of_cells`: largest traction (MPa) of a cell; `by_pressure`: slip that the largest
     pressure causes on the spot (`Influence.slip_under_pressure`); `turning`: magnitude of Dundurs' constant over pi
     times friction; `skin`: difference of Dundurs' constant (-) on a scale below that of a cell beside the edge, and
@@ -62,7 +62,7 @@ class Hidden(NamedTuple):
     lift: float = 0.0
     peak_by_layers: float = 0.0
     cusp_of_pressure: float = 0.0
-    cusp_of_tractions: float = 0.0
+    cusp_of_traction: float = 0.0
     least_slip: float = 1.0
     at_rim: float = 0.0
     beyond_rim: float = 0.0
@@ -111,9 +111,8 @@ _BY_LAYERS = {
 _IN_NARROW_ZONES, _AS_WIDE = 1.2, 8
 _BY_SKINS = 1.8  # factor on that for layers stiffer than what is below, whose `by_layers` is negative
 _PEAK, _APPROACH = 0.5, 0.9  # relative errors of the largest pressure and of the approach, over `peak_by_layers`
-# Relative errors of the largest pressure and traction per unit of the cusps that cells round off, over the longer side
-# of a cell over the radius.
-_CUSPS = {"kalker": (0.4, 0.4), "aligned": (0.72, 0.5)}
+# Relative errors of the largest pressure and traction over what cusps change of them.
+_CUSPS = {"kalker": (0.7, 0.9), "aligned": (1.2, 0.25)}
 _STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative errors times N, where no cell slips
 # Relative errors of the area and of the largest traction of slip zones narrower than a cell, with `aligned`
 # (`trailing.py`), and the power of the width with which the latter falls in wider zones (`_UNSEEN`; 350 solutions of 70
@@ -122,8 +121,9 @@ _NARROW_ZONE, _AT_BORDER, _NARROWING = 0.14, 0.12, 3.0
 # Square of the largest traction over the product of that of a cell and the bound one cell from the edge (1 to 1.2).
 _AT_MEETING = 1.2
 # Relative error of a largest pressure in the outermost cells: this part of `beyond_rim`, no more than
-# `_MOST_BEYOND_RIM` (57 pressures under stiff skins, on 24 to 128 cells); all of it where `pull` is 1 beyond `_STEEP`.
-_BEYOND_RIM, _MOST_BEYOND_RIM, _STEEP = 0.5, 0.12, 0.5
+# `_MOST_BEYOND_RIM` (57 pressures under stiff skins, on 24 to 128 cells); `_ALL_OF_IT` where `pull` is 1 beyond
+# `_STEEP`.
+_BEYOND_RIM, _MOST_BEYOND_RIM, _ALL_OF_IT, _STEEP = 0.5, 0.12, 1.15, 0.5
 # What `aligned` misses of forces and slip areas by layers thinner than a cell where there is stick, and of the force
 # across that in x, over the estimates of `add_skin_at_edge` (800 contacts).
 _IN_SKIN, _TURNED = 0.7, 0.06
@@ -160,8 +160,11 @@ _AROUND_POLE = 0.2  # part of the contact that sticks from which on the pole is 
 # Tractions constant in cells lift the surfaces otherwise at the edges than those that end like a root: contacts are
 # 0.02 to 0.06 N^(-3/2) too small. (720 contacts under rigid bodies, friction 0.3 to 2, 18 to 40 cells: contact areas
 # held in 82 of 100 without, the others in 88 to 92; 93, and 91 to 95 with it.)
-_AT_EDGES = {"contact_area": 0.09, "contact_radius": 0.045, "slip_area": 0.12, "traction_max": 0.1, "force_x": 0.02}
+_AT_EDGES = {"contact_area": 0.09, "contact_radius": 0.045, "slip_area": 0.12, "force_x": 0.02}
 _PULLED = 0.5
+# More of that of contact areas where hardly any cell slips, as tractions then are largest at the edge (150 contacts:
+# held in 84 of 100 without).
+_MORE_IN_STICK = 5.0
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
 # Where all cells stick, a zone narrower than half a cell may slip behind them, of `_UNSEEN`/N of the contact's area.
@@ -200,6 +203,8 @@ def error_estimates(
     """
     case = _Case(scene, levels[0], hidden or Hidden(), _cells_per_radius(scene, cells))
     fits = (ALIGNED if scene.moves_by_pressure else ALIKE) if case.aligned else FITS
+    if scene.is_coupled:
+        fits = fits | COUPLED[scene.discretisation]
     hides = case.parts_hidden()
     bars = {}
     for name, fit in fits.items():
@@ -320,15 +325,14 @@ class _Case:
     def parts_hidden(self) -> dict[str, float]:
         """Relative errors of scalars from layers and rims (`Hidden`), cusps and the lift by tractions."""
         hidden, discretisation = self.hidden, self.scene.discretisation
-        side = max(self.scene.mesh.spacing) / self.finest["contact_radius"]  # the border may lie along it
-        of_pressure, of_tractions = (part * side for part in _CUSPS[discretisation])
+        of_pressure, of_traction = _CUSPS[discretisation]
         lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
-        counts = min(max(hidden.pull - _STEEP, 0.0), 1.0)
+        counts = _ALL_OF_IT * min(max(hidden.pull - _STEEP, 0.0), 1.0)
         beyond = max(min(_BEYOND_RIM * hidden.beyond_rim, _MOST_BEYOND_RIM), counts * hidden.beyond_rim)
         missed = hidden.at_rim + beyond + hidden.at_pole
         return {
             "pressure_max": of_pressure * hidden.cusp_of_pressure + _PEAK * hidden.peak_by_layers + missed,
-            "traction_max": of_tractions * hidden.cusp_of_tractions,
+            "traction_max": of_traction * hidden.cusp_of_traction,
             "approach": lift + _APPROACH * hidden.peak_by_layers,
         }
 
@@ -388,8 +392,10 @@ class _Case:
     def add_lift_at_edges(self, bars: dict[str, float]) -> None:
         """Add what `aligned` misses of the lift by tractions at the edges of the contact (`_AT_EDGES`)."""
         part = min(self.hidden.pull, _PULLED) * self.per_radius**-1.5 if self.aligned else 0.0
+        stuck = 1.0 + _MORE_IN_STICK * max(1.0 - self.slipping, 0.0) ** 4
         for name in _AT_EDGES.keys() & bars.keys():
-            bars[name] += _AT_EDGES[name] * part * self.scales[name]
+            of_edges = stuck if name in ("contact_area", "contact_radius") else 1.0
+            bars[name] += _AT_EDGES[name] * of_edges * part * self.scales[name]
 
     def add_pole_of_spin(self, bars: dict[str, float]) -> None:
         """Add what `aligned` misses of forces and moment around a pole of spin within the slip zone (`_AT_POLE`)."""

@@ -97,12 +97,12 @@ FITS: dict[str, Fit] = {
     "force_x": Fit(1.3, 0.22, 0.35, (0.4, 1.5), stick=0.5, rest=0.35, first=0.03),
     "force_y": Fit(1.25, 1.15, 0.35, (0.55, 1.35), stick=0.65, slip=0.6, rest=0.03),
     "moment_z": Fit(1.4, 0.1, 0.2, (0.22, 1.5), stick=0.5, rest=0.045),
-    "pressure_max": Fit(0.3, 0.088, 0.16, (0.45, 2.2), excess=2.0, coupled=0.03),
+    "pressure_max": Fit(0.3, 0.088, 0.16, (0.45, 2.2), excess=2.0),
     "contact_area": Fit(0.3, 0.0, 0.45, (1.4, 1.6), first=0.46),
     "slip_area": Fit(0.4, 0.0, 0.6, (1.9, 1.5), slip=0.2, first=0.65),
     "contact_radius": Fit(0.3, 0.0, 0.22, (0.65, 1.6), first=0.23),
     "approach": Fit(0.2, 0.02, 0.02, (0.15, 2.4), coupled=0.01),
-    "traction_max": Fit(0.75, 1.7, 1.0, (0.5, 1.9), stick=1.2, slip=-0.7, coupled=1.75),
+    "traction_max": Fit(0.75, 1.7, 1.0, (0.5, 1.9), stick=1.2, slip=-0.7),
     "friction_power": Fit(2.0, 1.5, 0.95, (1.3, 2.0), stick=0.5, rest=0.25, first=0.28),
 }
 
@@ -116,7 +116,7 @@ ALIGNED: dict[str, Fit] = {
     "slip_area": Fit(0.23, 0.085, 0.0, (0.22, 1.5), slip=0.35, excess=0.5),
     "contact_radius": Fit(0.052, 0.0, 0.06, (0.0, 1.0), rest=0.0135, excess=0.55),
     "approach": Fit(0.115, 0.0, 0.0, (0.05, 1.5), rest=0.0195, excess=0.115),
-    "traction_max": Fit(0.18, 0.013, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.005, excess=1.3, coupled=0.06),
+    "traction_max": Fit(0.18, 0.013, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.005, excess=1.3),
     "friction_power": Fit(0.25, 0.0035, 0.12, (0.0, 1.0), slip=2.0, rest=0.01, excess=0.04, coupled=0.007, order=1.75),
 }
 # quasi-identical bodies: without slip by pressure tractions rise from zero at the leading edge, and errors are smaller
@@ -127,6 +127,19 @@ ALIKE = ALIGNED | {
     "contact_area": Fit(0.053, 0.0, 0.13, (0.0, 1.0), rest=0.037, excess=0.63),
     "slip_area": Fit(0.095, 0.057, 0.0, (0.22, 1.5), stick=-0.3, slip=0.75, excess=0.34),
     "contact_radius": Fit(0.053, 0.0, 0.06, (0.0, 1.0), rest=0.0185, excess=0.63),
-    "traction_max": Fit(0.4, 0.025, 0.16, (0.25, 2.0), stick=1.0, slip=-0.9, rest=0.007, excess=0.8, coupled=0.02),
+    "traction_max": Fit(0.4, 0.025, 0.16, (0.25, 2.0), stick=1.0, slip=-0.9, rest=0.007, excess=0.8),
     "friction_power": Fit(0.185, 0.016, 0.12, (0.0, 1.0), stick=0.15, rest=0.0018),
+}
+# largest values under full coupling, which may be those of a cusp (`mechanics/cusps.py`)
+COUPLED: dict[str, dict[str, Fit]] = {
+    "kalker": {
+        "pressure_max": Fit(0.35, 0.0575, 0.16, (0.45, 2.2), excess=0.2),
+        "traction_max": Fit(0.6, 0.9, 1.0, (0.5, 1.9), stick=1.2, slip=-0.7, coupled=0.5),
+    },
+    "aligned": {
+        "pressure_max": Fit(0.03, 0.0, 0.07, (0.0, 1.0), rest=0.0273, excess=0.033, coupled=0.0032, order=2.0),
+        "traction_max": Fit(
+            0.235, 0.013, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.0087, excess=0.035, coupled=0.157
+        ),
+    },
 }

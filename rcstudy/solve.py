@@ -248,13 +248,13 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     )
     if not scene.is_coupled:
         return hidden
-    at_peak, at_border = _cusps(contact, scene, rolling)
+    zone = contact.slip_zone(rolling, scene.friction)
     pull = _pull(contact, scene)
     share = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
         lift=_lift(contact, rolling),
-        cusp_of_pressure=at_peak,
-        cusp_of_tractions=at_border,
+        cusp_of_pressure=zone.cusp_of_pressure,
+        cusp_of_traction=zone.cusp_of_traction,
         pull=pull,
         at_pole=rise_at_pole(contact.cells, contact.pressure, share, pull),
     )
@@ -270,24 +270,6 @@ def _lift(contact: NormalContact, rolling: RollingSolution) -> float:
     i, j = contact.cells.T
     work = float(np.sum(rolling.q.T * contact.displacement_by_pressure[:, i, j]))
     return work / (float(contact.pressure.sum()) * contact.solution.approach)
-
-
-def _cusps(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> tuple[float, float]:
-    """Jumps of slope at the border of the stick zone, over p0/a, in the pressure and in the tractions.
-
-    Under full coupling slopes jump by mu |beta| (beta: Dundurs' constant) where slip begins or ends, which cells round
-    off. The jump of the pressure is returned as 0 unless the pressure is largest there; tractions usually are. Both are
-    0 without a border.
-    """
-    slip = rolling.slip
-    if slip.all() or not slip.any():
-        return 0.0, 0.0
-    cusp = _pull(contact, scene)
-    x, y = contact.centres
-    dx, dy = scene.mesh.spacing
-    top = int(contact.pressure.argmax())
-    around = slip[(np.abs(x - x[top]) < 2.5 * dx) & (np.abs(y - y[top]) < 1.5 * dy)]
-    return (cusp if around.any() and not around.all() else 0.0), cusp
 
 
 def _polished_pressure(contact: NormalContact, scene: Scene) -> tuple[NormalContact, dict[str, float]]:
@@ -375,8 +357,11 @@ def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSoluti
 def _rolling_numbers(
     contact: NormalContact, scene: Scene, rolling: RollingSolution, unseen: Unseen
 ) -> dict[str, float]:
-    """Scalars that follow from the tractions on the mesh of `contact`, corrected by `unseen`."""
-    slip_area, peak = contact.slip_area_and_peak(rolling, scene.friction)
+    """Scalars that follow from the tractions on the mesh of `contact`, corrected by `unseen`.
+
+    The largest pressure is among them, as it may lie at the border of the stick zone (`mechanics/cusps.py`).
+    """
+    zone = contact.slip_zone(rolling, scene.friction)
     force_x, force_y, moment = contact.resultant(rolling, scene.friction)
     ending = contact.ending(rolling, scene.friction)
     more_x, more_y = ending.force_x - unseen.force_x, ending.force_y - unseen.force_y
@@ -389,8 +374,9 @@ def _rolling_numbers(
         "force_x": force_x,
         "force_y": force_y,
         "moment_z": moment,
-        "slip_area": min(max(slip_area + unseen.missing, 0.0), contact.area),
-        "traction_max": peak,
+        "slip_area": min(max(zone.area + unseen.missing, 0.0), contact.area),
+        "traction_max": zone.traction,
+        "pressure_max": zone.pressure,
         "friction_power": contact.friction_power(rolling, creepage, (force_x, force_y, moment)) + part * unseen.work,
         "residual_tangential": rolling.residual,
         "iterations_tangential": rolling.iterations,

@@ -409,13 +409,13 @@ def test_cells_at_the_largest_pressure(cells):
     assert (np.abs(x) <= 0.03 + 1e-9).all()
     rolling = solve_rolling(contact, scene)
     assert rolling.slip.all()
-    _, largest = contact.slip_area_and_peak(rolling, scene.friction)
+    largest = contact.slip_zone(rolling, scene.friction).traction
     assert largest == pytest.approx(scene.friction * contact.pressure_max, rel=1e-12)
     assert np.hypot(*rolling.q.T).max() < 0.999 * largest
     # where one of the closest cells sticks, the other counts
     for slips in (top[:1], top[-1:]):
         flags = np.isin(np.arange(len(rolling.slip)), slips)
-        assert contact.slip_area_and_peak(replace(rolling, slip=flags), scene.friction)[1] == largest
+        assert contact.slip_zone(replace(rolling, slip=flags), scene.friction).traction == largest
 
 
 def test_frictions_under_one_pressure():
@@ -774,7 +774,7 @@ def test_what_lifts_off_within_the_contact_is_no_part_of_it():
     )
     dx, dy = scene.mesh.spacing
     assert whole.area - lifted.area == pytest.approx(6.0 * dx * dy, rel=0.01)
-    assert lifted.slip_area_and_peak(solve_rolling(lifted, scene), scene.friction)[0] == lifted.area
+    assert lifted.slip_zone(solve_rolling(lifted, scene), scene.friction).area == lifted.area
 
 
 def test_area_between_edges_and_what_is_seen_from_afar():

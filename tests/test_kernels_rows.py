@@ -582,7 +582,7 @@ def test_largest_pressure_at_borders() -> None:
     p = np.sqrt(np.maximum(ellipse((16, 9), (7.3, 3.6), (6.4, 3.9)), 0.0))
     low, high, edges = found_edges(p)
     borders = np.array([(5.0, j) for j in range(1, 7)])
-    found = rows.largest_at_borders(*found_profiles(p, low, high, edges), borders)
+    found = rows.peak_at_borders(rows.squares_at_borders(*found_profiles(p, low, high, edges), borders), borders)
     squares = [np.interp(5.0, *naive_rows.profile(p[:, j], *edges[:, j], *LINES)) for j in range(1, 7)]
     assert found == pytest.approx(naive_rows.peak_at_borders(squares, [(5.0, j) for j in range(1, 7)]), rel=1e-11)
     assert found == pytest.approx(math.sqrt(1.0 - (2.3 / 6.4) ** 2), rel=5e-3)

@@ -41,6 +41,7 @@ from rcstudy.mechanics.convolution import (
     symbols,
     traction_quadrants,
 )
+from rcstudy.mechanics.cusps import SlipZone
 from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.kernels import row_cells
@@ -341,9 +342,9 @@ class AlignedContact(NormalContact):
         of_cells, ends = (self.centres, rolling.q, rolling.slip), self.outline.far_field_ends
         return ending_of_rows(self.rows, ends, *of_cells, friction, self.scene.mesh.spacing, EDGE)
 
-    def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Area of the slip zone (mm^2), its borders being located between cells, and the largest traction (MPa)."""
-        return self.slip_zones.area_and_peak(rolling, friction)
+    def slip_zone(self, rolling: RollingSolution, friction: float) -> SlipZone:
+        """Area of the slip zone (mm^2), largest traction and pressure (MPa), all found between cells."""
+        return self.slip_zones.zone(rolling, friction)
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell closest to the largest pressure slips."""
@@ -352,4 +353,4 @@ class AlignedContact(NormalContact):
     @cached_property
     def slip_zones(self) -> SlipZones:
         """Evaluates slip area and largest traction of any creepage under this pressure."""
-        return SlipZones(self.rows, self.outline, self.influence)
+        return SlipZones(self.rows, self.outline, self.influence, cusped=self.scene.is_coupled)

@@ -30,6 +30,7 @@ from rcstudy.mechanics.convolution import (
     traction_quadrants,
     transform,
 )
+from rcstudy.mechanics.cusps import SlipZone, difference, pressure_at_borders
 from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import meshes, outline
@@ -282,10 +283,16 @@ class NormalContact:
         """Missing forces of rows that stick up to their end: none, known on aligned cells only (`trailing.py`)."""
         return Ending()
 
-    def slip_area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Area of the slip zone (mm^2), as the total area of its cells, and the largest traction (MPa)."""
+    def slip_zone(self, rolling: RollingSolution, friction: float) -> SlipZone:
+        """Area of the slip zone (mm^2), the total area of its cells, largest traction and pressure (MPa) of cells."""
         dx, dy = self.scene.mesh.spacing
-        return float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max())
+        area, traction = float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max())
+        if not self.scene.is_coupled:
+            return SlipZone(area, traction, self.pressure_max)
+        at_borders = pressure_at_borders(self.solution.p[self.box.slices], self.spread(rolling.slip)[self.box.slices])
+        missing = max(at_borders, self.pressure_max)
+        of_traction = difference(friction * at_borders, traction) if at_borders > 0.0 else 0.0
+        return SlipZone(area, traction, self.pressure_max, of_traction, difference(missing, self.pressure_max))
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell with the largest pressure slips; of mirror images, which differ by rounding, either does."""

@@ -13,9 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
+from rcstudy.mechanics.cusps import NARROW as NARROW_BEHIND_CUSP
+from rcstudy.mechanics.cusps import SlipZone, difference
 from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.kernels import rows, smooth, stick
+from rcstudy.mechanics.kernels import cusps, rows, smooth, stick
 from rcstudy.mechanics.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.trailing import NARROW
@@ -32,17 +34,18 @@ _NOT_KNOWN = np.full(2, np.nan)  # position of the tips of a zone
 class SlipZones:
     """Slip zones of contacts with the same `cells` and `outline`, between bodies with `influence`."""
 
-    def __init__(self, cells: MovedRows, outline: Outline, influence: Influence) -> None:
-        self._cells, self._outline = cells, outline
+    def __init__(self, cells: MovedRows, outline: Outline, influence: Influence, *, cusped: bool = False) -> None:
+        self._cells, self._outline, self._cusped = cells, outline, cusped
         self._line = influence.half_line_of_tractions(outline.spacing[0])
         along, across = influence.slip_under_tractions
         self._unlike = min((across - along) / math.sqrt(along * across), _MOST_UNLIKE)
         self._by_pressure = influence.slip_by_pressure_over_tractions
 
-    def area_and_peak(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Area of the slip zone (mm^2), with its border found between cells, and the largest traction (MPa).
+    def zone(self, rolling: RollingSolution, friction: float) -> SlipZone:
+        """The slip zone, its border found between cells, and the largest traction and pressure.
 
-        Tractions are largest at that border, where they equal mu p, or at the largest pressure, if it lies in slip.
+        Tractions are largest at that border, where they equal mu p, or at the largest pressure, if it lies in slip. The
+        pressure is largest at its summit or, if `cusped`, at that border (`cusps.py`).
         """
         slip, cells, outline = rolling.slip, self._cells, self._outline
         ny = cells.count.size
@@ -52,18 +55,29 @@ class SlipZones:
         of_rows = cells.index, cells.start, cells.count, outline.far_field_ends
         limits = NARROW, self._line.b1, self._line.shift
         found, largest, backwards = stick.stick_zone(*of_cells, *of_rows, *limits, widths, length, last, borders)
-        most = friction * outline.summit[0]
-        # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
-        peak = most if self.slips_at_top(rolling) else largest
+        borders = borders[:found]
+        at_borders = with_cusps = 0.0
         if found:
-            peak = max(peak, friction * rows.largest_at_borders(*cells.profiles, borders[:found]))
-        peak = min(peak, most)  # no border has a larger traction than mu times the largest pressure
-        if not slip.any():
+            squares = rows.squares_at_borders(*cells.profiles, borders)
+            at_borders = with_cusps = rows.peak_at_borders(squares, borders)
+            if self._cusped:
+                of_zone = last, length, NARROW_BEHIND_CUSP, borders, squares
+                cusps.squares_from_stick(outline.p, outline.high, outline.far_field_ends, *of_zone)
+                with_cusps = rows.peak_at_borders(squares, borders)
+        # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
+        summit = outline.summit[0]
+        of_cells_alone = friction * summit if self.slips_at_top(rolling) else largest
+        top = max(summit, with_cusps) if self._cusped else summit
+        # no border has a larger traction than mu times the largest pressure
+        peak = min(max(of_cells_alone, friction * with_cusps), friction * top)
+        smooth = min(max(of_cells_alone, friction * at_borders), friction * summit)
+        if slip.any():
+            area = self._area_behind((borders, last, length, widths < NARROW), rolling, backwards / friction)
+            area = self._area_around(length) if area is None else area
+        else:
             dx, dy = outline.spacing
-            return min(float(np.nansum(widths)) * dx * dy, outline.within), peak
-        of_zone = borders[:found], last, length, widths < NARROW
-        area = self._area_behind(of_zone, rolling, backwards / friction)
-        return self._area_around(length) if area is None else area, peak
+            area = min(float(np.nansum(widths)) * dx * dy, outline.within)
+        return SlipZone(area, peak, top, difference(peak, smooth), difference(top, summit))
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell closest to the largest pressure slips."""

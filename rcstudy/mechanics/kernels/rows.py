@@ -381,12 +381,6 @@ def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
 
 
 @jit
-def largest_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray, borders: np.ndarray) -> float:
-    """Largest pressure (MPa) at borders, by `squares_at_borders` and `peak_at_borders`."""
-    return peak_at_borders(squares_at_borders(knots, squares, known, borders), borders)
-
-
-@jit
 def top_of_parabola(y: np.ndarray, value: np.ndarray) -> float:
     """Largest value of the parabola that best fits value [n] at y [n], which is symmetric about its first element, 0.
 

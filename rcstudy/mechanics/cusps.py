@@ -1,0 +1,72 @@
+r"""The cusp of the pressure at the border behind the stick zone, under full coupling.
+
+Behind a border at b that runs across x, tractions are mu p; ahead of it they fall short of that by C sqrt(x - b), as
+in Carter's strip. Tractions lift the surfaces, which the pressure has to make up for (beta: Dundurs' constant): it
+changes by beta/pi times the Hilbert transform of q_x. That of C sqrt(x - b) ahead of b is zero there and
+
+    -+ beta C sqrt(b - x)
+
+behind it. So the pressure is smooth in the stick zone and has a vertical tangent behind it. Where tractions brake the
+coated body (q_x < 0, beta > 0) it is a cusp that points upwards, and often holds the largest pressure and traction.
+Values of cells at the border approach it with the root of the cell's size only: between a rigid ball and steel with
+friction 1 and partial slip by all creepages, 24 cells a radius, largest pressure and traction are 1 and 2 % too small.
+The pressure at the border is therefore extrapolated from the stick zone (`kernels/cusps.py`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rcstudy.mechanics.kernels import cusps
+
+
+class SlipZone(NamedTuple):
+    """A slip zone and the largest values of the contact.
+
+    `area` (mm^2); largest `traction` and `pressure` (MPa); `cusp_of_traction`, `cusp_of_pressure`: by which fractions
+    of themselves these were changed by cusps, or would be (`kalker`, whose values are those of cells).
+    """
+
+    area: float
+    traction: float
+    pressure: float
+    cusp_of_traction: float = 0.0
+    cusp_of_pressure: float = 0.0
+
+
+NARROW = 5.0  # cells: in slip zones less wide, what is behind a cusp that points downwards is not known
+
+
+def difference(one: float, other: float) -> float:
+    """Magnitude of the difference of two values over the larger of them; 0 if both are nil."""
+    largest = max(one, other)
+    return abs(one - other) / largest if largest > 0.0 else 0.0
+
+
+def pressure_at_borders(p: np.ndarray, slip: np.ndarray) -> float:
+    """Largest pressure (MPa) at the borders behind stick zones, halfway between cells; 0 without a border.
+
+    p [nx, ny] (MPa): pressures of cells; slip [nx, ny]: flags of slip cells. Of several borders in a row the hindmost
+    counts.
+    """
+    touched = p > 0.0
+    stick = touched & ~slip
+    before_slip = stick.copy()
+    before_slip[0] = False
+    before_slip[1:] &= slip[:-1]
+    rows = np.flatnonzero(before_slip.any(axis=0))
+    if not len(rows):
+        return 0.0
+    nx, ny = p.shape
+    first = before_slip.argmax(axis=0)[rows]
+    borders = np.stack([first - 0.5, rows.astype(np.float64)], axis=1)
+    last = np.full(ny, -1)
+    last[rows] = np.arange(len(rows))
+    high = nx - 1 - touched[::-1].argmax(axis=0)
+    edges = np.stack([touched.argmax(axis=0) - 0.5, high + 0.5])
+    squares = 0.5 * (p[first - 1, rows] ** 2 + p[first, rows] ** 2)
+    length = stick.sum(axis=0).astype(np.float64)
+    cusps.squares_from_stick(p, high, edges, last, length, NARROW, borders, squares)
+    return float(np.sqrt(squares.max()))

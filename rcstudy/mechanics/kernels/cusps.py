@@ -1,0 +1,53 @@
+"""Pressure at the border behind the stick zone under full coupling, where it has a cusp (`cusps.py`)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rcstudy.mechanics.jit import jit
+
+
+@jit
+def at_origin(x: tuple[float, float, float], near: float, middle: float, far: float) -> float:
+    """Value at 0 of the parabola through near, middle and far at x."""
+    a, b, c = x
+    return b * c / ((a - b) * (a - c)) * near + a * c / ((b - a) * (b - c)) * middle + a * b / ((c - a) * (c - b)) * far
+
+
+@jit
+def squares_from_stick(
+    p: np.ndarray,
+    high: np.ndarray,
+    edges: np.ndarray,
+    last: np.ndarray,
+    length: np.ndarray,
+    narrow: float,
+    borders: np.ndarray,
+    squares: np.ndarray,
+) -> None:
+    """Replace p^2 at the borders behind stick zones by the parabola through p^2 of three cells ahead, in place.
+
+    These are the second to fourth cells whose centres lie ahead of the border: the first is not smooth. Where the
+    fourth is one of the outermost two cells the leading edge, with p = 0, takes its place. p [nx, ny] (MPa); high [ny]:
+    last cell in contact of each row; edges [2, ny]: where the row begins and ends; last [ny], length [ny], borders
+    [n, 2]: as from `stick.stick_rows`; squares [n] (MPa^2): at the borders. What is there already stays in rows without
+    such a border and where the stick zone does not reach so far. Where it is larger, so that the cusp points downwards,
+    the mean of both is taken, or, in slip zones less than `narrow` (cells) wide, it stays.
+    """
+    for j in range(last.size):
+        k = last[j]
+        if k < 0:
+            continue
+        x = borders[k, 0]
+        first = math.ceil(x) + 1
+        t, inside = first - x, high[j] - 2 - first  # cells beyond the first that are not outermost ones
+        if x < 0.0 or inside < 1 or first + 1 > x + length[j]:
+            continue
+        third, far = (t + 2.0, p[first + 2, j] ** 2) if inside > 1 else (edges[1, j] - x, 0.0)
+        square = at_origin((t, t + 1.0, third), p[first, j] ** 2, p[first + 1, j] ** 2, far)
+        if square > squares[k]:
+            squares[k] = square
+        elif x - edges[0, j] >= narrow:
+            squares[k] = 0.5 * (squares[k] + max(square, 0.0))

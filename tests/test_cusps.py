@@ -1,0 +1,112 @@
+"""Cusps of the pressure at the border of the stick zone, under full coupling (`mechanics/cusps.py`)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from contacts import solved, steel
+
+from rcstudy.mechanics.cusps import difference, pressure_at_borders
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+
+
+def test_differences_are_over_the_larger_value() -> None:
+    assert difference(3.0, 4.0) == difference(4.0, 3.0) == 0.25
+    assert difference(0.0, 0.0) == 0.0
+
+
+def test_what_tractions_of_a_strip_do_to_the_pressure() -> None:
+    """The Hilbert transform of Carter's tractions (Johnson 1985, 8.3): a root behind the border, smooth ahead of it."""
+    half, n = 0.6, 400_000  # half the length of the stick zone, at the leading end of a strip from -1 to 1
+    ends = np.linspace(-1.0, 1.0, n + 1)
+    s = 0.5 * (ends[1:] + ends[:-1])
+    border = 1.0 - 2.0 * half
+    stick = half * np.sqrt(np.maximum(1.0 - ((s - 1.0 + half) / half) ** 2, 0.0))
+    q = np.sqrt(1.0 - s**2) - stick
+
+    def transform(x: float) -> float:
+        """(1/pi) int q/(x - s) ds as a principal value, q being constant in the cells between `ends`; at a centre."""
+        x = s[np.argmin(np.abs(s - x))]
+        return float(np.sum(q * np.log(np.abs((x - ends[:-1]) / (x - ends[1:]))))) / math.pi
+
+    growth = math.sqrt(2.0 * half)  # C: the stick zone's part is C sqrt(x - border) close to the border
+    at_border = transform(border)
+    for distance in (0.001, 0.004):
+        assert np.interp(border + distance, s, stick) == pytest.approx(growth * math.sqrt(distance), rel=5e-3)
+        behind, ahead = (transform(border + step) - at_border for step in (-distance, distance))
+        assert abs(behind) == pytest.approx(growth * math.sqrt(distance), rel=0.15)
+        assert abs(ahead) < 0.15 * abs(behind)
+
+
+def test_pressure_at_borders_of_cells() -> None:
+    """Of Hertz's pressure it is that halfway between cells; in rows that do not slip behind it there is none."""
+    x, y = np.meshgrid(np.arange(24.0), np.arange(24.0), indexing="ij")
+    p = np.sqrt(np.maximum(1.0 - ((x - 11.5) / 10.3) ** 2 - ((y - 11.2) / 10.3) ** 2, 0.0))
+    touched = p > 0.0
+    for first in (6.0, 8.0, 13.0):
+        expected = 1.0 - ((first - 0.5 - 11.5) / 10.3) ** 2 - (0.2 / 10.3) ** 2
+        assert pressure_at_borders(p, (x < first) & touched) ** 2 == pytest.approx(expected, rel=1e-12)
+    assert pressure_at_borders(p, np.zeros_like(touched)) == 0.0  # all sticks
+    assert pressure_at_borders(p, touched) == 0.0  # all slips
+    assert pressure_at_borders(p, (x > 15.0) & touched) == 0.0  # slip ahead of the stick zone only
+    assert pressure_at_borders(p, (y > 15.0) & touched) == 0.0  # beside it
+
+
+COMBINED = steel(
+    Mesh((0.875, 0.875), (48, 48)),
+    counterbody=None,
+    friction=1.0,
+    creepage=Creepage(0.002, 0.001, 0.01),
+    coupling="full",
+    discretisation="aligned",
+    tolerance=Tolerance(1e-6, 1e-6),
+)
+STRAIGHT = replace(COMBINED, friction=0.6, creepage=Creepage(0.002), mesh=Mesh((0.7, 0.7), (48, 48)))
+STIFF = replace(
+    COMBINED,
+    friction=0.6,
+    creepage=Creepage(0.001, 0.0, 0.005),
+    layers=(Layer(388000.0, 0.2, 0.072),),
+    mesh=Mesh((0.75, 0.75), (48, 48)),
+)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("scene", "rel"), [(COMBINED, 3e-3), (STRAIGHT, 8e-3), (STIFF, 4e-3)])
+def test_largest_values_at_the_cusp_are_those_of_fine_meshes(scene: Scene, rel: float) -> None:
+    """And equal the bound there. Those of cells are 0.8 to 3 % too small on 48 cells, as bars say."""
+    found = solved(scene).scalars
+    fine = solved(replace(scene, mesh=Mesh(scene.mesh.size, (256, 256)))).scalars
+    cells = solved(replace(scene, discretisation="kalker")).scalars
+    assert found["traction_max"] == pytest.approx(scene.friction * found["pressure_max"], rel=1e-12)
+    for name in ("pressure_max", "traction_max"):
+        assert found[name] == pytest.approx(fine[name], rel=rel)
+        assert abs(found[name] - fine[name]) <= found[f"{name}_error"]
+        assert cells[name] < (1.0 - 8e-3) * fine[name]
+        assert fine[name] - cells[name] <= cells[f"{name}_error"]
+
+
+@pytest.mark.heavy
+def test_the_pressure_on_very_fine_cells_of_the_other_kind_agrees() -> None:
+    """Whose error falls with the root of their size: from 192 and 384 cells the limit follows."""
+    found = solved(COMBINED).scalars["pressure_max"]
+    coarse, fine = (
+        solved(replace(COMBINED, discretisation="kalker", mesh=Mesh(COMBINED.mesh.size, (n, n)))).scalars[
+            "traction_max"
+        ]
+        for n in (96, 384)
+    )
+    assert 2.0 * fine - coarse == pytest.approx(found, rel=1.5e-2)
+    assert fine == pytest.approx(found, rel=2.5e-2) and fine < (1.0 - 1e-2) * found
+
+
+@pytest.mark.heavy
+def test_without_full_coupling_there_is_none() -> None:
+    """And so no correction: largest values are those of smooth pressures."""
+    zone = solved(replace(COMBINED, coupling="one-way")).scalars
+    assert zone["pressure_max"] == pytest.approx(744.0, rel=1e-3)
+    alike = solved(replace(COMBINED, counterbody=Material(210000.0, 0.3), coupling="full")).scalars
+    assert alike["pressure_max"] == pytest.approx(469.0, rel=1e-3)
