@@ -133,7 +133,7 @@ ALIKE = ALIGNED | {
 # largest values under full coupling, which may be those of a cusp (`mechanics/cusps.py`)
 COUPLED: dict[str, dict[str, Fit]] = {
     "kalker": {
-        "pressure_max": Fit(0.35, 0.0575, 0.16, (0.45, 2.2), excess=0.2),
+        "pressure_max": Fit(0.35, 0.03, 0.16, (0.45, 2.2), excess=0.2, first=0.015),
         "traction_max": Fit(0.6, 0.9, 1.0, (0.5, 1.9), stick=1.2, slip=-0.7, coupled=0.5),
     },
     "aligned": {
