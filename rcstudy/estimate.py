@@ -112,7 +112,7 @@ _IN_NARROW_ZONES, _AS_WIDE = 1.2, 8
 _BY_SKINS = 1.8  # factor on that for layers stiffer than what is below, whose `by_layers` is negative
 _PEAK, _APPROACH = 0.5, 0.9  # relative errors of the largest pressure and of the approach, over `peak_by_layers`
 # Relative errors of the largest pressure and traction over what cusps change of them.
-_CUSPS = {"kalker": (0.7, 0.9), "aligned": (1.2, 0.25)}
+_CUSPS = {"kalker": (0.7, 0.9), "aligned": (0.9, 0.22)}
 _STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative errors times N, where no cell slips
 # Relative errors of the area and of the largest traction of slip zones narrower than a cell, with `aligned`
 # (`trailing.py`), and the power of the width with which the latter falls in wider zones (`_UNSEEN`; 350 solutions of 70

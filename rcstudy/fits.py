@@ -137,9 +137,9 @@ COUPLED: dict[str, dict[str, Fit]] = {
         "traction_max": Fit(0.6, 0.9, 1.0, (0.5, 1.9), stick=1.2, slip=-0.7, coupled=0.5),
     },
     "aligned": {
-        "pressure_max": Fit(0.03, 0.0, 0.07, (0.0, 1.0), rest=0.0273, excess=0.033, coupled=0.0032, order=2.0),
+        "pressure_max": Fit(0.036, 0.0, 0.07, (0.0, 1.0), rest=0.03, excess=0.05, coupled=0.0028, order=2.0),
         "traction_max": Fit(
-            0.235, 0.013, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.0087, excess=0.035, coupled=0.157
+            0.6, 0.013, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.0035, excess=0.02, coupled=0.08
         ),
     },
 }

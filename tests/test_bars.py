@@ -66,8 +66,8 @@ HIDDEN = [
         Hidden(lift=-0.5, cusp_of_pressure=0.1, cusp_of_traction=0.2),
         {
             "approach": 0.03 * CELL * 0.5 * 0.03,
-            "pressure_max": 1.2 * 0.1 * 100.0,
-            "traction_max": 0.25 * 0.2 * 50.0,
+            "pressure_max": 0.9 * 0.1 * 100.0,
+            "traction_max": 0.22 * 0.2 * 50.0,
         },
     ),
 ]
