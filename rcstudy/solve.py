@@ -248,13 +248,13 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     )
     if not scene.is_coupled:
         return hidden
-    zone = contact.slip_zone(rolling, scene.friction)
+    of_pressure, of_traction = contact.cusps(rolling, scene.friction)
     pull = _pull(contact, scene)
     share = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
         lift=_lift(contact, rolling),
-        cusp_of_pressure=zone.cusp_of_pressure,
-        cusp_of_traction=zone.cusp_of_traction,
+        cusp_of_pressure=of_pressure,
+        cusp_of_traction=of_traction,
         pull=pull,
         at_pole=rise_at_pole(contact.cells, contact.pressure, share, pull),
     )

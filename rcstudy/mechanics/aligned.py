@@ -346,6 +346,11 @@ class AlignedContact(NormalContact):
         """Area of the slip zone (mm^2), largest traction and pressure (MPa), all found between cells."""
         return self.slip_zones.zone(rolling, friction)
 
+    def cusps(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
+        """Fractions of themselves by which cusps change the largest pressure and traction."""
+        zone = self.slip_zone(rolling, friction)
+        return zone.cusp_of_pressure, zone.cusp_of_traction
+
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell closest to the largest pressure slips."""
         return self.slip_zones.slips_at_top(rolling)

@@ -286,13 +286,17 @@ class NormalContact:
     def slip_zone(self, rolling: RollingSolution, friction: float) -> SlipZone:
         """Area of the slip zone (mm^2), the total area of its cells, largest traction and pressure (MPa) of cells."""
         dx, dy = self.scene.mesh.spacing
-        area, traction = float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max())
-        if not self.scene.is_coupled:
-            return SlipZone(area, traction, self.pressure_max)
+        return SlipZone(float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max()), self.pressure_max)
+
+    def cusps(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
+        """Fractions of themselves that cusps would add to the largest pressure and change of the largest traction."""
         at_borders = pressure_at_borders(self.solution.p[self.box.slices], self.spread(rolling.slip)[self.box.slices])
-        missing = max(at_borders, self.pressure_max)
-        of_traction = difference(friction * at_borders, traction) if at_borders > 0.0 else 0.0
-        return SlipZone(area, traction, self.pressure_max, of_traction, difference(missing, self.pressure_max))
+        if at_borders == 0.0:
+            return 0.0, 0.0
+        zone = self.slip_zone(rolling, friction)
+        return difference(max(at_borders, zone.pressure), zone.pressure), difference(
+            friction * at_borders, zone.traction
+        )
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell with the largest pressure slips; of mirror images, which differ by rounding, either does."""

@@ -26,7 +26,7 @@ class SlipZone(NamedTuple):
     """A slip zone and the largest values of the contact.
 
     `area` (mm^2); largest `traction` and `pressure` (MPa); `cusp_of_traction`, `cusp_of_pressure`: by which fractions
-    of themselves these were changed by cusps, or would be (`kalker`, whose values are those of cells).
+    of themselves cusps changed these (`aligned`; those of `kalker` are values of cells).
     """
 
     area: float
