@@ -25,9 +25,9 @@ radius and more whose coarser mesh ends too close to them; those too small for a
 
 Constants of `aligned` were set on 5900 random contacts, 600 of them wild, those of `kalker` on 2100: of all kinds of
 `scripts/error_bars.py`, with one or two coarser meshes, such that 95 in 100 bars hold and, as far as that leaves room,
-none is more than five times the error in the median. Those without a coarser mesh were set on 560 (`aligned`: and 300).
-The reference was `aligned` on cells four times finer (eight times without a coarser mesh); checked on others
-(results/error_bars.md).
+none is more than five times the error in the median. Those of `COUPLED` were set on 1800 and 1500 fully coupled
+contacts, those without a coarser mesh on 560 (`aligned`: and 300). The reference was `aligned` on cells four times
+finer (eight times without a coarser mesh); checked on others (results/error_bars.md).
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ changes by beta/pi times the Hilbert transform of q_x. That of C sqrt(x - b) ahe
 behind it. So the pressure is smooth in the stick zone and has a vertical tangent behind it. Where tractions brake the
 coated body (q_x < 0, beta > 0) it is a cusp that points upwards, and often holds the largest pressure and traction.
 Values of cells at the border approach it with the root of the cell's size only: between a rigid ball and steel with
-friction 1 and partial slip by all creepages, 24 cells a radius, largest pressure and traction are 1 and 2 % too small.
+friction 1 and partial slip by all creepages, 28 cells a radius, largest pressure and traction are 1 and 2 % too small.
 The pressure at the border is therefore extrapolated from the stick zone (`kernels/cusps.py`).
 """
 
@@ -36,7 +36,7 @@ class SlipZone(NamedTuple):
     cusp_of_pressure: float = 0.0
 
 
-NARROW = 5.0  # cells: in slip zones less wide, what is behind a cusp that points downwards is not known
+NARROW = 5.0  # cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured)
 
 
 def difference(one: float, other: float) -> float:
