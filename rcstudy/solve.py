@@ -15,6 +15,7 @@ from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
+from rcstudy.mechanics.cusps import SlipZone
 from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.pole import rise_at_pole
@@ -190,12 +191,13 @@ def _result(
     fields, scalars = {"pressure": contact.solution.p}, _normal_numbers(contact)
     status, reasons = Status.SOLVED, []
     proof_of_tractions: dict[str, float] = {}
-    unseen = Unseen()
+    zone, unseen = None, Unseen()
     if rolling is not None:
         rolling, proof_of_tractions = _polished(contact, scene, rolling)
         fields |= _rolling_fields(contact, scene, rolling)
         unseen = contact.unseen_slip(rolling, scene.friction)
-        scalars |= _rolling_numbers(contact, scene, rolling, unseen)
+        zone = contact.slip_zone(rolling, scene.friction)
+        scalars |= _rolling_numbers(contact, scene, rolling, zone, unseen)
         if rolling.unsettled > UNSETTLED:
             status = Status.NOT_CONVERGED
             reasons.append(
@@ -211,7 +213,7 @@ def _result(
     proof = proof_of_pressure or prove_normal(contact, scene, None if rolling is None else rolling.q)
     proof = proof | proof_of_tractions
     levels = [scalars, *_coarser_numbers(contact, scene, rolling)]
-    hidden = _hidden(contact, scene, rolling, unseen)
+    hidden = _hidden(contact, scene, rolling, zone, unseen)
     scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden)
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:
@@ -225,7 +227,9 @@ def _result(
     return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
 
 
-def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | None, unseen: Unseen) -> Hidden:
+def _hidden(
+    contact: NormalContact, scene: Scene, rolling: RollingSolution | None, zone: SlipZone | None, unseen: Unseen
+) -> Hidden:
     """The errors that differences between meshes do not show, for the error bars."""
     hidden = Hidden(
         by_layers=contact.area_by_layers / contact.area,
@@ -233,7 +237,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
         at_rim=contact.missing_at_rim,
         beyond_rim=contact.beyond_rim,
     )
-    if rolling is None:
+    if rolling is None or zone is None:
         return hidden
     hidden = hidden._replace(
         unsettled=rolling.unsettled,
@@ -248,7 +252,7 @@ def _hidden(contact: NormalContact, scene: Scene, rolling: RollingSolution | Non
     )
     if not scene.is_coupled:
         return hidden
-    of_pressure, of_traction = contact.cusps(rolling, scene.friction)
+    of_pressure, of_traction = contact.cusps(zone, rolling, scene.friction)
     pull = _pull(contact, scene)
     share = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
@@ -322,7 +326,8 @@ def _coarser_numbers(
                 return
             rolling = rolling.coarser
             unseen = coarser.unseen_slip(rolling, scene.friction)
-            scalars |= _rolling_numbers(coarser, scene, rolling, unseen)
+            zone = coarser.slip_zone(rolling, scene.friction)
+            scalars |= _rolling_numbers(coarser, scene, rolling, zone, unseen)
         yield scalars
         coarser = coarser.coarser
 
@@ -355,13 +360,12 @@ def _rolling_fields(contact: NormalContact, scene: Scene, rolling: RollingSoluti
 
 
 def _rolling_numbers(
-    contact: NormalContact, scene: Scene, rolling: RollingSolution, unseen: Unseen
+    contact: NormalContact, scene: Scene, rolling: RollingSolution, zone: SlipZone, unseen: Unseen
 ) -> dict[str, float]:
-    """Scalars that follow from the tractions on the mesh of `contact`, corrected by `unseen`.
+    """Scalars that follow from the tractions on the mesh of `contact`, which slips in `zone`, corrected by `unseen`.
 
     The largest pressure is among them, as it may lie at the border of the stick zone (`mechanics/cusps.py`).
     """
-    zone = contact.slip_zone(rolling, scene.friction)
     force_x, force_y, moment = contact.resultant(rolling, scene.friction)
     ending = contact.ending(rolling, scene.friction)
     more_x, more_y = ending.force_x - unseen.force_x, ending.force_y - unseen.force_y

@@ -22,8 +22,7 @@ from rcstudy.solve import _coarser_numbers, _hidden, _lift, _normal_numbers, _ro
 from rcstudy.study import scene_from_mapping
 
 FORCES = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
-CELL = (np.pi / 314) ** 0.5  # over the radius, as 314 of them would be
-SIDE = 1.0 / 24.0 / MIDDLING["contact_radius"]  # as they are in the windows here
+CELL = (np.pi / 314) ** 0.5  # over the radius
 HIDDEN = [
     (
         Hidden(
@@ -584,10 +583,10 @@ def test_bars_of_slip_areas_near_full_slip() -> None:
         scene = fitted(cells, **rigid)
         contact = AlignedContact(solve_normal(scene))
         rolling = solve_rolling(contact, scene)
-        unseen = contact.unseen_slip(rolling, scene.friction)
-        levels = [_normal_numbers(contact) | _rolling_numbers(contact, scene, rolling, unseen)]
+        unseen, zone = contact.unseen_slip(rolling, scene.friction), contact.slip_zone(rolling, scene.friction)
+        levels = [_normal_numbers(contact) | _rolling_numbers(contact, scene, rolling, zone, unseen)]
         levels += _coarser_numbers(contact, scene, rolling)
-        hidden = _hidden(contact, scene, rolling, unseen)
+        hidden = _hidden(contact, scene, rolling, zone, unseen)
         hidden = hidden._replace(least_slip=least_over_largest(rolling.s[contact.carrying]))
         found = error_estimates(scene, contact.cells.shape[0], levels, hidden)
         assert abs(levels[0]["slip_area"] - true["slip_area"]) <= found["slip_area_error"], (cells, longitudinal)
@@ -613,7 +612,8 @@ def test_what_the_hidden_errors_know_of_slip_at_the_largest_pressure(discretisat
         scene = steel(mesh, counterbody=None, creepage=creepage, discretisation=discretisation, friction=0.5)
         contact = solve_normal(scene)
         contact = AlignedContact(contact) if discretisation == "aligned" else contact
-        hidden = _hidden(contact, scene, solve_rolling(contact, scene), Unseen())
+        rolling = solve_rolling(contact, scene)
+        hidden = _hidden(contact, scene, rolling, contact.slip_zone(rolling, scene.friction), Unseen())
         assert hidden.slips_at_top == slips
         assert hidden.turning == pytest.approx(0.5 * 0.4 / 0.7 / (math.pi * 0.5), rel=1e-9)
 

@@ -90,8 +90,8 @@ def test_largest_values_at_the_cusp_are_those_of_fine_meshes(scene: Scene, rel: 
 
 
 @pytest.mark.heavy
-def test_the_pressure_on_very_fine_cells_of_the_other_kind_agrees() -> None:
-    """Whose error falls with the root of their size: from 192 and 384 cells the limit follows."""
+def test_tractions_on_very_fine_cells_of_the_other_kind_agree() -> None:
+    """Whose error falls with the root of their size: from 96 and 384 cells the limit follows."""
     found = solved(COMBINED).scalars["pressure_max"]
     coarse, fine = (
         solved(replace(COMBINED, discretisation="kalker", mesh=Mesh(COMBINED.mesh.size, (n, n)))).scalars[

@@ -80,8 +80,9 @@ def test_slips_that_are_stored_are_those_that_are_proved(solution: tuple[Aligned
 
 def test_slip_areas_are_no_larger_than_contacts(solution: tuple[AlignedContact, RollingSolution]) -> None:
     contact, rolling = solution
+    zone = contact.slip_zone(rolling, SCENE.friction)
     for missing, area in ((10.0, contact.area), (-10.0, 0.0)):
-        numbers = solve._rolling_numbers(contact, SCENE, rolling, Unseen(missing=missing))
+        numbers = solve._rolling_numbers(contact, SCENE, rolling, zone, Unseen(missing=missing))
         assert numbers["slip_area"] == area
 
 
@@ -98,8 +99,8 @@ def test_coarser_meshes_are_given_what_their_own_cells_miss(solution: tuple[Alig
 
 def test_bars_are_told_what_meshes_hide(solution: tuple[AlignedContact, RollingSolution]) -> None:
     contact, rolling = solution
-    unseen = contact.unseen_slip(rolling, SCENE.friction)
-    hidden = solve._hidden(contact, SCENE, replace(rolling, unsettled=0.003), unseen)
+    unseen, zone = contact.unseen_slip(rolling, SCENE.friction), contact.slip_zone(rolling, SCENE.friction)
+    hidden = solve._hidden(contact, SCENE, replace(rolling, unsettled=0.003), zone, unseen)
     assert (hidden.unsettled, hidden.slip) == (0.003, unseen)
     assert hidden.by_layers == contact.outline.area_by_layers / contact.area != 0.0
     assert hidden.peak_by_layers == contact.peak_by_layers / contact.pressure_max > 0.0

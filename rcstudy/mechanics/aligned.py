@@ -346,9 +346,8 @@ class AlignedContact(NormalContact):
         """Area of the slip zone (mm^2), largest traction and pressure (MPa), all found between cells."""
         return self.slip_zones.zone(rolling, friction)
 
-    def cusps(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Fractions of themselves by which cusps change the largest pressure and traction."""
-        zone = self.slip_zone(rolling, friction)
+    def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> tuple[float, float]:
+        """Fractions of themselves by which cusps changed the largest pressure and traction of `zone`."""
         return zone.cusp_of_pressure, zone.cusp_of_traction
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:

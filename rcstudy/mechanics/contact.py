@@ -288,15 +288,13 @@ class NormalContact:
         dx, dy = self.scene.mesh.spacing
         return SlipZone(float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max()), self.pressure_max)
 
-    def cusps(self, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Fractions of themselves that cusps would add to the largest pressure and change of the largest traction."""
+    def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> tuple[float, float]:
+        """Fractions that cusps would add to the largest pressure of `zone`, and change of its largest traction."""
         at_borders = pressure_at_borders(self.solution.p[self.box.slices], self.spread(rolling.slip)[self.box.slices])
         if at_borders == 0.0:
             return 0.0, 0.0
-        zone = self.slip_zone(rolling, friction)
-        return difference(max(at_borders, zone.pressure), zone.pressure), difference(
-            friction * at_borders, zone.traction
-        )
+        of_pressure = difference(max(at_borders, zone.pressure), zone.pressure)
+        return of_pressure, difference(friction * at_borders, zone.traction)
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell with the largest pressure slips; of mirror images, which differ by rounding, either does."""

@@ -36,7 +36,9 @@ class SlipZone(NamedTuple):
     cusp_of_pressure: float = 0.0
 
 
-NARROW = 5.0  # cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured)
+NARROW_BEHIND_CUSP = (
+    5.0  # cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured)
+)
 
 
 def difference(one: float, other: float) -> float:
@@ -68,5 +70,5 @@ def pressure_at_borders(p: np.ndarray, slip: np.ndarray) -> float:
     edges = np.stack([touched.argmax(axis=0) - 0.5, high + 0.5])
     squares = 0.5 * (p[first - 1, rows] ** 2 + p[first, rows] ** 2)
     length = stick.sum(axis=0).astype(np.float64)
-    cusps.squares_from_stick(p, high, edges, last, length, NARROW, borders, squares)
+    cusps.squares_from_stick(p, high, edges, last, length, NARROW_BEHIND_CUSP, borders, squares)
     return float(np.sqrt(squares.max()))

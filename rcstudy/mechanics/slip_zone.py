@@ -13,8 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rcstudy.mechanics.cusps import NARROW as NARROW_BEHIND_CUSP
-from rcstudy.mechanics.cusps import SlipZone, difference
+from rcstudy.mechanics.cusps import NARROW_BEHIND_CUSP, SlipZone, difference
 from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import cusps, rows, smooth, stick
