@@ -36,9 +36,8 @@ class SlipZone(NamedTuple):
     cusp_of_pressure: float = 0.0
 
 
-NARROW_BEHIND_CUSP = (
-    5.0  # cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured)
-)
+# Cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured).
+NARROW_BEHIND_CUSP = 5.0
 
 
 def difference(one: float, other: float) -> float:
