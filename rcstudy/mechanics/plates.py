@@ -57,9 +57,9 @@ def beyond_rim(p: np.ndarray) -> float:
     0 unless that largest pressure is in the outermost two rings of cells. The smaller one of the largest pressures in
     the third and the fourth ring counts.
     """
-    i, j = np.unravel_index(int(p.argmax()), p.shape)
-    ringed = np.pad(p, 2)[i : i + 5, j : j + 5] > 0.0
-    if ringed[_WITHIN_TWO].all():
+    i, j = divmod(int(p.argmax()), p.shape[1])
+    around = p[max(i - 2, 0) : i + 3, max(j - 2, 0) : j + 3]
+    if around.shape == _WITHIN_TWO.shape and around[_WITHIN_TWO].min() > 0.0:
         return 0.0
     inside = p > 0.0
     largest = []
