@@ -1133,6 +1133,17 @@ def test_asymmetry_of_slip_is_the_share_of_cells_without_a_mirror_image() -> Non
     assert np.isnan(measures.slip_asymmetry(by_hand(["ooo", "ooo"])))
 
 
+def test_mirror_images_are_about_the_axis_whatever_part_of_the_window_is_stored() -> None:
+    """With `crop: contact` stored rows do not lie evenly about y = 0 where full coupling shifts the contact along y."""
+    rows = ["...", "...", "oo.", "ooo", "sso", "ss."]
+    whole = by_hand(rows, *np.random.default_rng(0).normal(size=(2, 3, 6)) * (np.array(list("001111")) == "1")[::-1])
+    part = by_hand(rows[2:], *(whole.field(name)[:, :4] for name in ("traction_x", "traction_y")))
+    part.y = whole.y[:4]
+    for measure in (measures.asymmetry, measures.vector_asymmetry, measures.slip_asymmetry):
+        assert measure(part) == pytest.approx(measure(whole))
+    assert measures.slip_asymmetry(part) == 1.0
+
+
 def test_slip_on_the_axis_is_counted_in_the_rows_next_to_it() -> None:
     case = by_hand(["ssss", "ssoo", "sooo", "ssss"])
     assert (measures.slip_on_axis(case), measures.cell_on_axis(case)) == (3 / 8, 2 / 8)

@@ -98,7 +98,7 @@ def asymmetry(case: CaseView) -> float:
 
     In L2 norms, from 0 to 1, as `vector_asymmetry`.
     """
-    return _odd_part(np.hypot(*traction(case))[None], [1.0]) if case.mapped else float("nan")
+    return _odd_part(np.hypot(*traction(case))[None], case.y, [1.0]) if case.mapped else float("nan")
 
 
 def vector_asymmetry(case: CaseView) -> float:
@@ -106,22 +106,35 @@ def vector_asymmetry(case: CaseView) -> float:
 
     Lateral creepage is its own mirror image with the sign reversed, and has such a share by itself.
     """
-    return _odd_part(np.stack(traction(case)), [1.0, -1.0]) if case.mapped else float("nan")
+    return _odd_part(np.stack(traction(case)), case.y, [1.0, -1.0]) if case.mapped else float("nan")
 
 
-def _odd_part(fields: np.ndarray, signs: Sequence[float]) -> float:
-    """L2 norm of what distinguishes `fields` [k, nx, ny] from their mirror image, over twice theirs.
+def _odd_part(fields: np.ndarray, y: np.ndarray, signs: Sequence[float]) -> float:
+    """L2 norm of what distinguishes `fields` [k, nx, ny] from their mirror image about y = 0, over twice theirs.
 
-    `signs`: those that the fields take in the image.
+    `y` [ny]: the cells' centres; `signs`: those that the fields take in the image.
     """
-    image = np.reshape(signs, (-1, 1, 1)) * fields[:, :, ::-1]
-    return float(np.linalg.norm(fields - image) / (2.0 * np.linalg.norm(fields)))
+    whole = _about_axis(fields, y)
+    image = np.reshape(signs, (-1, 1, 1)) * whole[:, :, ::-1]
+    return float(np.linalg.norm(whole - image) / (2.0 * np.linalg.norm(whole)))
+
+
+def _about_axis(fields: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """`fields` [..., ny] at the centres `y` with zeros beside them, so that their cells lie evenly about y = 0.
+
+    Windows do so; what is stored of them (`crop: contact`) does not where full coupling shifts the contact along y.
+    """
+    more = round((y[0] + y[-1]) / (y[1] - y[0]))  # cells at y > 0 than at y < 0
+    beside = (max(more, 0), max(-more, 0))
+    return np.pad(fields, [(0, 0)] * (fields.ndim - 1) + [beside])
 
 
 def slip_asymmetry(case: CaseView) -> float:
     """Share of the slip cells whose mirror image about the x-axis is no slip cell; NaN without slip."""
-    slips = _slips(case)
-    return float((slips & ~slips[:, ::-1]).sum() / slips.sum()) if slips.any() else float("nan")
+    if not _slips(case).any():
+        return float("nan")
+    slips = _about_axis(_slips(case), case.y)
+    return float((slips & ~slips[:, ::-1]).sum() / slips.sum())
 
 
 def slips_everywhere(case: CaseView) -> bool:
