@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy.earlier import EarlierCube
+from rcstudy.progress import counted
 from rcstudy.record import DamagedRecord, Form, Keep, Record, parse, read_head
 from rcstudy.result import Status
 from rcstudy.units import BadUnit, Unit
@@ -86,8 +87,11 @@ class Index:
         unit = self._places[key][1]
         return "the cube" if unit < 0 else str(self._units[unit][0])
 
-    def take_cube(self, cube: EarlierCube) -> None:
-        """Note the cases of a cube, which this index owns, and closes, from now on."""
+    def take_cube(self, cube: EarlierCube) -> int:
+        """Note the cases of a cube, which this index owns, and closes, from now on.
+
+        Returns how many solved cases of the study in it lack some of what is to be kept.
+        """
         self.cube = cube
         serves = [grid.keep.covers(self.keep) for grid in cube.grids]
         places = list(cube.places())
@@ -95,10 +99,14 @@ class Index:
         for key, status, grid, flat in places:
             if key in self._scenes and (serves[grid] or status != Status.SOLVED):
                 self._put(key, (status, -1, grid, flat))
+        return sum(
+            key in self._scenes and not serves[grid] and status == Status.SOLVED for key, status, grid, _ in places
+        )
 
     def losses(self) -> str:
         """What is in the cube or the units and will not be in the next cube, in words; "" if nothing."""
-        lost = [f"{len(self._leaving)} solved cases that the study no longer has"] if self._leaving else []
+        leaving = len(self._leaving)
+        lost = [f"{counted(leaving, 'solved case')} that the study no longer has"] if leaving else []
         kept = [] if self.cube is None else [grid.keep for grid in self.cube.grids if grid.keep.fields]
         if kept and not self.keep.fields:
             lost.append("all fields")

@@ -274,21 +274,16 @@ def take_cube(index: Index, output: Path, study: str, tell: Tell) -> None:
         return
     try:
         cube = EarlierCube(output)
-        index.take_cube(cube)
-        if lack := _shortcomings(cube, index.keep):
-            tell(f"{output}: {lack}")
+        if lacking := index.take_cube(cube):
+            tell(f"{output}: {_shortcomings(cube, lacking, index.keep)}")
     except ValueError as error:
         fate = "; it will be replaced: to keep it, choose another --output" if is_replaced(output, study) else ""
         tell(f"{output}: no cases are taken from it: {error}{fate}")
 
 
-def _shortcomings(cube: EarlierCube, wanted: Keep) -> str:
-    """Why solved cases of a cube cannot be taken, in words; "" if all hold what is wanted."""
-    lacking = [not grid.keep.covers(wanted) for grid in cube.grids]
-    count = sum(lacking[grid] and status == Status.SOLVED for _, status, grid, _ in cube.places())
-    if not count:
-        return ""
-    bare = any(lacks and not grid.keep.fields for lacks, grid in zip(lacking, cube.grids, strict=True))
+def _shortcomings(cube: EarlierCube, count: int, wanted: Keep) -> str:
+    """Why `count` solved cases of a cube cannot be taken, in words."""
+    bare = any(not grid.keep.covers(wanted) and not grid.keep.fields for grid in cube.grids)
     lack = "it has none" if bare else "it has them in float32"
     asked = f"outputs asks for fields in {wanted.precision}"
     return f"{counted(count, 'solved case')} in it cannot be taken: {asked}, and {lack}"

@@ -619,6 +619,25 @@ def test_units_of_another_study_are_not_removed(sweeps: Sweeps) -> None:
     assert sweep.run(mine, sweeps.output, workers=1, solve=workers.made_up).kept == 0
 
 
+def test_only_cases_of_the_study_are_said_to_lack_fields(sweeps: Sweeps) -> None:
+    """Of the cube of another study it was said how many of its cases cannot be taken, before it was refused."""
+    sweeps.write(f"{SWEPT}outputs: {NONE}\n")
+    sweeps.run()
+    sweeps.write(SWEPT.replace("study: ", "study: other-").replace("E: 210000", "E: 200000"))
+    with pytest.raises(UserError, match="is the cube of another study"):
+        sweeps.run()
+    sweeps.write(SWEPT.replace("E: 210000", "E: 200000"))
+    sweeps.run()
+    assert not any("cannot be taken" in text for text in sweeps.told)
+
+
+def test_a_single_case_that_goes_is_one_case(sweeps: Sweeps) -> None:
+    sweeps.run(1)
+    sweeps.write(SWEPT.replace("E: 210000", "E: 200000"))
+    sweeps.run()
+    assert any("will not contain 1 solved case that the study no longer has" in text for text in sweeps.told)
+
+
 DIGITS, CELLS = "fields in float64 (precision: float32)", "cells outside the contacts (crop: contact)"
 
 
