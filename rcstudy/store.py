@@ -106,8 +106,10 @@ class Store:
         return max(len(self._pending) / UNIT_CASES, self._bytes / UNIT_BYTES)
 
     def flush(self) -> None:
-        """Write all pending results. Raises UserError when that fails, or failed earlier."""
+        """Write all pending results, as many as fit on a full disk. Raises UserError if any stay, or failed earlier."""
         self._write(0.0)
+        while self._pending:  # half of them, or less, may have been written
+            self._write(0.0)
 
     def try_again(self) -> None:
         """Write all pending results after an error that may have passed. Raises UserError if it has not."""

@@ -22,3 +22,16 @@ def give_room_for(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
         return write(folder, number, cases, study)
 
     monkeypatch.setattr(store, "write_unit", within_room)
+
+
+def fill_up(room: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a sweep write no more than so many results in all."""
+    write, written = store.write_unit, [0]
+
+    def within_room(folder: Path, number: int, cases: Sequence[tuple[str, bytes]], study: str) -> Unit:
+        if written[0] + len(cases) > room:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written[0] += len(cases)
+        return write(folder, number, cases, study)
+
+    monkeypatch.setattr(store, "write_unit", within_room)

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 import synthetic
 import workers
-from disks import give_room_for
+from disks import fill_up, give_room_for
 from studies import CASES, SWEPT
 
 from rcstudy import index, lock, progress, publish, record, status, store, sweep
@@ -711,6 +711,15 @@ def test_half_of_what_a_disk_cannot_hold(sweeps: Sweeps, monkeypatch: pytest.Mon
     monkeypatch.undo()
     assert len(sweeps.run()) <= CASES - 2
     assert kept <= 9
+
+
+def test_a_shard_on_a_full_disk_says_so(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It said that all cases were solved when half of the last ones were on the disk, and lost the others."""
+    fill_up(9, monkeypatch)
+    monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))
+    with pytest.raises(UserError, match=rf"No space left on device\n9 of {CASES} cases are kept"):
+        sweeps.run(shard=(1, 1))
+    assert sum(len(read_unit(path)[0].entries) for path in unit_paths(sweeps.units)) == 9
 
 
 def test_a_merge_refuses_what_does_not_belong(sweeps: Sweeps, tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def test_what_a_disk_could_not_take_still_waits(tmp_path: Path, monkeypatch: pyt
     with opened(tmp_path) as (found, cases, results):
         for case, result in zip(cases[:3], results, strict=False):
             found.add(case.key, result)
-        found.flush()
+        found._write(0.0)
         assert len(unit_paths(found.folder)) == 1
         assert found._waiting == sum(len(result.body) for result in results[1:3]) / 100_000
 
