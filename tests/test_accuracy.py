@@ -341,6 +341,16 @@ def test_tolerances_are_told_apart_and_said_in_full():
     assert "Two tolerances" not in summary_text(plain, settings(plain), [])
 
 
+def test_a_tolerance_with_an_unsolved_case_of_one_discretisation_keeps_nothing():
+    """That of the other discretisation, all of whose cases were solved, was said to hold for every case."""
+    rows = [row(16, t, 1e-5, discretisation=name) for t in (1e-3, 1e-5) for name in ("kalker", "aligned")]
+    said = "Tolerance that keeps both fields of every case within it: 1 %: "
+    assert f"{said}1e-03;" in summary_text(rows, [], [])
+    for failed in range(2):
+        some = [replace(r, status="not converged") if k == failed else r for k, r in enumerate(rows)]
+        assert f"{said}1e-05;" in summary_text(some, [], [])
+
+
 def test_the_settings_name_both_tolerances_where_they_differ():
     rows = [row(16, (1e-5, 1e-7), 0.001), row(16, (1e-5, 1e-6), 0.001), row(16, (1e-5, 1e-5), 0.02)]
     found = chosen(rows, 0.01)

@@ -413,8 +413,8 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
             products = median(r.products for r in known)
             solved = f"{sum(r.solved for r in own)} of {len(own)}"
             cells.append([str(tolerance), name, solved, *texts, f"{products:.0f}" if known else "-"])
-            if len(known) == len(own) and np.isfinite(numbers[:2]).all():
-                found[tolerance] = max(found.get(tolerance, 0.0), *numbers[:2])
+            if (unsolved := len(known) < len(own)) or np.isfinite(numbers[:2]).all():
+                found[tolerance] = max(found.get(tolerance, 0.0), *((np.inf,) if unsolved else numbers[:2]))
     if not cells:
         return []
     reach = [
