@@ -40,7 +40,7 @@ class RangeSpec(Spec):
     spacing: Literal["linear", "log"] = "linear"
 
     def values(self) -> list[Quantity]:
-        """The values; those between the ends are rounded to six digits if they stay distinct, and near zero to zero."""
+        """The values; those between the ends are rounded to six digits if all stay in order, and near zero to zero."""
         one, other, steps = self.first.value, self.last.value, self.count - 1
         if self.spacing == "log":
             sign, logs = math.copysign(1.0, one), (math.log(abs(one)), math.log(abs(other)))
@@ -50,7 +50,7 @@ class RangeSpec(Spec):
             rounding = _ROUNDING * max(abs(one), abs(other))
             between = [0.0 if abs(value) <= rounding else value for value in between]
         rounded = [float(f"{value:.{_DIGITS}g}") for value in between]
-        if len({one, *rounded, other}) == self.count:
+        if [one, *rounded, other] == sorted({one, *rounded, other}, reverse=other < one):
             between = rounded
         return [Quantity(value, self.first.scale) for value in (one, *between, other)]
 

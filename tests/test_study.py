@@ -206,6 +206,13 @@ def test_a_range_across_zero_has_zero_itself(count):
         assert values == pytest.approx(np.linspace(*ends.values(), count), rel=1e-5, abs=1e-15)
 
 
+@pytest.mark.parametrize(("first", "last", "between"), [(2100001, 2100003, 2100002), (0.1234568, 0.1234564, 0.1234566)])
+def test_rounding_leaves_values_between_the_ends(first, last, between):
+    """One value between two close ends is distinct when rounded, but was beyond them."""
+    values = RangeSpec.model_validate({"first": first, "last": last, "count": 3}).values()
+    assert [value.value for value in values] == pytest.approx([first, between, last], rel=1e-15)
+
+
 def test_a_case_of_a_list_is_named_where_the_shared_mesh_is_wrong_for_it(load):
     base = BASE + "  g:\n    cases:\n      - {label: light, load: 100}\n      - {label: heavy, load: 20000}\n"
     with pytest.raises(UserError, match=r"scene\.mesh\.size: \[2, 2\]: must be larger .* \(case heavy\)$"):
