@@ -133,8 +133,9 @@ def contacts(expansion: Expansion, store: Store) -> dict[str, dict[Mesh, Region]
     found: dict[str, dict[Mesh, Region]] = {grid.name: {} for grid in expansion.grids}
     for case in expansion.cases:
         record = store.record(case.key)
-        whole = record.shape == record.cells
-        i0, i1, j0, j1 = record.contact() if whole else record.region
+        # cut to the contact of this case alone, unless it is whole, or from a cube, which holds those of other cases
+        own = record.shape != record.cells and not store.index.in_cube(case.key)
+        i0, i1, j0, j1 = record.region if own else record.contact()
         if i0 == i1:
             continue
         i0, i1 = _two_wide(i0, i1)

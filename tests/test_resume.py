@@ -245,6 +245,18 @@ def test_cropped_fields_of_several_meshes(sweeps: Sweeps) -> None:
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
 
 
+def test_cropped_fields_of_an_edited_study_are_cut_to_the_contacts_that_are_left(sweeps: Sweeps) -> None:
+    """Taken from the cube, they kept the box that held the contacts of the cases that had gone as well."""
+    loads = f"{SWEPT}outputs: {{crop: contact}}\n".replace("axes: {radius: [30, 40]}", "axes: {load: [2, 60]}")
+    sweeps.write(loads)
+    sweeps.run()
+    before = grid_of(sweeps.output, "bare")
+    sweeps.write(loads.replace("[2, 60]", "[2, 3]"))
+    assert len(sweeps.run()) == 1
+    assert grid_of(sweeps.output, "bare").sizes["x"] < before.sizes["x"]
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
 def grid_of(path: Path, name: str):
     with open_cube(path) as tree:
         return grids(tree)[name].load()
