@@ -10,6 +10,7 @@ import pytest
 
 from rcstudy.cases import expand
 from rcstudy.report.paper_statements import STATEMENTS
+from rcstudy.report.statements import statements_table
 from rcstudy.study import study_from_text
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -53,3 +54,12 @@ def test_published_readings_have_the_statements_numbers() -> None:
     assert listed and all(STATEMENTS[number - 1].quote == quote for number, quote in listed)
     negated = [row[-1].strip("| ") for row in rows if len(row) > 4 and row[0][2:].isdigit()]
     assert [text for text in negated if text != "same"] == ["borne out (4 of 4)"] * 4  # as the README says
+
+
+@pytest.mark.parametrize("folder", ["paper", "paper/fine"])
+def test_published_statements_say_which_pairs_they_compare(folder: str) -> None:
+    """All pairs of spins were said to be neighbours."""
+    caption, *_ = statements_table(STATEMENTS, [])
+    assert "neighbouring values of the parameter named (of spin, at x < 0, any two)" in caption
+    published = (ROOT / "results" / folder / "statements.md").read_text(encoding="utf-8")
+    assert published.splitlines()[0] == caption

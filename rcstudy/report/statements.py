@@ -135,10 +135,10 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
         )
     caption = (
         "The paper's statements about its results (quoted), and whether the results in this cube bear them out. "
-        "Pairs are neighbouring values of the parameter named; the numbers are those of the criterion. "
-        "Undecided are pairs with a case that was not solved, with slip everywhere in both cases, or with numbers that "
-        "differ by less than their estimated errors, which are in the table of results (slip ratios whose areas are "
-        f"counted in cells: by less than {CELLS:g} cells in each)."
+        "Pairs are neighbouring values of the parameter named (of spin, at x < 0, any two); the numbers are those of "
+        "the criterion. Undecided are pairs with a case that was not solved, with slip everywhere in both cases, or "
+        "with numbers that differ by less than their estimated errors, which are in the table of results (slip ratios "
+        f"whose areas are counted in cells: by less than {CELLS:g} cells in each)."
     )
     return caption, columns, rows
 
