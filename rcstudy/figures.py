@@ -6,7 +6,7 @@ left as it was.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,10 +45,11 @@ def make_figures(
     formats = tuple(dict.fromkeys(formats))
     found = grids(tree)
     paper = {name: grid for name, grid in found.items() if is_paper_grid(grid)}
+    of_paper = {axis for grid in paper.values() for axis in grid.axes}
     for axis, value in (at or {}).items():
-        found |= _held_at({name: grid for name, grid in found.items() if name not in paper}, axis, value)
+        found |= _held_at({name: grid for name, grid in found.items() if name not in paper}, axis, value, of_paper)
     if along:
-        _check_along([grid for name, grid in found.items() if name not in paper], along)
+        _check_along([grid for name, grid in found.items() if name not in paper], along, of_paper)
     out = Path(out)
     make_folder(out)
     paths: list[Path] = []
@@ -71,23 +72,33 @@ def make_figures(
     return paths
 
 
-def _held_at(found: Mapping[str, GridView], axis: str, value: str) -> dict[str, GridView]:
-    """Those of the grids that have `value` on `axis`, with that alone; UserError if none has."""
+_ALL_SHOWN = "is an axis of the paper's figures alone, which show all of it"
+
+
+def _held_at(found: Mapping[str, GridView], axis: str, value: str, of_paper: Collection[str]) -> dict[str, GridView]:
+    """Those of the grids that have `value` on `axis`, with that alone; UserError if none has.
+
+    `of_paper`: the axes of the paper's grids, which are not among `found`.
+    """
     held = {name: narrow for name, grid in found.items() if (narrow := grid.held_at(axis, value)) is not None}
     if held:
         return held
     having = [f"{name}: {', '.join(grid.axis_values(axis))}" for name, grid in found.items() if axis in grid.axes]
     if having:
         raise UserError(f"--at: {axis}={value}: {axis} must be a value of a grid ({'; '.join(having)})")
+    if axis in of_paper:
+        raise UserError(f"--at: {axis}={value}: {axis} {_ALL_SHOWN}")
     axes = dict.fromkeys(axis for grid in found.values() for axis in grid.axes)
     raise UserError(f"--at: {axis}={value}: no grid has this axis: {suggest(axis, axes)}")
 
 
-def _check_along(found: Sequence[GridView], along: str) -> None:
-    """UserError unless `along` is an axis of numbers of one of the grids."""
+def _check_along(found: Sequence[GridView], along: str, of_paper: Collection[str]) -> None:
+    """UserError unless `along` is an axis of numbers of one of the grids; `of_paper`: as above."""
     numeric = dict.fromkeys(axis for grid in found for axis in grid.axes if grid.numeric(axis))
     if along not in numeric:
         known = any(along in grid.axes for grid in found)
+        if along in of_paper and not known:
+            raise UserError(f"--along: {along}: {along} {_ALL_SHOWN}")
         problem = "not an axis of numbers" if known else "no grid has this axis"
         allowed = suggest(along, numeric) if numeric else "no grid has an axis of numbers"
         raise UserError(f"--along: {along}: {problem}: {allowed}")

@@ -635,6 +635,14 @@ def test_unknown_format_is_refused(tree: xr.DataTree, tmp_path: Path) -> None:
         make_figures(tree, tmp_path, formats=("jpeg",))
 
 
+@pytest.mark.parametrize("option", [{"at": {"modulus": "2 Es"}}, {"along": "modulus"}])
+def test_an_axis_of_the_papers_figures_alone_is_no_choice(tree: xr.DataTree, tmp_path: Path, option: Any) -> None:
+    """It was said that no grid has this axis, and that these are allowed: none."""
+    with pytest.raises(UserError, match=r"modulus is an axis of the paper's figures alone, which show all of it$"):
+        make_figures(tree, tmp_path / "out", **option)
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_format_named_twice_is_written_once(tmp_path: Path) -> None:
     with synthetic_tree(tmp_path, small()) as tree:
         assert [p.name for p in make_figures(tree, tmp_path, formats=("png", "png"))] == ["tiny.png", "tiny_maps.png"]
