@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rcstudy.build import scene_hertz
@@ -94,9 +94,15 @@ def _cell_bytes(cases: Sequence[Case], outputs: OutputsSpec) -> int:
     return sum(width[v.dtype] for v in VARIABLES.values() if v.kind == "field" and (tangential or not v.tangential))
 
 
-def _most_cells(cases: Sequence[Case]) -> int:
-    """Cells stored for each of a grid's `cases`: those of its largest mesh, to which others are padded."""
-    return math.prod(max(case.scene.mesh.cells[k] for case in cases) for k in (0, 1))
+def _most_cells(cases: Sequence[Case], outputs: OutputsSpec, in_contact: Mapping[str, float]) -> float:
+    """Cells stored for each of a grid's `cases`: those of its largest mesh, to which others are padded.
+
+    If fields are cropped, about those of a box that holds the largest contact; `in_contact`: cells of contacts by key.
+    """
+    whole = math.prod(max(case.scene.mesh.cells[k] for case in cases) for k in (0, 1))
+    if outputs.crop != "contact":
+        return whole
+    return min(whole, 4.0 / math.pi * max(in_contact[case.key] for case in cases))
 
 
 def estimate(study: Study, expansion: Expansion) -> Estimate:
@@ -105,12 +111,15 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
     of_grid = expansion.by_grid()
     cell_bytes = {grid: _cell_bytes(cases, study.outputs) for grid, cases in of_grid.items()}
     seconds = filled = 0.0
+    in_contact: dict[str, float] = {}
     for group in groups:
         cells = contact_cells(group[0].scene)
+        in_contact |= dict.fromkeys((case.key for case in group), cells)
         seconds += _pressure_seconds(cells) + sum(_traction_seconds(case.scene, cells) for case in group)
         filled += cells * sum(cell_bytes[case.grid] for case in group)
     largest = max(math.prod(case.scene.mesh.cells) for case in expansion.cases)
-    fields = float(sum(len(cases) * _most_cells(cases) * cell_bytes[grid] for grid, cases in of_grid.items()))
+    stored = {grid: _most_cells(cases, study.outputs, in_contact) for grid, cases in of_grid.items()}
+    fields = float(sum(len(cases) * stored[grid] * cell_bytes[grid] for grid, cases in of_grid.items()))
     count = len(expansion.cases)
     groups_of_cube = 1 if len(study.grids) == 1 else 1 + len(study.grids)
     return Estimate(

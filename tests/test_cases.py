@@ -355,6 +355,17 @@ def test_estimated_size_is_that_of_the_fields(study):
     assert bytes_of("outputs: {fields: false}\n") == 0
 
 
+def test_estimated_size_of_cropped_fields_is_that_of_a_box_around_the_contacts(study):
+    """That of the whole window was given, and of a wide one ten times the size of the cube."""
+    plan = study(
+        "  g: {scene: {mesh: {size: [20, 20], cells: [512, 512]}}, axes: {load: [50, 100], creepage.spin: [0.01]}}\n"
+        "outputs: {crop: contact}\n"
+    )
+    expansion = expand(plan)
+    most = max(contact_cells(case.scene) for case in expansion.cases)
+    assert estimate(plan, expansion).field_bytes == pytest.approx(2 * (4 / math.pi) * most * (5 * 8 + 1))
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("outputs", ["{}", "{precision: float32}", "{crop: contact}"])
 @pytest.mark.parametrize("size", ["[2, 2]", "[1, 0.8]", "auto"])
