@@ -264,6 +264,34 @@ def test_contacts_of_as_many_cells_have_as_many_circles(tmp_path: Path, crop: st
     assert found == {"loads": [3, 3], "meshes": [1, 3]}
 
 
+LINES_ON_AXIS = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: 50
+  load: 100
+  mesh: {size: [2, 2], cells: [20, 20]}
+  creepage: {longitudinal: 0.001}
+grids:
+  figure_3: {axes: {layer_count: [1], thickness: [1 a], modulus: [0.5 Es, 2 Es]}}
+  figure_5: {axes: {thickness: [1 a], modulus: [0.5 Es, 2 Es], creepage: [{longitudinal: 0.001}]}}
+"""
+
+
+@pytest.mark.parametrize("name", ["figure_3", "figure_5"])
+def test_lines_come_down_to_zero_whatever_part_of_the_window_is_stored(tmp_path: Path, name: str) -> None:
+    """With `crop: contact` those of the largest contact ended at its last cell."""
+    drawn = []
+    for crop in ("none", "contact"):
+        cube = tmp_path / f"{crop}.nc"
+        run(load_text(tmp_path, f"{LINES_ON_AXIS}outputs: {{crop: {crop}}}\n"), cube, workers=1)
+        with open_cube(cube) as tree, style():
+            figure = paper_figure(name, grids(tree))
+            drawn.append([np.stack(line.get_data()) for ax in panels(figure) for line in ax.lines])
+    for whole, part in zip(*drawn, strict=True):
+        assert part == pytest.approx(whole, abs=1e-12)
+
+
 LOADS = """\
 study: s
 scene:

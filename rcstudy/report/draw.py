@@ -86,17 +86,17 @@ def remark(ax: Axes, lines: Sequence[str], *, top: bool = False) -> None:
 def pressure_line(ax: Axes, case: CaseView, label: str, look: dict[str, Any]) -> None:
     """p over Hertz's p0 against x over Hertz's a on the x-axis (mean of the rows next to it, see `on_x_axis`)."""
     a, p0 = case.stored("hertz_radius"), case.stored("hertz_pressure")
-    p = on_x_axis(case.field("pressure"), case.y)
+    x, p = _on_axis(case, "pressure")
     inside = _with_edges(p > 0)
-    ax.plot(case.x[inside] / a, p[inside] / p0, label=label, **look)
+    ax.plot(x[inside] / a, p[inside] / p0, label=label, **look)
 
 
 def traction_line(ax: Axes, case: CaseView, label: str, look: dict[str, Any]) -> None:
     """-q_x (traction on the counterbody) in MPa against x/a on the x-axis (mean of the rows next to it)."""
     a = case.stored("hertz_radius")
-    qx = on_x_axis(case.field("traction_x"), case.y)
-    inside = _with_edges(on_x_axis(case.field("pressure"), case.y) > 0)
-    ax.plot(case.x[inside] / a, -qx[inside], label=label, **look)
+    x, qx = _on_axis(case, "traction_x")
+    inside = _with_edges(_on_axis(case, "pressure")[1] > 0)
+    ax.plot(x[inside] / a, -qx[inside], label=label, **look)
 
 
 BOUND: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
@@ -113,10 +113,20 @@ def bound_line(ax: Axes, case: CaseView, label: str) -> None:
 
     a = case.stored("hertz_radius")
     side = -np.sign(case.number("force_x")) or 1.0
-    bound = side * case.stored("friction") * on_x_axis(case.field("pressure"), case.y)
+    x, p = _on_axis(case, "pressure")
+    bound = side * case.stored("friction") * p
     inside = _with_edges(bound != 0)
-    ax.plot(case.x[inside] / a, bound[inside], label=label, zorder=1, **BOUND)
-    ax.add_artist(Line2D(case.x[inside] / a, -bound[inside], zorder=1, **BOUND))
+    ax.plot(x[inside] / a, bound[inside], label=label, zorder=1, **BOUND)
+    ax.add_artist(Line2D(x[inside] / a, -bound[inside], zorder=1, **BOUND))
+
+
+def _on_axis(case: CaseView, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """x (mm) and the values of a field on the x-axis, with a cell of nothing at either end.
+
+    With `crop: contact` no cell may be stored beside the contact.
+    """
+    field, x = case.field(name), case.x  # in this order: without fields there is no x
+    return np.array([2.0 * x[0] - x[1], *x, 2.0 * x[-1] - x[-2]]), np.pad(on_x_axis(field, case.y), 1)
 
 
 def _with_edges(inside: np.ndarray) -> np.ndarray:
