@@ -410,11 +410,11 @@ def _tolerances(rows: Sequence[Row]) -> list[str]:
                 median(r.error(SOLVER + "traction") for r in known),
             )
             texts = [f"{n:.1e}" if np.isfinite(n) else "-" for n in numbers]
-            products = median(r.products for r in known)
-            solved = f"{sum(r.solved for r in own)} of {len(own)}"
-            cells.append([str(tolerance), name, solved, *texts, f"{products:.0f}" if known else "-"])
-            if (unsolved := len(known) < len(own)) or np.isfinite(numbers[:2]).all():
-                found[tolerance] = max(found.get(tolerance, 0.0), *((np.inf,) if unsolved else numbers[:2]))
+            products = f"{median(r.products for r in known):.0f}" if known else "-"
+            cells.append([str(tolerance), name, f"{len(known)} of {len(own)}", *texts, products])
+            of_fields = numbers[:2] if len(known) == len(own) else (np.inf,)  # NaN: nothing to compare with
+            if not np.isnan(of_fields).any():
+                found[tolerance] = max(found.get(tolerance, 0.0), *of_fields)
     if not cells:
         return []
     reach = [
