@@ -46,7 +46,8 @@ def test_missing_at_rim(rings: tuple[float, ...], side: float, missing: float) -
         ((0.6, 0.8, 0.6, 1.0, 1.2), 0.5),  # the outermost over the third, which is less than the fourth
         ((0.5, 0.7, 1.0, 0.9, 0.8), 0.0),  # the largest is in the third ring
         ((1.0, 0.9, 0.7, 0.6, 0.5), 0.0),
-        ((0.7, 1.0, 0.9), 0.0),  # no more than three rings
+        ((0.7, 1.0, 0.9), 0.3),  # no more than three rings
+        ((1.0, 0.9), 0.0),  # none farther in
         ((1.0,), 0.0),
     ],
 )
@@ -64,6 +65,16 @@ def test_bars_of_pressures_in_the_outermost_cells(cells: int) -> None:
     found = solved(replace(scene, coupling="full", discretisation="aligned"))
     for name, limit in (("pressure_max", 17.634), ("traction_max", 5.0 * 17.634)):
         assert abs(found.scalars[name] - limit) < found.scalars[f"{name}_error"] < 0.5 * limit
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_of_pressures_in_the_outermost_of_few_cells(discretisation: Any) -> None:
+    """Five cells across, three rings, under a skin as thick as a cell; the limit is that on 144 x 144 cells."""
+    layers = (Layer(140000.0, 0.3, 0.3),)
+    scene = Scene(Material(10000.0, 0.5), (50.0, 50.0), 330.0, Mesh((2.8, 2.8), (9, 9)), layers)
+    found = solved(replace(scene, discretisation=discretisation)).scalars
+    off = found["pressure_max"] - 248.93
+    assert 20.0 < off < found["pressure_max_error"] < 2.5 * off
 
 
 def test_nothing_is_missing_without_a_stiff_skin() -> None:

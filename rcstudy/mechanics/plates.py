@@ -55,7 +55,7 @@ def beyond_rim(p: np.ndarray) -> float:
     """Fraction of the largest of pressures `p` [nx, ny] (MPa) by which it exceeds those two cells farther in.
 
     0 unless that largest pressure is in the outermost two rings of cells. The smaller one of the largest pressures in
-    the third and the fourth ring counts.
+    the third and the fourth ring counts; that in the third one if there is no fourth.
     """
     i, j = divmod(int(p.argmax()), p.shape[1])
     around = p[max(i - 2, 0) : i + 3, max(j - 2, 0) : j + 3]
@@ -68,7 +68,7 @@ def beyond_rim(p: np.ndarray) -> float:
         largest.append(float(p[inside & ~within].max(initial=0.0)))
         inside = within
     third, fourth = largest[2:]
-    return 1.0 - min(third, fourth) / max(largest) if fourth > 0.0 else 0.0
+    return 1.0 - min(third, fourth or third) / max(largest) if third > 0.0 else 0.0
 
 
 def skin(layers: Sequence[Layer], substrate: Material, side: float) -> float:
