@@ -153,8 +153,11 @@ _OF_LARGEST_PRESSURE = 0.5
 # Errors of forces with `aligned` over their scale, times N^2, where all slips around a pole of spin in the middle of
 # the contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are
 # as large times its distance from the centre, and this part of the radius. (480 contacts by spin and lateral creepage,
-# on 24 to 64 cells: forces within their bars in 95 and 97 of 100; in 87 and 81 of half of them without it.)
-_AT_POLE, _OFF_POLE = 0.12, 0.1
+# on 24 to 64 cells: forces within their bars in 95 and 97 of 100; in 87 and 81 of half of them without it.) The power
+# has the latter part, and all of the moment's error where there is spin alone. On cells that are long along x tractions
+# turn over within a cell in all rows within its length of the pole: 1/N^2 is then no less than that length over the
+# semi-axis along x, times that over the one along y, up to `_WITHIN_CELL`.
+_AT_POLE, _OFF_POLE, _WITHIN_CELL = 0.12, 0.1, 5.0
 _AROUND_POLE = 0.2  # part of the contact that sticks from which on the pole is taken to lie there
 # Errors with `aligned` and full coupling per unit of `pull`, at most `_PULLED`, over their scales, times N^(3/2).
 # Tractions constant in cells lift the surfaces otherwise at the edges than those that end like a root: contacts are
@@ -220,6 +223,7 @@ def error_estimates(
         if len(levels) == 1 and case.on_few:  # the laws of few cells hold for all parts of the errors
             if case.at_peak:
                 bars["traction_max"] = scene.friction * bars["pressure_max"]
+            case.add_pole_of_spin(bars, few_cells=True)
         else:
             case.add_lift_at_edges(bars)
             case.add_what_slips(bars, len(levels))
@@ -405,16 +409,27 @@ class _Case:
             of_edges = stuck if name in ("contact_area", "contact_radius") else 1.0
             bars[name] += _AT_EDGES[name] * of_edges * part * self.scales[name]
 
-    def add_pole_of_spin(self, bars: dict[str, float]) -> None:
-        """Add what `aligned` misses of forces and moment around a pole of spin within the slip zone (`_AT_POLE`)."""
+    def add_pole_of_spin(self, bars: dict[str, float], *, few_cells: bool = False) -> None:
+        """Add what `aligned` misses of forces, moment, power around a pole of spin within the slip zone (`_AT_POLE`).
+
+        `few_cells`: the bars follow from the laws of few cells, which have it but for long cells.
+        """
         away = self.creepage.pole / self.finest["contact_radius"]
         if not self.aligned or away >= 1.0:
             return
+        (along, across), (dx, dy) = semi_axes_in_cells(self.scene), self.scene.mesh.spacing
+        mean = self.per_radius * min(along / across, across / along) ** -0.25  # of both semi-axes, in cells
+        by_cells, dx_over_ay = self.per_radius**-2.0, dx / dy * math.sqrt(along / across) / mean
+        long_cells = max(min(dx_over_ay, _WITHIN_CELL) * math.sqrt(across / along) / mean - by_cells, 0.0)
         slips = max(1.0 - (1.0 - self.slipping) / _AROUND_POLE, 0.0)
-        part = _AT_POLE * self.per_radius**-2.0 * slips * math.sqrt(1.0 - away**2)
+        part = _AT_POLE * (long_cells if few_cells else by_cells + long_cells) * slips * math.sqrt(1.0 - away**2)
+        spin = abs(self.creepage.spin)
         bars["force_x"] += part * self.scales["force_x"]
         bars["force_y"] += part * self.scales["force_y"]
         bars["moment_z"] += part * (away + _OFF_POLE) * self.scales["moment_z"]
+        bars["friction_power"] += spin * part * _OFF_POLE * self.scales["moment_z"]
+        if part > 0.0 and away == 0.0:
+            bars["friction_power"] = max(bars["friction_power"], spin * bars["moment_z"])
 
     def balance_power(self, bars: dict[str, float]) -> None:
         """Bound the power of quasi-identical bodies by its balance: friction takes the power of the creepages.

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contacts import STEEL
+from contacts import STEEL, hertz_of
+from scipy.special import ellipe
 
 from rcstudy.estimate import error_estimates
 from rcstudy.mechanics.pole import _RISE, rise_at_pole
@@ -104,10 +105,12 @@ def test_estimate_of_what_turns_about_a_pole() -> None:
     numbers = {"force_x": -5.0, "force_y": 30.0, "moment_z": 6.0, "slip_area": 0.2, "friction_power": 0.2}
     numbers |= {"contact_area": 0.2, "contact_radius": 0.25, "pressure_max": 700.0, "traction_max": 600.0}
     numbers |= {"approach": 1e-3}
+    power: list[float] = []
 
     def bars(lateral: float, slip_area: float = 0.2, discretisation: Any = "aligned") -> np.ndarray:
         case = replace(scene, creepage=Creepage(0.0, lateral, 0.1), discretisation=discretisation)
         found = error_estimates(case, 314, [numbers | {"slip_area": slip_area}] * 3)
+        power.append(found["friction_power_error"])
         return np.array([found[f"{name}_error"] for name in ("force_x", "force_y", "moment_z")])
 
     outside, unit = bars(0.03), 314 / np.pi
@@ -115,7 +118,48 @@ def test_estimate_of_what_turns_about_a_pole() -> None:
     assert bars(0.0) - outside == pytest.approx(0.12 * scales * [1.0, 1.0, 0.1] / unit)
     there = 0.12 * math.sqrt(1.0 - 0.6**2) * scales * [1.0, 1.0, 0.7] / unit
     assert bars(0.015) - outside == pytest.approx(there)
+    # spin alone has the power of its moment
+    assert power[1] == pytest.approx(0.1 * bars(0.0)[2])
     half, far = bars(0.0, 0.9 * 0.2), bars(0.03, 0.9 * 0.2)
     assert half - far == pytest.approx(0.06 * scales * [1.0, 1.0, 0.1] / unit)
     assert bars(0.0, 0.8 * 0.2) == pytest.approx(bars(0.03, 0.8 * 0.2))
     assert bars(0.0, discretisation="kalker") == pytest.approx(bars(0.03, discretisation="kalker"))
+
+
+def test_estimate_of_what_turns_about_a_pole_on_long_cells() -> None:
+    """Tractions turn over within a cell in rows as far from the pole as the cell is long, on few cells as well."""
+    radii, load = (50.0, 5.0), 100.0
+    a = hertz_of(radii, load=load).a
+    for along, across, meshes in ((12, 48, 3), (24, 20, 3), (5, 40, 1)):
+        mesh = Mesh((4.0 * a[0], 4.0 * a[1]), (2 * along, 2 * across))
+        scene = Scene(STEEL, radii, load, mesh, counterbody=STEEL, discretisation="aligned")
+        cells, radius = round(math.pi / 4.0 * along * across), math.sqrt(a[0] * a[1])
+        numbers = {"force_x": 0.0, "force_y": 2.0, "moment_z": -6.0, "friction_power": 6.0, "approach": 1e-3}
+        numbers |= {"contact_area": math.pi * radius**2, "contact_radius": radius, "slip_area": math.pi * radius**2}
+        numbers |= {"pressure_max": 1150.0, "traction_max": 1150.0}
+
+        found = [
+            error_estimates(replace(scene, creepage=Creepage(0.0, lateral, 1.0)), cells, [numbers] * meshes)
+            for lateral in (0.0, 2.0 * radius)
+        ]
+        of_pole = found[0]["force_y_error"] - found[1]["force_y_error"]
+        per_radius = math.sqrt(cells / math.pi) * min(along / across, across / along) ** 0.25
+        dx = 2.0 * a[0] / along
+        known = per_radius**-2.0
+        long = max(known, dx / a[0] * min(dx / a[1], 5.0)) - (0.0 if meshes > 1 else known)
+        assert of_pole == pytest.approx(0.12 * load * long, rel=1e-2)
+
+
+@pytest.mark.parametrize(("cells", "aspect"), [((24, 24), 1.0), ((20, 60), 4.5), ((10, 44), 20.0)])
+def test_bars_of_bodies_that_turn_alone(cells: tuple[int, int], aspect: float) -> None:
+    """Where spin alone moves the bodies, fast, no force is left across the rows, and the moment is known."""
+    radii = 50.0, 50.0 / aspect**1.5
+    hertz = hertz_of(radii)
+    mesh = Mesh((2.6 * hertz.a[0], 2.6 * hertz.a[1]), cells)
+    scene = Scene(STEEL, radii, 100.0, mesh, counterbody=STEEL, friction=0.3, creepage=Creepage(spin=1000.0))
+    found = solve_scene(replace(scene, discretisation="aligned")).scalars
+    long, short = max(hertz.a), min(hertz.a)
+    moment = 0.3 * 3.0 / 8.0 * 100.0 * long * float(ellipe(1.0 - (short / long) ** 2))
+    limits = {"force_y": 0.0, "moment_z": -moment, "friction_power": 1000.0 * moment}
+    for name, limit in limits.items():
+        assert abs(found[name] - limit) < 1.5 * found[f"{name}_error"], name
