@@ -154,9 +154,9 @@ _OF_LARGEST_PRESSURE = 0.5
 # the contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are
 # as large times its distance from the centre, and this part of the radius. (480 contacts by spin and lateral creepage,
 # on 24 to 64 cells: forces within their bars in 95 and 97 of 100; in 87 and 81 of half of them without it.) The power
-# has the latter part, and all of the moment's error where there is spin alone. On cells that are long along x tractions
-# turn over within a cell in all rows within its length of the pole: 1/N^2 is then no less than that length over the
-# semi-axis along x, times that over the one along y, up to `_WITHIN_CELL`.
+# has the latter part, and all of the moment's error where the pole is in the middle. On cells that are long along x
+# tractions turn over within a cell in all rows within its length of the pole: 1/N^2 is then no less than that length
+# over the semi-axis along x, times that over the one along y, up to `_WITHIN_CELL`.
 _AT_POLE, _OFF_POLE, _WITHIN_CELL = 0.12, 0.1, 5.0
 _AROUND_POLE = 0.2  # part of the contact that sticks from which on the pole is taken to lie there
 # Errors with `aligned` and full coupling per unit of `pull`, at most `_PULLED`, over their scales, times N^(3/2).
@@ -418,18 +418,19 @@ class _Case:
         if not self.aligned or away >= 1.0:
             return
         (along, across), (dx, dy) = semi_axes_in_cells(self.scene), self.scene.mesh.spacing
-        mean = self.per_radius * min(along / across, across / along) ** -0.25  # of both semi-axes, in cells
-        by_cells, dx_over_ay = self.per_radius**-2.0, dx / dy * math.sqrt(along / across) / mean
-        long_cells = max(min(dx_over_ay, _WITHIN_CELL) * math.sqrt(across / along) / mean - by_cells, 0.0)
+        mean, root = self.per_radius * min(along / across, across / along) ** -0.25, math.sqrt(along / across)
+        along, across = mean * root, mean / root  # of this contact
+        by_cells = self.per_radius**-2.0
+        by_length = max(min(dx / (dy * across), _WITHIN_CELL) / along - by_cells, 0.0)
         slips = max(1.0 - (1.0 - self.slipping) / _AROUND_POLE, 0.0)
-        part = _AT_POLE * (long_cells if few_cells else by_cells + long_cells) * slips * math.sqrt(1.0 - away**2)
-        spin = abs(self.creepage.spin)
+        part = _AT_POLE * (by_length if few_cells else by_cells + by_length) * slips * math.sqrt(1.0 - away**2)
+        # the power is that of the moment about the pole
+        spin, of_moment = abs(self.creepage.spin), part * _OFF_POLE * self.scales["moment_z"]
+        about_pole = spin * bars["moment_z"] * slips * (1.0 - away)
+        bars["friction_power"] = max(bars["friction_power"], about_pole) + spin * of_moment
         bars["force_x"] += part * self.scales["force_x"]
         bars["force_y"] += part * self.scales["force_y"]
-        bars["moment_z"] += part * (away + _OFF_POLE) * self.scales["moment_z"]
-        bars["friction_power"] += spin * part * _OFF_POLE * self.scales["moment_z"]
-        if part > 0.0 and away == 0.0:
-            bars["friction_power"] = max(bars["friction_power"], spin * bars["moment_z"])
+        bars["moment_z"] += part * away * self.scales["moment_z"] + of_moment
 
     def balance_power(self, bars: dict[str, float]) -> None:
         """Bound the power of quasi-identical bodies by its balance: friction takes the power of the creepages.

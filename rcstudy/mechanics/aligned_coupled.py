@@ -62,6 +62,7 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     Tractions are None if the pressure has no solution within the window or to its tolerance: see the `solution` of the
     returned contact.
     """
+    scene = replace(scene, spin_point=0.0)  # of the starts alone, which are not aligned
     influence = influence_of(scene)
     spent: RollingSolution | None = None
     begun = _from_coarser_mesh(scene, influence)
