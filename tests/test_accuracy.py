@@ -743,6 +743,27 @@ def test_worst_errors_stand_side_by_side():
     assert "| processor time, ms | 580 / 1000 | 320 / 1000 |" in table
 
 
+def test_worst_errors_are_compared_over_the_problems_that_both_discretisations_have():
+    """The 8 % of a problem that aligned lacks counted against it: a factor of 80 was reported."""
+    rows = [row(16, 1e-5, e, discretisation=d) for d, e in (("kalker", 0.01), ("aligned", 0.001))]
+    rows += [row(16, 1e-5, 0.08, problem=1)]
+    text = summary_text(rows, [], [])
+    factors = text[text.index("factors of") : text.index("`aligned` costs")]
+    assert "force 10.0;" in factors and "80" not in factors
+    heads = [line for line in text.splitlines() if line.startswith("Worst of")]
+    fewer = "(of fewer where not all have a solved case)"
+    assert heads == [f"Worst of 2 problems {fewer} at tolerance 1e-05, kalker / aligned:"]
+    with style():
+        words = " ".join(text.get_text() for text in quantities_figure(rows).texts).replace("\n", " ")
+    assert f"coupling {fewer} at" in words
+    assert mesh_table(rows[:2], "one-way")[0] == "Worst of 1 problem at tolerance 1e-05, kalker / aligned:"
+
+
+def test_meshes_of_one_discretisation_have_a_dash_for_the_other():
+    rows = [row(16, 1e-5, 0.01), row(16, 1e-5, 0.001, discretisation="aligned"), row(32, 1e-5, 0.005)]
+    assert "| force, % | 1 / 0.1 | 0.5 / - |" in mesh_table(rows, "one-way")
+
+
 def test_figures_are_as_fine_as_they_say_and_tell_their_tolerances():
     rows = [row(n, t, 0.1 / n + t, seconds=n) for n in (16, 32, 64) for t in (1e-3, 1e-5, 1e-7)]
     with style():

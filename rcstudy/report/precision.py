@@ -284,6 +284,28 @@ def _extrapolated(none: Setting, whole: Groups) -> Setting:
     return replace(none, needed=float(np.exp((np.log(none.target) - start) / slope)), order=-float(slope))
 
 
+def of_both(rows: Iterable[Row]) -> tuple[list[Row], list[Row]]:
+    """The cases of `kalker` and those of `aligned` among `rows` that are of problems with cases of both."""
+    own: dict[str, list[Row]] = {"kalker": [], "aligned": []}
+    for r in rows:
+        own.setdefault(r.scheme, []).append(r)
+    both = {r.problem for r in own["kalker"]} & {r.problem for r in own["aligned"]}
+    kalker, aligned = ([r for r in own[name] if r.problem in both] for name in ("kalker", "aligned"))
+    return kalker, aligned
+
+
+def some_lack(rows: Sequence[Row]) -> bool:
+    """Whether some of the problems of `rows` lack a case on a mesh where others have one, by the same scheme."""
+    found: dict[tuple[Cells, str], set[int]] = {}
+    for r in rows:
+        found.setdefault((r.cells, r.scheme), set()).add(r.problem)
+    return any(of != {r.problem for r in rows} for of in found.values())
+
+
+OF_FEWER = " (of fewer where not all have a solved case)"
+"""What is added to a number of problems where `some_lack` a case."""
+
+
 def proven(rows: Iterable[Row]) -> str:
     """A sentence for each method but Newton's on how many of its cases pass their proof; empty without such."""
     others: dict[str, list[bool]] = {}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rcstudy.report.layout import caption, log_ticks, panels
 from rcstudy.report.precision import (
+    OF_FEWER,
     QUANTITIES,
     SOLVER,
     BothTolerances,
@@ -19,6 +20,7 @@ from rcstudy.report.precision import (
     schemes,
     shown_coupling,
     shown_tolerance,
+    some_lack,
     worst_of,
 )
 from rcstudy.report.style import BLUE, LINES, VERMILLION
@@ -192,7 +194,8 @@ def quantities_figure(rows: Sequence[Row]) -> Figure | None:
     caption(
         figure,
         f"Worst error of each quantity, relative to its own value, over the problems with {shown_coupling(newton)} "
-        f"coupling at tolerance {tolerance}, along the meshes; fields in the L2 norm.{explained([tolerance])}",
+        f"coupling{OF_FEWER * some_lack(newton)} at tolerance {tolerance}, along the meshes; "
+        f"fields in the L2 norm.{explained([tolerance])}",
     )
     return figure
 

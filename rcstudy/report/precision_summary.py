@@ -12,6 +12,7 @@ import numpy as np
 from rcstudy.progress import counted
 from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.precision import (
+    OF_FEWER,
     QUANTITIES,
     REFERENCE,
     SOLVER,
@@ -22,8 +23,10 @@ from rcstudy.report.precision import (
     Setting,
     explained,
     median,
+    of_both,
     schemes,
     shown_tolerance,
+    some_lack,
     worst_of,
 )
 from rcstudy.report.writers import markdown_lines, markdown_text
@@ -238,10 +241,7 @@ def _side_by_side(rows: Sequence[Row]) -> list[str]:
     for coupling in sorted({r.coupling for r in newton}, reverse=True):
         coupled = [r for r in newton if r.coupling == coupling]
         own = [r for r in coupled if r.tolerance == shown_tolerance(coupled)]
-        both = [
-            [[r for r in own if (r.cells, r.scheme) == (n, s)] for s in ("kalker", "aligned")] for n in _meshes(own)
-        ]
-        both = [pair for pair in both if all(pair)]
+        both = [pair for n in _meshes(own) if all(pair := of_both(r for r in own if r.cells == n))]
         if not both:
             continue
         parts = []
@@ -362,15 +362,15 @@ def mesh_table(rows: Sequence[Row], coupling: str) -> list[str]:
     times = [[1e3 * median(r.seconds for r in c if r.scheme == n) for n in names] for c in columns]
     table.append(["processor time, ms", *_cells(times)])
     return [
-        f"Worst of {_problems(own)} at tolerance {tolerance}, {' / '.join(names)}:",
+        f"Worst of {_problems(own)}{OF_FEWER * some_lack(own)} at tolerance {tolerance}, {' / '.join(names)}:",
         "",
         *markdown_lines(["cells along a side (per contact radius)", *heads], table),
     ]
 
 
 def _cells(numbers: Sequence[Sequence[float]]) -> list[str]:
-    """Cells of a row, the numbers in each side by side with two figures."""
-    return [" / ".join(f"{float(f'{n:.2g}'):g}" for n in cell) for cell in numbers]
+    """Cells of a row, the numbers in each side by side with two figures; a dash where there is none."""
+    return [" / ".join("-" if np.isnan(n) else f"{float(f'{n:.2g}'):g}" for n in cell) for cell in numbers]
 
 
 def _reference(rows: Sequence[Row]) -> list[str]:
