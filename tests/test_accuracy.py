@@ -778,6 +778,25 @@ def test_figures_are_as_fine_as_they_say_and_tell_their_tolerances():
             }[draw] in texts
 
 
+def test_the_tolerances_of_all_meshes_are_told():
+    """Only those of the finest mesh were: 1e-05."""
+    rows = [row(16, t, t) for t in (1e-3, 1e-5)] + [row(32, 1e-5, 1e-5)]
+    with style():
+        words = " ".join(text.get_text() for text in tolerances_figure(rows).texts).replace("\n", " ")
+    assert "the reference's: 1e-03, 1e-05. Medians" in words
+
+
+def test_quantities_without_errors_leave_no_empty_panels():
+    """They had axes, and without errors of the force there was no legend."""
+    errors = dict.fromkeys(QUANTITIES, 0.01) | {"force": 0.0, "moment": np.nan}
+    with style():
+        figure = work_precision([row(n, 1e-5, 0.0, errors=errors) for n in (16, 32)])
+        assert work_precision([row(n, 1e-5, 0.0, errors={"pressure": 0.01}) for n in (16, 32)]) is None
+    remarks = [[text.get_text() for text in ax.texts if text.get_gid() == "remark"] for ax in figure.axes]
+    assert remarks == [["no errors"], ["no errors"], [], [], [], []]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["kalker, one-way"]
+
+
 def test_times_within_a_decade_have_labels_that_do_not_overlap():
     """They were 3, 4 and 6 times powers of ten, one over the other."""
     rows = [row(n, t, 0.1 / n + t, seconds=0.0002 * n) for n in (16, 32, 64, 128) for t in (1e-3, 1e-5)]

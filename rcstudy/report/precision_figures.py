@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from rcstudy.report.draw import remark
 from rcstudy.report.layout import caption, log_ticks, panels
 from rcstudy.report.precision import (
     OF_FEWER,
@@ -41,12 +42,12 @@ _SCHEMES: dict[str, dict[str, Any]] = {
 
 
 def work_precision(rows: Sequence[Row]) -> Figure | None:
-    """Error against the reference over seconds, a panel for each quantity; None without cases that have errors.
+    """Error against the reference over seconds, a panel for each quantity; None without cases that have such errors.
 
     Lines run along the meshes: medians over the problems of one discretisation and coupling. Dots: one-way problems.
     """
     rows = [r for r in rows if r.counts]
-    if not rows:
+    if not any(r.error(quantity) > 0.0 for r in rows for quantity in _SHOWN):
         return None
     figure, axes = panels(2, 3, 4.6, sharex=True, sharey=True)
     tolerances = {name: shown_tolerance([r for r in rows if r.scheme == name]) for name in schemes(rows)}
@@ -58,6 +59,8 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
         ax.set(xscale="log", yscale="log")
         ax.set_title(f"({'abcdef'[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
+        if not ax.lines:  # zero by symmetry in all problems, or exact
+            remark(ax, ["no errors"])
     lowest = min((float(y) for ax in axes.flat for line in ax.lines for y in line.get_ydata()), default=_LEAST)
     axes[0, 0].set_ylim(0.2 * min(_LEAST, lowest), 1.0)  # all share it: no line, nor its labels, leaves the panels
     log_ticks(axes[0, 0].xaxis, axes[0, 0].get_xlim())
@@ -65,7 +68,8 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
         ax.set_xlabel(_SECONDS)
     for ax in axes[:, 0]:
         ax.set_ylabel("relative error")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5, handlelength=3.6)
+    named = {name: line for ax in axes.flat for line, name in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(named.values(), named.keys(), loc="outside upper center", ncols=5, handlelength=3.6)
     each = _by_scheme({name: str(tolerance) for name, tolerance in tolerances.items()})
     caption(
         figure,
@@ -132,11 +136,11 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
     tolerances: dict[str, list[BothTolerances]] = {}
     for scheme in schemes(usable):
         named = False
+        tolerances[scheme] = sorted({r.tolerance for r in usable if r.scheme == scheme}, reverse=True)
         for cells in sorted({r.cells for r in usable if r.scheme == scheme}):
             own = [r for r in usable if r.scheme == scheme and r.cells == cells]
             groups = [[r for r in own if r.tolerance == t] for t in sorted({r.tolerance for r in own}, reverse=True)]
             look = _SCHEMES.get(scheme, {"color": _OTHER, "marker": "D", "markerfacecolor": "white"})
-            tolerances[scheme] = [group[0].tolerance for group in groups]
             y = [median(r.error(SOLVER + "traction") for r in group) for group in groups]
             for ax, cost in zip(axes, costs, strict=True):
                 x = [median(map(cost, group)) for group in groups]
