@@ -850,3 +850,21 @@ def test_moduli_that_follow_from_others_have_six_digits(tmp_path: Path) -> None:
     run(load_text(tmp_path, text), tmp_path / "s.nc", workers=1, solve=made_up)
     with open_cube(tmp_path / "s.nc") as tree:
         assert layers_text(grids(tree)["g"].first) == "E1 = 76530.6 MPa, E2 = 107143 MPa, E3 = 150000 MPa"
+
+
+@pytest.mark.parametrize(("creepage", "share"), [(Creepage(), 1.0), (Creepage(0.001), 0.9)])
+def test_the_colours_of_maps_reach_from_zero_to_the_largest_traction_drawn(
+    tmp_path: Path, creepage: Creepage, share: float
+) -> None:
+    """Without any traction the bar went from -0.1 to 0.1 MPa; stored ones may exceed `traction_max`, and were cut."""
+    grid = make_grid("g", case_axis(["one"]))
+    made = assemble(make_study(), (grid, [Case("g", (0,), replace(SCENE, creepage=creepage), "0" * 64)]))
+    scalars = made.results[0][1].scalars
+    largest = scalars["traction_max"]
+    scalars["traction_max"] *= share
+    with synthetic_tree(tmp_path, made) as tree, style():
+        figure = case_maps(grids(tree)["g"])
+    assert figure is not None
+    norms = [ax.images[0].norm for ax in figure.axes if ax.images]
+    assert [(norm.vmin, norm.vmax) for norm in norms] == [(0.0, largest or 1.0)]
+    assert bool(largest) is (creepage != Creepage())

@@ -22,7 +22,7 @@ from rcstudy.report.layout import (
     panels,
     share_limits,
 )
-from rcstudy.report.measures import slip_ratio, slip_ratio_error
+from rcstudy.report.measures import slip_ratio, slip_ratio_error, traction
 from rcstudy.report.paper import BARE, panel_letter
 from rcstudy.report.style import BLUE, GREEN, LINES, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, traction_colours
 from rcstudy.report.views import CaseView, GridView, creepage_text
@@ -248,7 +248,8 @@ def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> 
     for row in range(rows):  # there is room for titles of two lines
         lines = max(titles[case].count("\n") + 1 for case in cases[row * columns : (row + 1) * columns])
         heighten(figure, _TITLE_LINE * max(0, lines - 2))
-    norm = Normalize(0.0, max((c.number("traction_max") for c in solved), default=1.0))
+    # of what is drawn: aligned cells may store more than `traction_max`; without any traction there is no scale
+    norm = Normalize(0.0, max((float(np.hypot(*traction(c)).max()) for c in solved), default=0.0) or 1.0)
     colours = traction_colours()
     for ax in axes.flat[len(cases) :]:
         ax.set_visible(False)
