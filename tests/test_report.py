@@ -459,6 +459,46 @@ def test_figure_5_lines_are_the_traction_next_to_the_x_axis(tree: xr.DataTree) -
     assert shown[5].get_title(loc="left") == r"(f) $E_1 = 2\,E_s$, $1\,a$"
 
 
+def test_captions_of_figure_5_say_whose_bounds_are_drawn(tree: xr.DataTree, tmp_path: Path) -> None:
+    """With full coupling those of one creepage were said to be those of all."""
+    usual = caption_of(draw(tree, "figure_5"))
+    assert "under longitudinal creepage alone" in usual and r"the bounds $\pm\mu p$. Rolling" in usual
+    made = papers()
+    for case, result in made.results:
+        if case.grid == "figure_5" and case.index[-1] == 4:
+            result.fields["pressure"] *= 1.01
+    with synthetic_tree(tmp_path, made) as other:
+        assert r"$\pm\mu p$ of the last creepage, on which the pressure depends. Rolling" in caption_of(
+            draw(other, "figure_5")
+        )
+
+
+def test_figure_5_tells_of_spin(tmp_path: Path) -> None:
+    """It said `under longitudinal creepage alone`."""
+    grid = make_grid("figure_5", thickness_axis(), modulus_axis(), creepage_axis({"d": CREEPAGES["d"]}))
+    with synthetic_tree(tmp_path, assemble(make_study(), (grid, grid_cases(grid, SCENE, layer_count=1)))) as tree:
+        caption = caption_of(draw(tree, "figure_5"))
+    assert "traction on the x-axis, shown" in caption and r"spin $\varphi$ in rad/mm. Rolling" in caption
+
+
+def test_lines_come_down_to_zero_where_what_is_stored_ends_with_the_contact(tmp_path: Path) -> None:
+    """With `crop: contact` lines of the largest contact ended with the values of its last cells."""
+    text = (
+        "study: s\nscene: {substrate: {E: 210000, nu: 0.3}, radius: 50, load: 100, creepage: none,"
+        " mesh: {size: [2, 2], cells: [32, 32]}}\ngrids:\n"
+        "  figure_3_bare: {cases: [{label: bare}]}\n"
+        "  figure_5: {axes: {thickness: [0.5 a], modulus: [0.5 Es], creepage: [{longitudinal: 0.0005}]}}\n"
+    )
+    drawn = {}
+    for crop in ("none", "contact"):
+        run(load_text(tmp_path, f"{text}outputs: {{crop: {crop}}}\n"), tmp_path / "s.nc", workers=1, solve=made_up)
+        with open_cube(tmp_path / "s.nc") as tree:
+            shown = [ax for name in ("figure_3", "figure_5") for ax in panels(draw(tree, name))]
+            drawn[crop] = [line.get_xydata() for ax in shown for line in ax.lines]
+    for whole, cropped in zip(drawn["none"], drawn["contact"], strict=True):
+        np.testing.assert_allclose(cropped, whole, rtol=1e-9, atol=1e-12)
+
+
 def test_figure_3_shows_pressure_over_hertz_with_the_uncoated_case_in_both_panels(tree: xr.DataTree) -> None:
     data, bare = tree["figure_3"].to_dataset(), tree["figure_3_bare"].to_dataset()
     figure = draw(tree, "figure_3")
@@ -510,6 +550,11 @@ def test_other_panels_of_figure_4_are_named_only_where_they_are_not_drawn(tmp_pa
     grid = make_grid("figure_4", creepage_axis({"a": CREEPAGES["a"], "b": CREEPAGES["b"]}))
     with synthetic_tree(tmp_path, assemble(make_study(), (grid, grid_cases(grid, SCENE)))) as tree:
         assert "b, d, f and h" not in caption_of(draw(tree, "figure_4"))
+
+
+def test_figure_4_has_no_coated_body(tree: xr.DataTree) -> None:
+    told = {name: caption_of(draw(tree, name)) for name in ("figure_4", "figure_7")}
+    assert "traction on the substrate. " in told["figure_4"] and "traction on the coated body. " in told["figure_7"]
 
 
 def test_captions_keep_numbers_with_their_units_and_name_what_is_shown(tree: xr.DataTree) -> None:

@@ -22,7 +22,7 @@ from rcstudy.report.layout import (
     panels,
     share_limits,
 )
-from rcstudy.report.measures import slip_ratio, slip_ratio_error, traction
+from rcstudy.report.measures import on_x_axis, slip_ratio, slip_ratio_error, traction
 from rcstudy.report.paper import BARE, panel_letter
 from rcstudy.report.style import BLUE, GREEN, LINES, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, traction_colours
 from rcstudy.report.views import CaseView, GridView, creepage_text
@@ -63,7 +63,8 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     figure = maps_figure(cases, paper_title)
     shown = "".join(map(panel_letter, cases))
     more = _symbols(cases) if number != 4 else OTHER_PANELS if shown == "aceg" else ""
-    what = rf"{maps_show()}; spin $\varphi$ in {unit_of('spin')}."
+    body = "coated body" if any(case.layers for case in cases) else "substrate"
+    what = rf"{maps_show(body)}; spin $\varphi$ in {unit_of('spin')}."
     _caption(figure, number, grids[name], what, scales(cases), more)
     return figure
 
@@ -146,6 +147,10 @@ def _by_modulus_and_thickness(case: CaseView) -> dict[str, Any]:
     return look | {"color": colour, "markerfacecolor": "white", "markeredgewidth": 0.7}
 
 
+_SEEN = 1e-3
+"""Difference of two lines over the largest value from which it is seen."""
+
+
 def lines_figure(number: int, grid: GridView) -> Figure:
     """Figures 5 and 6: -q_x on the x-axis against x/a; rows by modulus, columns by thickness, a line per creepage."""
     sizes = dict(zip(grid.axes, grid.shape, strict=True))
@@ -157,7 +162,6 @@ def lines_figure(number: int, grid: GridView) -> Figure:
     for ax, (letter, cases) in zip(axes.flat, in_order, strict=True):
         solved = [c for c in cases if c.solved]
         if solved:
-            # with one-way coupling all creepages have one pressure; with full coupling this is the last one's
             draw.bound_line(ax, solved[-1], r"bound $\pm\mu p$")
         for case in solved:
             draw.traction_line(ax, case, creepage_text(case, math=True), _by_creepage(case))
@@ -176,12 +180,29 @@ def lines_figure(number: int, grid: GridView) -> Figure:
         first = next(iter(groups.values()))
         looks = {r"bound $\pm\mu p$": draw.BOUND} | {creepage_text(c, math=True): _by_creepage(c) for c in first}
         legend(figure, looks, **LINE_SPACING)
+    solved = [case for case in grid.cases() if case.solved]
+    alone = "" if any(case.creepage[1] or case.creepage[2] for case in solved) else " under longitudinal creepage alone"
+    spin = rf"; spin $\varphi$ in {unit_of('spin')}" if any(case.creepage[2] for case in solved) else ""
     text = (
-        "Longitudinal traction on the x-axis under longitudinal creepage alone, shown as $-q_x$ (the traction on the "
-        r"counterbody); dashed: the bounds $\pm\mu p$. Rolling towards $+x$."
+        f"Longitudinal traction on the x-axis{alone}, shown as $-q_x$ (the traction on the "
+        rf"counterbody); dashed: the bounds $\pm\mu p${_whose(solved)}{spin}. Rolling towards $+x$."
     )
     _caption(figure, number, grid, text, _small_creepages(grid), _symbols(grid.cases()), ROWS_NEXT_TO_AXIS)
     return figure
+
+
+def _whose(solved: Iterable[CaseView]) -> str:
+    """Of which creepage the bounds of Figures 5 and 6 are, where pressures visibly depend on it (full coupling).
+
+    With one-way coupling all creepages have one pressure, up to the solver's tolerance.
+    """
+    lines: dict[tuple[int, ...], np.ndarray] = {}
+    for case in solved:
+        place = tuple(i for axis, i in zip(case.grid.axes, case.index, strict=True) if axis != "creepage")
+        line = on_x_axis(case.field("pressure"), case.y)
+        if np.abs(line - lines.setdefault(place, line)).max() > _SEEN * line.max():
+            return " of the last creepage, on which the pressure depends"
+    return ""
 
 
 def _small_creepages(grid: GridView) -> str:
