@@ -842,6 +842,26 @@ def test_few_numbers_on_a_short_logarithmic_axis_have_a_tick_each(tmp_path: Path
         assert [label.get_text() for label in ax.get_xticklabels()] == ["0.1", "0.2", "0.4", "0.8"]
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        [63000.0, 92070.9, 134556.0, 196647.0, 287388.0, 420000.0],
+        [20000.0, 60000.0, 180000.0, 540000.0, 1.62e6],
+        [0.00012, 0.00018, 0.00027, 0.000405, 0.0006075],
+        [0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2],
+    ],
+)
+def test_long_numbers_on_a_logarithmic_axis_do_not_overlap(tmp_path: Path, values: list[float]) -> None:
+    """As `3e+05` and `4e+05`."""
+    with opened(tmp_path, make_grid("g", number_axis("friction", values))) as grid, style():
+        figure = overview_figure(grid)
+        figure.draw_without_rendering()
+        for ax in (ax for ax in figure.axes if ax.get_visible()):
+            assert ax.get_xscale() == "log"
+            boxes = [label.get_window_extent() for label in ax.get_xticklabels()]
+            assert len(boxes) > 1 and all(one.x1 < other.x0 for one, other in pairwise(boxes))
+
+
 def test_moduli_that_follow_from_others_have_six_digits(tmp_path: Path) -> None:
     """`E1 = 76530.6122449 MPa, E2 = 107142.857143 MPa`."""
     text = (

@@ -49,6 +49,7 @@ _MARKERS = 6.0, 2.8  # sizes of the markers of the first line and, where there a
 _SMALLER = 1.2  # difference of the sizes of the markers of two lines, at most, points
 _ASIDE = 0.09  # distance of the points of two lines over a label, in distances of labels
 _LETTERS = 20  # of the numbers of all ticks along x for which panels have room
+_ACROSS = 28  # digits that are as wide as a panel
 _LONG = 5  # letters of a tick's number; of longer ones panels have room for few
 
 _LEAST_DRAWN = 1e-100  # least value on a logarithmic axis, its inverse the largest: margins must be finite, too
@@ -304,6 +305,20 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     log_ticks(ax.xaxis, (values[0], values[-1]))
     if values[-1] < DECADE * values[0] and sum(len(short_number(value)) for value in values) <= _LETTERS:
         ax.xaxis.set_major_locator(FixedLocator(values.tolist()))  # else there may be none at the ends
+    elif values[-1] < DECADE**2 * values[0]:
+        ticks = ax.xaxis.get_major_locator().tick_values(values[0], values[-1])
+        ax.xaxis.set_major_locator(FixedLocator(_apart(ticks, values[0], values[-1])))
+
+
+def _apart(ticks: Iterable[float], low: float, high: float) -> list[float]:
+    """Of `ticks` on a logarithmic axis from `low` to `high` those whose numbers have room beside each other."""
+    shown = [float(tick) for tick in ticks if low <= tick <= high]
+    room = [(len(short_number(tick)) + 1.0) / _ACROSS * math.log(high / low) for tick in shown]
+    kept: list[int] = []
+    for k, tick in enumerate(shown):
+        if not kept or math.log(tick / shown[kept[-1]]) >= 0.5 * (room[k] + room[kept[-1]]):
+            kept.append(k)
+    return [shown[k] for k in kept]
 
 
 def geometric(values: np.ndarray) -> bool:
