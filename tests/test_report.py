@@ -56,7 +56,7 @@ from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES, paper_cases
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.paper_statements import STATEMENTS
-from rcstudy.report.statements import Comparison, numbers, verdict
+from rcstudy.report.statements import Comparison, numbers, statements_table, verdict
 from rcstudy.report.style import LINES, save, style
 from rcstudy.report.views import CaseView, GridView, grids
 from rcstudy.report.writers import write_table
@@ -1080,6 +1080,16 @@ def test_aligned_cells_decide_by_their_estimated_errors(tmp_path: Path, error: f
     assert {holds.split(":")[0] for holds in compared} <= reasons
     reason = "no estimate of their errors" if np.isnan(error) else "differ by less than the estimated error in each"
     assert (reason in " ".join(compared)) is (verdict_of_all == "undecided")
+
+
+def test_verdicts_without_fields_are_by_estimated_errors_and_say_so(tree: xr.DataTree, tmp_path: Path) -> None:
+    """Areas counted in cells were said to be compared within two cells, which a cube without fields does not give."""
+    made = papers()
+    made.study.outputs.fields = False
+    with synthetic_tree(tmp_path, made) as bare:
+        told = [statements_table(STATEMENTS, paper_cases(grids(opened)))[0] for opened in (tree, bare)]
+    assert ["2 cells" in caption for caption in told] == [True, False]
+    assert ["stored without the fields" in caption for caption in told] == [False, True]
 
 
 def test_contradicting_sentences_get_opposite_verdicts(tables: Path) -> None:

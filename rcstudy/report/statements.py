@@ -133,12 +133,15 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
                 "remark": remark(statement, cases),
             }
         )
+    without, counted = "", f" (slip ratios whose areas are counted in cells: by less than {CELLS:g} cells in each)"
+    if any(c.view.rolling and not c.view.mapped for c in cases):
+        without, counted = "stored without the fields that are compared, ", ""
     caption = (
         "The paper's statements about its results (quoted), and whether the results in this cube bear them out. "
         "Pairs are neighbouring values of the parameter named (of spin, at x < 0, any two); the numbers are those of "
-        "the criterion. Undecided are pairs with a case that was not solved, with slip everywhere in both cases, or "
-        "with numbers that differ by less than their estimated errors, which are in the table of results (slip ratios "
-        f"whose areas are counted in cells: by less than {CELLS:g} cells in each)."
+        f"the criterion. Undecided are pairs with a case that was not solved, {without}with slip everywhere in both "
+        "cases, or with numbers that differ by less than their estimated errors, which are in the table of results"
+        f"{counted}."
     )
     return caption, columns, rows
 
