@@ -481,24 +481,6 @@ def test_figure_5_tells_of_spin(tmp_path: Path) -> None:
     assert "traction on the x-axis, shown" in caption and r"spin $\varphi$ in rad/mm. Rolling" in caption
 
 
-def test_lines_come_down_to_zero_where_what_is_stored_ends_with_the_contact(tmp_path: Path) -> None:
-    """With `crop: contact` lines of the largest contact ended with the values of its last cells."""
-    text = (
-        "study: s\nscene: {substrate: {E: 210000, nu: 0.3}, radius: 50, load: 100, creepage: none,"
-        " mesh: {size: [2, 2], cells: [32, 32]}}\ngrids:\n"
-        "  figure_3_bare: {cases: [{label: bare}]}\n"
-        "  figure_5: {axes: {thickness: [0.5 a], modulus: [0.5 Es], creepage: [{longitudinal: 0.0005}]}}\n"
-    )
-    drawn = {}
-    for crop in ("none", "contact"):
-        run(load_text(tmp_path, f"{text}outputs: {{crop: {crop}}}\n"), tmp_path / "s.nc", workers=1, solve=made_up)
-        with open_cube(tmp_path / "s.nc") as tree:
-            shown = [ax for name in ("figure_3", "figure_5") for ax in panels(draw(tree, name))]
-            drawn[crop] = [line.get_xydata() for ax in shown for line in ax.lines]
-    for whole, cropped in zip(drawn["none"], drawn["contact"], strict=True):
-        np.testing.assert_allclose(cropped, whole, rtol=1e-9, atol=1e-12)
-
-
 def test_figure_3_shows_pressure_over_hertz_with_the_uncoated_case_in_both_panels(tree: xr.DataTree) -> None:
     data, bare = tree["figure_3"].to_dataset(), tree["figure_3_bare"].to_dataset()
     figure = draw(tree, "figure_3")
