@@ -270,8 +270,9 @@ class _Distribution:
         held = self.workers.pop(address)
         at_work = True
         for parcel in held:
-            self._call_back(parcel)
-            if parcel.future.status == "finished":  # its results went with the worker
+            solved = parcel.future.status in ("finished", "lost")  # its results went with the worker
+            self._call_back(parcel)  # from now on its status is "cancelled"
+            if solved:
                 self._put_back(parcel)
             elif at_work:
                 at_work = False

@@ -428,7 +428,8 @@ def test_parcels_get_smaller_and_lose_nothing(study: Study) -> None:
     assert len(parcel.cases) == 1
 
 
-def test_results_of_a_dead_worker_that_had_finished_are_fetched_again_from_another(study: Study) -> None:
+@pytest.mark.parametrize("told", ["finished", "lost"])
+def test_results_of_a_dead_worker_that_had_finished_are_fetched_again_from_another(study: Study, told: str) -> None:
     """Its parcel is put back without a death, and so is the one that waited behind another."""
 
     class Future:
@@ -438,12 +439,12 @@ def test_results_of_a_dead_worker_that_had_finished_are_fetched_again_from_anoth
             self.status = status
 
         def cancel(self) -> None:
-            pass
+            self.status = "cancelled"
 
     batches = sweep.make_batches(expand(study).cases, 1)
     deal = cluster._Distribution(FakeClient({}), workers.made_up, batches, print)
     deal.workers = {"tcp://a:1": []}
-    for status in ("finished", "pending", "pending"):
+    for status in (told, "pending", "pending"):
         parcel = deal._next_parcel()
         assert parcel is not None
         parcel.future = Future(status)
