@@ -193,11 +193,16 @@ def unsolved(cases: Sequence[Case], index: Index) -> list[Case]:
 
 
 def shard_of(cases: Sequence[Case], shard: tuple[int, int]) -> list[Case]:
-    """The cases of shard (i, n), 1 <= i <= n: every n-th batch that shares a normal problem."""
+    """The cases of shard (i, n), 1 <= i <= n: every n-th batch that shares a normal problem, and all cases like these.
+
+    Were equal cases of several grids in different shards, each would solve them, in series with different results.
+    """
     i, n = shard
     if not 1 <= i <= n:
         raise UserError(f"shard {i}/{n}: a number from 1 to {n}, and how many there are")
-    return [case for batch in make_batches(cases, max(n, 2))[i - 1 :: n] for case in batch]
+    unlike = list({case.key: case for case in cases}.values())
+    chosen = {case.key for batch in make_batches(unlike, max(n, 2))[i - 1 :: n] for case in batch}
+    return [case for case in cases if case.key in chosen]
 
 
 def failures(expansion: Expansion, cases: Sequence[Case], index: Index) -> list[Failure]:

@@ -616,6 +616,20 @@ def test_shards_in_folders_of_their_own(sweeps: Sweeps, tmp_path: Path) -> None:
     assert unit_paths(tmp_path / "1.nc.units")  # others' units are not removed
 
 
+def test_equal_cases_are_in_one_shard(sweeps: Sweeps, tmp_path: Path) -> None:
+    """Two shards solved them, in series from different starts, and what they gave was not merged."""
+    axis = "{axes: {creepage.longitudinal: {first: 0.0005, last: 0.002, count: 11}}}"
+    sweeps.write(f"{SWEPT.partition('  loads')[0]}  first: {axis}\n  again: {axis}\n")
+    solved = []
+    for i in (1, 2):
+        solver = Solver()
+        done = sweep.run(sweeps.study, tmp_path / f"{i}.nc", workers=1, solve=solver, shard=(i, 2))
+        assert done.cases == 2 * len(solver.solved)
+        solved += solver.solved
+    assert len(solved) == len(set(solved)) == 11
+    assert merge(sweeps.study, sweeps.output, [tmp_path / f"{i}.nc" for i in (1, 2)]).cases == 22
+
+
 def test_units_of_another_study_are_not_removed(sweeps: Sweeps) -> None:
     """They were, without a word, by any sweep at the same output; a study that was edited tells what goes with it."""
     sweeps.run(5)
