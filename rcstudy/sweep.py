@@ -145,7 +145,7 @@ def run(
             )
         )
         pending = unsolved(cases, store.index)
-        if pending or not _is_published(store, study, expansion, shard, say):
+        if pending or not _is_done(store, study, expansion, None if shard is None else cases, say):
             with patiently(f"reading {counted(store.index.in_cube_count, 'case')} in {output} that are solved already"):
                 damaged = store.index.check_cube()
             if damaged:
@@ -217,16 +217,17 @@ def failures(expansion: Expansion, cases: Sequence[Case], index: Index) -> list[
     return found
 
 
-def _is_published(
-    store: Store, study: Study, expansion: Expansion, shard: tuple[int, int] | None, say: Callable[[str], None]
+def _is_done(
+    store: Store, study: Study, expansion: Expansion, shard: Sequence[Case] | None, say: Callable[[str], None]
 ) -> bool:
-    """Whether the cube is of exactly this study and complete, and no units are left; always True for a shard.
+    """Whether the cube is of exactly this study and complete, and no units are left.
 
-    The cube's values are not read. Missing variables are reported to `say`.
+    The cube's values are not read. Missing variables are reported to `say`. A `shard`, given by its cases, has no cube
+    to write, but has to read those in a cube, as damaged ones would be missing when shards are merged.
     """
     cube = store.index.cube
     if shard is not None:
-        return True
+        return not any(store.index.in_cube(case.key) for case in shard)
     if cube is None or cube.sha256 != study.sha256:
         return False
     if not store.is_empty or not all(store.index.in_cube(case.key) for case in expansion.cases):

@@ -616,6 +616,23 @@ def test_shards_in_folders_of_their_own(sweeps: Sweeps, tmp_path: Path) -> None:
     assert unit_paths(tmp_path / "1.nc.units")  # others' units are not removed
 
 
+def spoil(field: h5py.Dataset, place: tuple[int, ...]) -> None:
+    """Change the bytes of a case's field."""
+    _, stream = field.id.read_direct_chunk(place)
+    field.id.write_direct_chunk(place, stream[:-1] + bytes([stream[-1] ^ 1]))
+
+
+def test_a_shard_without_other_work_solves_what_is_damaged_in_the_cube(sweeps: Sweeps) -> None:
+    """It said that all its cases were solved, a merge that one was missing, however often both were run."""
+    sweeps.run()
+    sweeps.write(SWEPT.replace("80]", "80, 90]"))
+    with h5py.File(sweeps.output, "r+") as file:
+        spoil(file["bare/pressure"], (0, 0, 0))
+    assert sum(len(sweeps.run(shard=(i, 7))) for i in range(1, 8)) == 4
+    merge(sweeps.study, sweeps.output)
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
 def test_equal_cases_are_in_one_shard(sweeps: Sweeps, tmp_path: Path) -> None:
     """Two shards solved them, in series from different starts, and what they gave was not merged."""
     axis = "{axes: {creepage.longitudinal: {first: 0.0005, last: 0.002, count: 11}}}"
