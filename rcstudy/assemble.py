@@ -88,10 +88,10 @@ class Assembly:
         Raises UserError when the cube cannot be written, a record that was whole when it was found can no longer be
         read, or something else than a cube of this study has come to be where the cube goes meanwhile.
         """
-        if self._cube is None:
-            self._create(contacts(self._expansion, self._store) if self._study.outputs.crop == "contact" else None)
-        assert self._cube is not None
         try:
+            if self._cube is None:
+                self._create(contacts(self._expansion, self._store) if self._study.outputs.crop == "contact" else None)
+            assert self._cube is not None
             with self._open:
                 while self._taken < len(self._expansion.cases):
                     check_interrupts()

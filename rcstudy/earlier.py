@@ -221,7 +221,7 @@ class _EarlierGrid:
         for name in FIELDS if self.fields else ():
             if scene.creepage is None and VARIABLES[name].tangential:
                 continue
-            packed = _field(self.fields[name], index, region, checked) if name in self.fields else None
+            packed = _field(name, self.fields[name], index, region, checked) if name in self.fields else None
             if packed is not None:
                 fields[name] = packed
             elif status == Status.SOLVED:
@@ -258,7 +258,9 @@ def _check_chunks(dataset: h5py.Dataset, case_dims: int) -> None:
         raise ValueError("its fields are not stored as this version stores them")
 
 
-def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region, checked: bool) -> PackedField | None:
+def _field(
+    name: str, dataset: h5py.Dataset, index: tuple[Any, ...], region: Region, checked: bool
+) -> PackedField | None:
     """A case's field, checked to its last byte unless `checked` before; None if all of its values are missing."""
     _, stream = dataset.id.read_direct_chunk((*index, 0, 0))
     shape = dataset.shape[-2:]
@@ -267,7 +269,7 @@ def _field(dataset: h5py.Dataset, index: tuple[Any, ...], region: Region, checke
     if checked and held == shape:
         return PackedField(dtype, bytes(stream))
     region_of_all = (0, shape[0], 0, shape[1])
-    whole = Record(Status.SOLVED, "", shape, region_of_all, (), {"": PackedField(dtype, stream)}).values("")
+    whole = Record(Status.SOLVED, "", shape, region_of_all, (), {name: PackedField(dtype, stream)}).values(name)
     inner = whole[: held[0], : held[1]]
     if _is_missing(inner[:1, :1]) and _is_missing(inner):  # the first cell is enough to rule out most fields
         return None

@@ -125,10 +125,10 @@ class Index:
         )
 
     def check_cube(self) -> int:
-        """Read all solved cases that are taken from the cube, and forget the damaged ones; how many those are."""
+        """Read all cases that are taken from the cube, and forget the damaged ones; how many those are."""
         damaged = []
-        for key, (status, unit, _, _) in self._places.items():
-            if unit < 0 and status == Status.SOLVED:
+        for key, (_, unit, _, _) in self._places.items():
+            if unit < 0:
                 try:
                     self.record(key)
                 except DamagedRecord:
@@ -186,14 +186,18 @@ class Index:
             self._places[key] = place
 
     def record(self, key: str) -> Record:
-        """The record of a case. Raises KeyError where there is none, DamagedRecord or OSError if it cannot be read."""
+        """The record of a case. Raises KeyError where there is none, DamagedRecord if it cannot be read."""
         status, unit, first, second = self._places[key]
         if unit < 0:
             assert self.cube is not None
             checked = self._checked and status == Status.SOLVED
             return self.cube.record(first, second, self._scenes[key], checked=checked)
-        body = os.pread(self._descriptor(unit), second, first)
-        return parse(body, self._units[unit][1])
+        path, form = self._units[unit]
+        try:
+            body = os.pread(self._descriptor(unit), second, first)
+        except OSError as error:  # a user may have taken the unit away
+            raise DamagedRecord(f"{path}: {error.strerror or error}") from error
+        return parse(body, form)
 
     def _descriptor(self, unit: int) -> int:
         """The open file of a unit; if too many are open, the least recently used one is closed."""

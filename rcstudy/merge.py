@@ -12,6 +12,7 @@ from rcstudy.cases import expand
 from rcstudy.errors import UserError
 from rcstudy.index import Index
 from rcstudy.layout import case_label
+from rcstudy.progress import counted
 from rcstudy.record import DamagedRecord, parse
 from rcstudy.store import opened, units_folder
 from rcstudy.study import Study
@@ -38,11 +39,12 @@ def merge(
     started = time.monotonic()
     expansion = expand(study)
     with opened(output, study.name, expansion.cases, keep_of(study.outputs), tell=tell, take_over=take_over) as store:
+        if damaged := store.index.check_cube():  # first: results in units are compared with these
+            tell(f"{output}: {counted(damaged, 'case')} not taken from it: damaged")
         for path in unit_paths(store.folder):
             _check_duplicates(store.index, *_read(path))
         for folder in folders:
             _take_folder(store.index, folder)
-        store.index.check_cube()
         missing = [case for case in expansion.cases if store.index.status(case.key) is None]
         if missing:
             grids = {grid.name: grid for grid in expansion.grids}

@@ -21,7 +21,7 @@ from rcstudy.batch import make_batches, solve_batch, solve_series, warm_up_scene
 from rcstudy.errors import UserError, is_interrupt
 from rcstudy.layout import case_label, lay_out
 from rcstudy.progress import Progress, Silent, announced_if_slow, counted
-from rcstudy.record import Keep, Packed, Packer, Packing
+from rcstudy.record import DamagedRecord, Keep, Packed, Packer, Packing
 from rcstudy.result import Result, Status
 from rcstudy.steady import interrupts_remembered
 from rcstudy.store import Store, opened
@@ -213,7 +213,11 @@ def failures(expansion: Expansion, cases: Sequence[Case], index: Index) -> list[
         status = index.status(case.key)
         if status is not None and status != Status.SOLVED:
             label = case_label(grids[case.grid], case.index)
-            found.append(Failure(case.grid, label, status, index.record(case.key).reason))
+            try:
+                reason = index.record(case.key).reason
+            except DamagedRecord as error:
+                raise UserError(f"{case.grid}: {label}: its result can no longer be read: {error}") from error
+            found.append(Failure(case.grid, label, status, reason))
     return found
 
 

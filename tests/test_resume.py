@@ -21,7 +21,7 @@ import workers
 from disks import fill_up, give_room_for
 from studies import CASES, SWEPT
 
-from rcstudy import index, lock, progress, publish, record, status, store, sweep
+from rcstudy import assemble, index, lock, progress, publish, record, status, store, sweep
 from rcstudy.cases import expand, scene_record
 from rcstudy.cube import case_table, grids, open_cube
 from rcstudy.errors import UserError
@@ -630,6 +630,56 @@ def test_a_shard_without_other_work_solves_what_is_damaged_in_the_cube(sweeps: S
         spoil(file["bare/pressure"], (0, 0, 0))
     assert sum(len(sweeps.run(shard=(i, 7))) for i in range(1, 8)) == 4
     merge(sweeps.study, sweeps.output)
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_a_merge_takes_from_units_what_is_damaged_in_the_cube(sweeps: Sweeps, tmp_path: Path) -> None:
+    """It was refused, and the unit was said to be damaged."""
+    sweeps.run()
+    sweep.run(sweeps.study, tmp_path / "part.nc", workers=1, solve=workers.made_up, shard=(1, 1))
+    with h5py.File(sweeps.output, "r+") as file:
+        spoil(file["bare/pressure"], (0, 0, 0))
+    told: list[str] = []
+    merge(sweeps.study, sweeps.output, [tmp_path / "part.nc"], tell=told.append)
+    assert told == [f"{sweeps.output}: 1 case not taken from it: damaged"]
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+@pytest.mark.parametrize("outputs", ["{}", "{crop: contact}"])
+def test_a_merge_with_a_damaged_failure_in_the_cube(sweeps: Sweeps, outputs: str) -> None:
+    """With crop: contact it ended with a traceback, as failures are not taken by sweeps and were not looked at."""
+    sweeps.write(f"{SWEPT}outputs: {outputs}\n")
+    sweeps.run(fails=(40.0,))
+    with h5py.File(sweeps.output, "r+") as file:
+        spoil(file["loads/slip_x"], (1, 0, 0, 0))
+    with pytest.raises(UserError, match=r"1 of 14 cases are missing.*\n  loads: load=40, creepage=a$"):
+        merge(sweeps.study, sweeps.output)
+
+
+@pytest.mark.parametrize("outputs", ["{}", "{crop: contact}"])
+@pytest.mark.parametrize("fails", [(), (40.0,)])
+def test_units_that_are_taken_away(
+    sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch, outputs: str, fails: tuple[float, ...]
+) -> None:
+    """Of cropped fields, and of cases that failed, an error of the system was raised, without what is kept."""
+    sweeps.write(f"{SWEPT}outputs: {outputs}\n")
+    flush = store.Store.flush
+    gone: list[Path] = []
+
+    def flush_and_lose(self: store.Store) -> None:
+        flush(self)
+        if not gone:
+            gone.append(unit_paths(self.folder)[0])
+            gone[0].unlink()
+
+    monkeypatch.setattr(assemble.Assembly, "go_on", lambda self: None)
+    monkeypatch.setattr(store, "UNIT_CASES", 5)
+    monkeypatch.setattr(store.Store, "flush", flush_and_lose)
+    with pytest.raises(UserError, match=r"\d of 14 cases are kept; rerun") as error:
+        sweeps.run(fails=fails)
+    assert f"can no longer be read: {gone[0]}: No such file or directory" in str(error.value)
+    monkeypatch.undo()
+    sweeps.run()
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
 
 
