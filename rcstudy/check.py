@@ -129,20 +129,29 @@ def _unlike_study(tree: xr.DataTree) -> list[str]:
     return told
 
 
-def _cells_among(stored: np.ndarray, whole: np.ndarray, rtol: float) -> bool:
+def _cells_among(stored: np.ndarray, whole: np.ndarray, meshes: Sequence[bytes], rtol: float) -> bool:
     """Whether the cells' centres `stored` [..., n] of each case are neighbours among those of its `whole` window.
 
-    Which cells are stored depends on results, but not on the case if windows are the same. Missing ones, of windows
-    with fewer cells than others, are nan, at the end.
+    Which cells are stored depends on results, but not on the case if `meshes`, a name of each case's mesh, are the
+    same: windows alike along x may differ along y. Missing ones, of windows with fewer cells than others, are nan, at
+    the end.
     """
     if stored.dtype.kind != "f" or stored.shape[:-1] != whole.shape[:-1] or not stored.size:
         return False
-    of_window: dict[bytes, tuple[int, int]] = {}
-    for centres, window in zip(stored.reshape(-1, stored.shape[-1]), whole.reshape(-1, whole.shape[-1]), strict=True):
+    of_mesh: dict[bytes, tuple[int, int]] = {}
+    rows = (stored.reshape(-1, stored.shape[-1]), whole.reshape(-1, whole.shape[-1]))
+    for centres, window, mesh in zip(*rows, meshes, strict=True):
         cells = cells_of_centres(centres, window, rtol)
-        if cells is None or of_window.setdefault(window.tobytes(), cells) != cells:
+        if cells is None or of_mesh.setdefault(mesh, cells) != cells:
             return False
-    return max(last - first for first, last in of_window.values()) == stored.shape[-1]
+    return max(last - first for first, last in of_mesh.values()) == stored.shape[-1]
+
+
+def _meshes(layout: Layout) -> list[bytes]:
+    """A name of the mesh of each case, of its centres along x and y; a single one where all cases have the same."""
+    along = [item.values for item in layout.items if item.coordinate and {"x", "y"} & set(item.dims)]
+    rows = [values.reshape(-1, values.shape[-1]) for values in along if values is not None]
+    return [row.tobytes() for row in np.concatenate(rows, axis=-1)] if rows else []
 
 
 def _unlike(where: str, group: xr.Dataset, layout: Layout) -> Iterator[str]:
@@ -150,16 +159,18 @@ def _unlike(where: str, group: xr.Dataset, layout: Layout) -> Iterator[str]:
     missing = [item.name for item in layout.items if item.name not in group.variables]
     if missing:
         yield f"{where}: {', '.join(missing)}: missing"
-    changed = [
-        item.name
-        for item in layout.items
-        if item.values is not None
-        and item.name not in missing
-        and item.dtype != "str"
-        and not (_cells_among if {"x", "y"} & set(item.dims) else _equal)(
-            group[item.name].values, item.values, COORDINATE_RTOL
-        )
-    ]
+    meshes = _meshes(layout)
+    changed = []
+    for item in layout.items:
+        if item.values is None or item.name in missing or item.dtype == "str":
+            continue
+        stored = group[item.name].values
+        if {"x", "y"} & set(item.dims):
+            same = _cells_among(stored, item.values, meshes, COORDINATE_RTOL)
+        else:
+            same = _equal(stored, item.values, COORDINATE_RTOL)
+        if not same:
+            changed.append(item.name)
     if changed:
         yield f"{where}: {', '.join(changed)}: {_CHANGED}"
     for attribute in MEANINGS:

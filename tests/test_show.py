@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 import synthetic
 from studies import BASE, load_text
@@ -270,6 +271,22 @@ def test_centres_of_cells_of_several_meshes(tmp_path: Path, name: str, place: tu
         file[name][place] = value
     found = CliRunner().invoke(cli.app, show)
     assert (found.exit_code, f"grid g: {name}: {STATED}" in found.stderr) == (EXIT_BAD_INPUT, True)
+
+
+def test_centres_of_cropped_meshes_that_are_alike_along_one_side(tmp_path: Path) -> None:
+    """Their contacts, and so their crops, differ along that side too, which was told as damage."""
+    text = BASE.replace("grids:", "outputs: {crop: contact}\ngrids:")
+    text += "  g: {axes: {mesh.cells: [[128, 8], [128, 64]], load: [50, 100]}}\n"
+    run(load_text(tmp_path, text), tmp_path / "c.nc", workers=1)
+    show = ["show", str(tmp_path / "c.nc"), "--check"]
+    found = CliRunner().invoke(cli.app, show)
+    assert (found.exit_code, found.stderr) == (0, "")
+    with h5py.File(tmp_path / "c.nc", "r+") as file:
+        coarse, fine = file["x_centre"][0, 0], file["x_centre"][1, 0]
+        assert np.count_nonzero(np.isfinite(coarse)) < fine.size
+        file["x_centre"][1, 1] += fine[1] - fine[0]  # neighbours still, but not those of the other case
+    found = CliRunner().invoke(cli.app, show)
+    assert (found.exit_code, f"grid g: x_centre: {STATED}" in found.stderr) == (EXIT_BAD_INPUT, True)
 
 
 def test_a_changed_table_is_repaired_by_a_sweep(checked: Path, tmp_path: Path) -> None:
