@@ -287,6 +287,8 @@ class _Grid:
                 scale = max(scale, float(self.together[name][index]), _FLOOR * float(self.natural[name][index]))
             rtol = COORDINATE_RTOL if setting else self.rules[index].rtol(name)
             difference, note = _difference(np.atleast_1d(a[index]), np.atleast_1d(b[index]))
+            if setting and np.isfinite(difference):
+                difference, scale = _worst(np.atleast_1d(a[index]), np.atleast_1d(b[index]))
             if own_work and np.isfinite(difference):
                 continue
             if name == "slip_area":
@@ -402,6 +404,12 @@ def _difference(a: np.ndarray, b: np.ndarray) -> tuple[float, str]:
         return np.inf, "is infinite in one cube only"
     finite = np.isfinite(b)
     return (float(np.abs(a[finite] - b[finite]).max()) if np.any(finite) else 0.0), ""
+
+
+def _worst(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+    """Difference and magnitude of the value (of one layer, say) that differs most over its own magnitude."""
+    pairs = [(float(abs(x - y)), float(abs(y))) for x, y in zip(a, b, strict=True) if np.isfinite(y)]
+    return max(pairs, key=lambda pair: _relative(*pair), default=(0.0, 0.0))
 
 
 def _relative(difference: float, scale: float) -> float:

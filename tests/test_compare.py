@@ -694,3 +694,24 @@ def test_worst_is_what_exceeds_its_own_tolerance_most() -> None:
 def test_differences_are_told_once_where_there_is_a_table(tmp_path: Path, several: Path) -> None:
     other = changed(tmp_path / "c.nc", with_scalars(approach=1.01), synthetic.several())
     assert [(d.grid == TABLE, d.variable) for d in outcome(other, several).bad] == [(False, "approach")]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "variable"),
+    [
+        ("E: 1.0,", "E: 1.00001,", "layer_modulus"),
+        ("thickness: 0.0001}", "thickness: 0.000100001}", "layer_thickness"),
+        ("longitudinal: 1e-11,", "longitudinal: 1.1e-11,", "coordinate longitudinal"),
+    ],
+)
+def test_a_setting_is_not_measured_against_a_larger_one(tmp_path: Path, before: str, after: str, variable: str) -> None:
+    """A soft or thin layer over another one, a small creepage beside a larger one: 1e-9 of their own value counts."""
+    layers = "[{E: 1.0, nu: 0.3, thickness: 0.0001}, {E: 2 Es, nu: 0.3, thickness: 5}]"
+    creepages = "[{label: a, longitudinal: 0.01}, {label: b, longitudinal: 1e-11, spin: 0.1}]"
+    text = f"{BASE}  g: {{scene: {{layers: {layers}}}, axes: {{creepage: {creepages}}}}}\n"
+    assert before in text
+    for name, words in (("one", text), ("two", text.replace(before, after))):
+        run(load_text(tmp_path, words), tmp_path / f"{name}.nc", workers=1, solve=made_up)
+    found = outcome(tmp_path / "two.nc", tmp_path / "one.nc", Tolerances(default=1.0))
+    told = [d.variable for d in found.bad] + found.structure
+    assert told in ([variable] * 2, [f"g: {variable}: its values differ"])
