@@ -70,7 +70,8 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
             with contextlib.suppress(OSError):
                 if shard is None or name != NAME or _flocked(descriptor, fcntl.LOCK_EX):
                     os.ftruncate(descriptor, 0)
-                    (folder / name).unlink(missing_ok=True)
+                    if _same_file(descriptor, folder / name):  # else another process's, in a folder made since
+                        (folder / name).unlink()
             os.close(descriptor)
         with contextlib.suppress(OSError):
             folder.rmdir()

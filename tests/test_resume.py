@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
+import shutil
 import signal
 import socket
 import threading
@@ -768,6 +770,18 @@ def test_a_merge_tells_what_goes(sweeps: Sweeps, tmp_path: Path) -> None:
     told: list[str] = []
     merge(sweeps.study, sweeps.output, tell=told.append)
     assert any(f"the new cube will not contain {CASES} solved cases" in text for text in told)
+
+
+@pytest.mark.parametrize("shard", [None, (1, 2)])
+def test_a_lock_in_a_folder_made_anew_is_not_removed(sweeps: Sweeps, shard: tuple[int, int] | None) -> None:
+    """The folder was taken away under a sweep, whose end then removed the next one's lock, and its folder."""
+    with lock.locked(sweeps.units, shard):
+        shutil.rmtree(sweeps.units)
+        second = contextlib.ExitStack()
+        second.enter_context(lock.locked(sweeps.units))
+    with second, pytest.raises(UserError, match="at work"):
+        sweeps.run()
+    assert not sweeps.units.exists()
 
 
 def test_locks_taken_while_others_leave(tmp_path: Path) -> None:
