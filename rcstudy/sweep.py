@@ -159,22 +159,23 @@ def run(
             if pending and scheduler is not None:
                 cluster.check(scheduler)
             store.expect(case.key for case in pending)
-            check_interrupts = stack.enter_context(_interrupts(cases, store))
-            cube = None if shard else stack.enter_context(Assembly(summary.output, study, expansion, store))
-            attributes: dict[str, str | int | float] = {}
+            with _interrupts(cases, store) as check_interrupts, contextlib.ExitStack() as making:
+                cube = None if shard else making.enter_context(Assembly(summary.output, study, expansion, store))
+                attributes: dict[str, str | int | float] = {}
 
-            def meanwhile() -> None:
-                attributes.update(provenance.collect())
+                def meanwhile() -> None:
+                    attributes.update(provenance.collect())
+                    if cube is not None:
+                        cube.begin()
+
+                results = _results(pending, workers, scheduler, processes, packing, say)
+                with contextlib.closing(results):
+                    _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube, meanwhile)
+                summary.failures = failures(expansion, cases, store.index)
                 if cube is not None:
-                    cube.begin()
-
-            results = _results(pending, workers, scheduler, processes, packing, say)
-            with contextlib.closing(results):
-                _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube, meanwhile)
-            summary.failures = failures(expansion, cases, store.index)
+                    with patiently(f"writing {output}"):
+                        cube.finish(attributes, started, check_interrupts)
             if cube is not None:
-                with patiently(f"writing {output}"):
-                    cube.finish(attributes, started, check_interrupts)
                 store.clear()
         else:
             summary.kept = len(cases)
