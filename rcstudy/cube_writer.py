@@ -52,13 +52,15 @@ def writing(
 @contextlib.contextmanager
 def _created(storage: SteadyFile) -> Iterator[h5py.File]:
     """A new HDF5 file in `storage`, closed at the end; raises the error of any write that failed."""
-    with interrupts_held():
-        file = h5py.File(storage, "w")
+    file = None
     try:
+        with interrupts_held():  # raises at its end, when the file is open
+            file = h5py.File(storage, "w")
         yield file
     finally:
         with interrupts_held():
-            file.close()
+            if file is not None:
+                file.close()
     storage.check()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import signal
@@ -256,6 +257,27 @@ def test_an_interrupt_inside_hdf5_waits_for_it(tmp_path: Path, monkeypatch: pyte
     monkeypatch.undo()
     assert path.read_bytes() == before
     assert leftovers(tmp_path) == []
+
+
+def test_an_interrupt_while_hdf5_makes_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The file was left open, and written to when it was collected, after what it is stored in had been closed."""
+    made = synthetic.small()
+    file = h5py.File
+
+    def interrupted(*arguments: object) -> h5py.File:
+        found = file(*arguments)
+        os.kill(os.getpid(), signal.SIGINT)
+        return found
+
+    monkeypatch.setattr(cube_writer.h5py, "File", interrupted)
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        synthetic.write(tmp_path / "c.nc", made)
+    del interrupt
+    gc.collect()
+    assert capfd.readouterr().err == ""
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_whose_writes_fail_reads_back_what_was_written(tmp_path: Path) -> None:
