@@ -296,12 +296,12 @@ def _keep_all(
     begun = False
     try:
         for case, result in results:
-            check_interrupts()
+            packed = packer.pack(result, case.scene.mesh.cells) if isinstance(result, Result) else result
+            kept(partial(store.add, case.key, packed))
+            check_interrupts()  # once the result is kept
             if not begun:
                 meanwhile()
                 begun = True
-            packed = packer.pack(result, case.scene.mesh.cells) if isinstance(result, Result) else result
-            kept(partial(store.add, case.key, packed))
             for _ in range(like[case.key]):
                 reporter.advance(failed=packed.status != Status.SOLVED)
             if cube is not None:

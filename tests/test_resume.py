@@ -772,6 +772,17 @@ def test_a_merge_tells_what_goes(sweeps: Sweeps, tmp_path: Path) -> None:
     assert any(f"the new cube will not contain {CASES} solved cases" in text for text in told)
 
 
+def test_interrupted_at_the_first_result(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When versions and machine are looked up and the cube is begun: the result, perhaps of minutes, was lost."""
+
+    def interrupted() -> dict[str, str]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sweep.provenance, "collect", interrupted)
+    assert len(sweeps.run()) == 1
+    assert sweeps.interrupt.solved == 1
+
+
 def test_interrupted_when_the_cube_is_there(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
     """While units were being removed, which takes seconds if there are many, '0 of 14 cases are kept' was told."""
     clear = store.Store.clear
