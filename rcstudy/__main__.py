@@ -35,6 +35,7 @@ def main() -> None:
     try:
         with _workers(sys.argv[1:]) as processes:
             code = _run(processes)
+            _ignore_interrupts()
     except (KeyboardInterrupt, RuntimeError) as error:  # before or after the command line could handle it
         if not is_interrupt(error):
             raise
@@ -66,6 +67,13 @@ def heed_terminations() -> None:
             continue
         signal.signal(number, as_leading if leading is not None else signal.default_int_handler)
         leading = leading or number
+
+
+def _ignore_interrupts() -> None:
+    """From now on: all is done and told, and only workers are left to end. A second Ctrl-C would change the code."""
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):  # not on every system
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
 def _flushed(code: int) -> int:

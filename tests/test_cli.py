@@ -344,6 +344,19 @@ def test_ctrl_c_inside_text_that_is_executed(folder: Path) -> None:
     assert (done.returncode, done.stderr) == (cli.EXIT_INTERRUPTED, "interrupted\n")
 
 
+def test_ctrl_c_when_all_is_done(folder: Path) -> None:
+    """A second one, or one too late, while workers are ended: the code was 130, and 'interrupted' was told again."""
+    (folder / "sitecustomize.py").write_text(
+        "import os, signal, rcstudy.pool\n"
+        "stop = rcstudy.pool.Pool.stop\n"
+        "rcstudy.pool.Pool.stop = lambda pool: (os.kill(os.getpid(), signal.SIGINT), stop(pool))\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": f"{folder}{os.pathsep}{ROOT}"}
+    command = [sys.executable, "-m", "rcstudy", "sweep", "none.yaml", "--workers", "2"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, len(done.stderr.splitlines())) == (cli.EXIT_BAD_INPUT, 1), done.stderr
+
+
 def test_killed_in_the_middle(tmp_path: Path) -> None:
     """The old cube stays, the workers leave by themselves, and the next writer clears up."""
     sweep = start_long_sweep(tmp_path, "2")
