@@ -80,7 +80,7 @@ def table(of: dict[str, list[str]]) -> tuple[list[str], int]:
     for number, (statement, *found) in enumerate(zip(STATEMENTS, *of.values(), strict=True), 1):
         if len(set(found)) > 1:
             cells = [found[0], *("same" if text == found[0] else text for text in found[1:])]
-            rows.append([str(number), statement.quote.replace("|", r"\|"), *cells])
+            rows.append([str(number), statement.quote, *cells])
     return markdown_lines(["No.", "The paper says", *of], rows), len(STATEMENTS) - len(rows)
 
 
