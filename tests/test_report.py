@@ -50,7 +50,7 @@ from rcstudy.figures import make_figures
 from rcstudy.grids import letters
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.report import measures
-from rcstudy.report.cells import Column
+from rcstudy.report.cells import Column, text_of
 from rcstudy.report.latex import escape
 from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES, paper_cases
@@ -1199,6 +1199,15 @@ def test_asymmetry_is_what_has_no_mirror_image() -> None:
     )
     one_sided = np.array([[0.0, 0.0, 2.0, 1.0]] * 3)
     assert measures.asymmetry(by_hand(picture, one_sided, 0 * odd)) == pytest.approx(np.sqrt(0.5))
+
+
+@pytest.mark.parametrize(
+    ("value", "form", "text"),
+    [(0.0, ".0e", "0"), (-0.0, ".1e", "0"), (-1e-9, ".2f", "0.00"), (-0.0, ".3g", "0"), (-2e-7, ".0e", "-2e-07")],
+)
+def test_zero_has_neither_sign_nor_power(value: float, form: str, text: str) -> None:
+    """A proof of zero was 0e+00 in Markdown, and zero times ten to the power of zero in LaTeX."""
+    assert text_of(value, form) == text
 
 
 def test_asymmetry_of_slip_is_the_share_of_cells_without_a_mirror_image() -> None:

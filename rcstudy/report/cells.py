@@ -37,13 +37,15 @@ Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
 
 
 def text_of(value: Value, form: str) -> str:
-    """A value as a table shows it, in this form if it is a number; NaN is left empty, and there is no -0."""
+    """A value as a table shows it, in this form if it is a number; NaN is left empty, and there is no -0 or 0e+00."""
     if not isinstance(value, float):
         return str(value)
     if math.isnan(value):
         return ""
     text = format(value, form)
-    return text.removeprefix("-") if float(text) == 0.0 else text
+    if float(text) != 0.0:
+        return text
+    return "0" if "e" in text else text.removeprefix("-")
 
 
 def csv_cells(row: Mapping[str, Value], column: Column) -> list[str]:
