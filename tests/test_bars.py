@@ -200,6 +200,7 @@ def test_nothing_makes_what_is_none_by_symmetry_uncertain() -> None:
             assert found["force_x_error"] > 0.2
 
 
+@pytest.mark.heavy
 def test_forces_that_are_none_by_symmetry_on_unsettled_slip() -> None:
     """Directions that do not settle leave some, which was 53 times the error bar."""
     mesh = Mesh((0.2727652513510823, 0.012065577596375582), (57, 126))

@@ -88,6 +88,7 @@ def test_tolerance_of_the_pressure_for_small_tractions() -> None:
     assert pressure_tolerance(Tolerance(1e-6, 1e-5), 300.0) == 1e-6 / 16
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_small_tractions_are_within_the_tolerance(discretisation: Any) -> None:
     """They were up to 7 times farther off; cases that share the pressure are what they are alone."""
