@@ -282,13 +282,14 @@ class _Grid:
         a, b = as_floats(a), as_floats(b)
         setting = name in SETTINGS or name in LAYER_SETTINGS
         for index in np.ndindex(*self.shape):
-            scale = _largest(np.atleast_1d(b[index]))
+            here, there = np.atleast_1d(a[index]), np.atleast_1d(b[index])
+            scale = _largest(there)
             if not setting and name in self.natural:
                 scale = max(scale, float(self.together[name][index]), _FLOOR * float(self.natural[name][index]))
             rtol = COORDINATE_RTOL if setting else self.rules[index].rtol(name)
-            difference, note = _difference(np.atleast_1d(a[index]), np.atleast_1d(b[index]))
-            if setting and np.isfinite(difference):
-                difference, scale = _worst(np.atleast_1d(a[index]), np.atleast_1d(b[index]))
+            difference, note = _difference(here, there)
+            if setting and there.size > 1 and np.isfinite(difference):
+                difference, scale = _worst(here, there)
             if own_work and np.isfinite(difference):
                 continue
             if name == "slip_area":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -14,24 +14,23 @@ from rcstudy.units import Unit
 
 def give_room_for(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a sweep write no more than so many results at once."""
-    write = store.write_unit
-
-    def within_room(folder: Path, number: int, cases: Sequence[tuple[str, bytes]], study: str) -> Unit:
-        if len(cases) > most:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(folder, number, cases, study)
-
-    monkeypatch.setattr(store, "write_unit", within_room)
+    _limit(monkeypatch, lambda count, written: count <= most)
 
 
 def fill_up(room: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a sweep write no more than so many results in all."""
-    write, written = store.write_unit, [0]
+    _limit(monkeypatch, lambda count, written: written + count <= room)
+
+
+def _limit(monkeypatch: pytest.MonkeyPatch, fits: Callable[[int, int], bool]) -> None:
+    """Let a unit be written only if it `fits`: by the number of its results, and of those written before it."""
+    write, written = store.write_unit, 0
 
     def within_room(folder: Path, number: int, cases: Sequence[tuple[str, bytes]], study: str) -> Unit:
-        if written[0] + len(cases) > room:
+        nonlocal written
+        if not fits(len(cases), written):
             raise OSError(errno.ENOSPC, "No space left on device")
-        written[0] += len(cases)
+        written += len(cases)
         return write(folder, number, cases, study)
 
     monkeypatch.setattr(store, "write_unit", within_room)
