@@ -3,9 +3,30 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Sequence
+from pathlib import Path
 
 import numba
 import pytest
+
+from rcstudy import accuracy, figures
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made, but empty files are written: for tests of what is chosen or written beside them.
+
+    To lay out and draw one takes a second; what is drawn has tests of its own.
+    """
+
+    def save(figure: object, out: Path, stem: str, formats: Sequence[str]) -> list[Path]:
+        paths = [out / f"{stem}.{kind}" for kind in formats]
+        for path in paths:
+            path.touch()
+        return paths
+
+    for module in (accuracy, figures):
+        monkeypatch.setattr(module, "save", save)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -128,6 +128,7 @@ def test_paper_cg_is_measured_against_newton(reported):
     assert "## Method paper-cg" in (folder / "summary.md").read_text()
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.heavy
 def test_report_has_every_case_and_a_cube_serves_again(reported, tmp_path):
     study, folder = reported
@@ -155,6 +156,7 @@ def test_cube_of_another_study_is_refused(reported, tmp_path):
     assert not (tmp_path / "report").exists()  # an empty folder was left
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.heavy
 def test_a_cube_that_somebody_changed_is_reported(reported, tmp_path, monkeypatch):
     """As by the other commands: by its checksum; a missing variable is one message, and no files are written."""
@@ -179,6 +181,7 @@ def test_a_cube_that_somebody_changed_is_reported(reported, tmp_path, monkeypatc
     assert not Path("report").exists()
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.heavy
 def test_a_run_that_was_broken_off_goes_on(tmp_path, monkeypatch):
     """With what it had solved; one that was not solves and times all again. No cube of another study is replaced."""
@@ -377,6 +380,7 @@ def test_meshes_in_fitted_windows_are_one_problem(tmp_path):
     assert len(sizes) > 2  # or this test says nothing
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.heavy
 def test_fields_in_windows_of_different_size_are_compared_where_they_are(tmp_path):
     """On 8 cells in a window wider than that of the reference: its share of each cell, nothing outside, by hand."""
@@ -864,6 +868,7 @@ def test_the_published_study_has_a_reference_for_every_problem():
     assert all(s.spin_point == pytest.approx(1.0 / 6.0) for s in newton)  # kalker's errors are the smallest with it
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.heavy
 def test_what_one_way_coupling_neglects_is_told(tmp_path):
     """References of one problem with both couplings, one against the other."""
@@ -887,6 +892,7 @@ def test_what_one_way_coupling_neglects_is_told(tmp_path):
     assert f"{100.0 * errors['pressure']:.2g}" in (tmp_path / "report" / "summary.md").read_text()
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.heavy
 @pytest.mark.parametrize(
     ("scene", "axes", "figures"),

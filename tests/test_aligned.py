@@ -174,6 +174,7 @@ def test_rows_that_there_is_no_room_for_are_not_taken(end: str, cut: int) -> Non
     assert after.pressure.sum() == pytest.approx(p.sum(), rel=1e-9)  # cells that carry nothing have 1e-9 of the largest
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("counterbody", "cells"), [(STEEL, (1.0, 1.0)), (None, (1.0, 1.0)), (STEEL, (2.0, 1.0))])
 def test_pressure_on_rows_is_not_more_concentrated_than_it_is(
     counterbody: Material | None, cells: tuple[float, float]
@@ -365,6 +366,7 @@ def test_largest_traction_at_the_point_of_a_stick_zone():
     assert result.scalars["traction_max"] == pytest.approx(180.69, rel=0.0015)  # on 129 cells
 
 
+@pytest.mark.heavy
 def test_two_summits_are_looked_at_both():
     """Under a stiff skin pressure is as large at two mirror images: which of them slips does not depend on rounding."""
     layers = Layer(2397.4, 0.5, 0.0029265), Layer(3.39378, 0.5, 0.00077885), Layer(39.5017, 0.0, 0.163928)
@@ -605,6 +607,7 @@ def test_what_is_added_to_the_slip_is_kept_once_looking_gets_nowhere():
         centring.restart()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("creepage", [SLOPING, Creepage(0.001, 0.0, 0.02), Creepage(0.001)])
 def test_the_start_does_not_matter(creepage):
     """From the coarser mesh's solution, from nothing, and from far off, at more cost: the same to the tolerance."""

@@ -524,6 +524,7 @@ def test_help_is_for_people(folder: Path) -> None:
     assert "of png, pdf and svg" in shown
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_figures_of_another_value_of_an_axis(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of further axes only the first value was to be had."""
     drawn: list[str] = []
@@ -548,6 +549,7 @@ def test_figures_of_another_value_of_an_axis(folder: Path, monkeypatch: pytest.M
         assert done.output.startswith(said)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_figures_along_another_axis(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[str] = []
     monkeypatch.setattr(overview, "_label_axis", lambda ax, grid, axis: drawn.append(f"{grid.name} {axis}"))

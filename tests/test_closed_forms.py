@@ -301,6 +301,7 @@ def test_vanishing_layer_leaves_the_substrate() -> None:
     assert (third <= 0.011 * second + 1e-8).all()
 
 
+@pytest.mark.heavy
 def test_thick_layer_becomes_the_half_space() -> None:
     """h -> infinity: pressure, tractions, approach differ from the top material's by (a/h)^3, (a/h)^2, a/h.
 

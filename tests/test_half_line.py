@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import get_args
 
 import numpy as np
@@ -59,6 +60,7 @@ def test_half_line_by_quadrature(name: str, spacing: float, tractions: bool) -> 
     def response(k: np.ndarray) -> np.ndarray:
         return bodies(k / spacing) / (1e-6 * bodies(np.array([1e-6 / spacing]))[0])
 
+    @cache  # asked for at the same places for each term
     def log_b(t: float) -> float:
         t_ = np.array([t])
         of_points = by_cells(lambda k: 1.0 / k, t_)[0] if tractions else 0.5 / math.sin(0.5 * t)

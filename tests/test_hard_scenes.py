@@ -731,7 +731,8 @@ def test_directions_of_slip_that_settle_late(bodies, coupling, wider):
     solved(replace(scene, mesh=mesh, coupling=coupling, creepage=creepage))
 
 
-@pytest.mark.parametrize("friction", [30.0, pytest.param(100.0, marks=pytest.mark.heavy)])
+@pytest.mark.heavy
+@pytest.mark.parametrize("friction", [30.0, 100.0])
 def test_full_coupling_that_lifts_the_surface_beyond_the_approach(friction):
     """Divided by the overlap of the undeformed bodies, of which nothing was left."""
     scene = steel(Mesh((4.0, 4.0), (24, 24)), counterbody=Material(2100.0, 0.3), friction=friction)

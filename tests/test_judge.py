@@ -65,8 +65,8 @@ def test_slip_patterns_are_similar_within_an_angle(monkeypatch: pytest.MonkeyPat
     states = {"d": [CellState.STICK] * 4, "e": [CellState.SLIP] * 4}
     views: dict[str, Any] = {name: SimpleNamespace(centre=centre) for name, centre in at.items()}
     for name, state in states.items():
-        field = {"state": np.reshape(state, (2, 2))}.__getitem__
-        views[name] = SimpleNamespace(centre=(np.nan, np.nan), solved=True, mapped=True, field=field)
+        map_of = np.reshape(state, (2, 2))
+        views[name] = SimpleNamespace(centre=(np.nan, np.nan), solved=True, mapped=True, state=map_of)
     monkeypatch.setattr(measures, "slip_centre", lambda view: view.centre)
     first, *others = named(monkeypatch, views)
     found = list(judge.similar_patterns((first, other) for other in others))

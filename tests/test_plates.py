@@ -57,7 +57,8 @@ def test_beyond_rim(rings: tuple[float, ...], beyond: float) -> None:
     assert beyond_rim(disc(*rings)[side, side]) == pytest.approx(beyond, abs=1e-12)
 
 
-@pytest.mark.parametrize("cells", [32, pytest.param(64, marks=pytest.mark.heavy)])
+@pytest.mark.heavy
+@pytest.mark.parametrize("cells", [32, 64])
 def test_bars_of_pressures_in_the_outermost_cells(cells: int) -> None:
     """Under full coupling with high friction; the limit is that of `kalker` on 768 cells. They were too small."""
     mesh = Mesh((1.45, 1.45), (cells, cells))

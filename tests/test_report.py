@@ -639,6 +639,7 @@ def test_field_of_an_unsolved_case_is_refused(failing: xr.DataTree) -> None:
 # what make_figures writes
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_only_figures_the_cube_has_are_made_and_the_rest_named(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -698,6 +699,7 @@ def test_an_axis_of_the_papers_figures_alone_is_no_choice(tree: xr.DataTree, tmp
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_format_named_twice_is_written_once(tmp_path: Path) -> None:
     with synthetic_tree(tmp_path, small()) as tree:
         assert [p.name for p in make_figures(tree, tmp_path, formats=("png", "png"))] == ["tiny.png", "tiny_maps.png"]
@@ -733,6 +735,7 @@ def test_overview_of_a_product_has_a_line_per_second_axis(tmp_path: Path) -> Non
         assert panels(maps)[0].get_title(loc="left").replace("\n", ", ") == grid.case(0, 0).label
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_studies_of_several_grids_get_overviews_and_results(tmp_path: Path) -> None:
     with synthetic_tree(tmp_path, several()) as tree:
         names = [p.name for p in make_figures(tree, tmp_path, formats=("png",))]
@@ -1152,11 +1155,12 @@ def by_hand(rows: list[str], qx: np.ndarray | None = None, qy: np.ndarray | None
     codes = {".": CellState.EXTERIOR, "o": CellState.STICK, "s": CellState.SLIP}
     state = np.array([[codes[c] for c in row] for row in rows[::-1]]).T
     n, m = state.shape
-    fields = {"state": state, "traction_x": qx, "traction_y": qy}
+    fields = {"traction_x": qx, "traction_y": qy}
     return SimpleNamespace(
         mapped=True,
         x=np.arange(n) - (n - 1) / 2,
         y=np.arange(m) - (m - 1) / 2,
+        state=state,
         field=fields.__getitem__,
         number={"contact_radius": 2.0}.__getitem__,
     )

@@ -65,6 +65,7 @@ def test_results_are_those_of_cases_alone(discretisation: str, order: int) -> No
     assert products(found) < 0.85 * products(alone)
 
 
+@pytest.mark.heavy
 def test_far_creepages_start_from_coarser_meshes() -> None:
     """To the last bit what they are alone."""
     scenes = [replace(ONE, creepage=Creepage(*c)) for c in ((0.0005, 0.0, 0.0), (0.0, 0.002, 0.0), (0.0, 0.0, 0.01))]

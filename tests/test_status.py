@@ -404,6 +404,7 @@ def test_proof_catches_a_wrong_load(monkeypatch: pytest.MonkeyPatch) -> None:
     failed(solve_scene(replace(SCENE, tolerance=TAMPERED, creepage=None)), "proof_load")
 
 
+@pytest.mark.heavy
 def test_a_pressure_that_misses_its_proof_is_solved_further(monkeypatch: pytest.MonkeyPatch) -> None:
     """The tolerance is kept in the mean, but under a thin incompressible layer some cells' gaps need more."""
     layer = Layer(10.0, 0.5, 0.005)

@@ -102,14 +102,11 @@ def test_bars_where_slip_zones_are_narrower_than_cells(
         assert abs(found[name] - fine[name]) <= found[f"{name}_error"] + 1.1 * fine[f"{name}_error"]
 
 
-@pytest.mark.parametrize("cells", [24, pytest.param(32, marks=pytest.mark.heavy)])
+@pytest.mark.heavy
+@pytest.mark.parametrize("cells", [24, 32])
 @pytest.mark.parametrize(
     ("friction", "creepage"),
-    [
-        (0.3, Creepage(-0.0003)),
-        pytest.param(0.3, Creepage(0.0, 0.0002), marks=pytest.mark.heavy),
-        pytest.param(0.15, Creepage(0.0, 0.0, 0.001), marks=pytest.mark.heavy),
-    ],
+    [(0.3, Creepage(-0.0003)), (0.3, Creepage(0.0, 0.0002)), (0.15, Creepage(0.0, 0.0, 0.001))],
 )
 def test_slip_areas_are_given_what_cells_miss(friction: float, creepage: Creepage, cells: int) -> None:
     """A rigid ball's slip areas are half as far off as what borders between slip and stick cells tell, or less."""

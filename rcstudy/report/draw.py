@@ -213,7 +213,7 @@ def traction_map(
     from matplotlib.collections import EllipseCollection
 
     qx, qy = traction(case)
-    state, (dx, dy) = case.field("state"), case.spacing
+    state, (dx, dy) = case.state, case.spacing
     contact = state != CellState.EXTERIOR
     i, j = np.nonzero(contact)
     box = np.s_[i.min() : i.max() + 1, j.min() : j.max() + 1]

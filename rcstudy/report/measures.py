@@ -139,12 +139,12 @@ def slip_asymmetry(case: CaseView) -> float:
 
 def slips_everywhere(case: CaseView) -> bool:
     """Whether the case is mapped and has slip cells, but no stick cells."""
-    return bool(_slips(case).any() and not (case.field("state") == CellState.STICK).any())
+    return bool(_slips(case).any() and not (case.state == CellState.STICK).any())
 
 
 def _slips(case: CaseView) -> np.ndarray:
     """Where cells slip, [nx, ny]; nowhere if that is not stored."""
-    return case.field("state") == CellState.SLIP if case.mapped else np.zeros((1, 1), dtype=bool)
+    return case.state == CellState.SLIP if case.mapped else np.zeros((1, 1), dtype=bool)
 
 
 def slip_centre(case: CaseView) -> tuple[float, float]:
@@ -163,13 +163,13 @@ def slip_on_axis(case: CaseView) -> float:
     """Slip cells over contact cells in the row on the x-axis, or in the two rows next to it."""
     if not case.mapped:
         return float("nan")
-    state = case.field("state")[:, _next_to_axis(case.y)]
+    state = case.state[:, _next_to_axis(case.y)]
     return float((state == CellState.SLIP).sum() / (state != CellState.EXTERIOR).sum())
 
 
 def cell_on_axis(case: CaseView) -> float:
     """Share of one cell in the contact on the x-axis, by which `slip_on_axis` is uncertain."""
-    state = case.field("state")[:, _next_to_axis(case.y)]
+    state = case.state[:, _next_to_axis(case.y)]
     return float(state.shape[1] / (state != CellState.EXTERIOR).sum())
 
 
@@ -177,7 +177,7 @@ def slip_behind_stick(case: CaseView) -> float:
     """Of the slip cells in rows that have stick cells, the share behind (at smaller x than) all of them."""
     if not case.mapped:
         return float("nan")
-    state = case.field("state")
+    state = case.state
     sticks, slips = state == CellState.STICK, state == CellState.SLIP
     rows = sticks.any(axis=0)
     first_stick = np.argmax(sticks, axis=0)
@@ -190,6 +190,6 @@ def trailing_slip(case: CaseView, *, upper: bool) -> float:
     """Slip cells over contact cells in the trailing quarter x < 0, y > 0 (`upper`) or x < 0, y < 0."""
     if not case.mapped:
         return float("nan")
-    state = case.field("state")
+    state = case.state
     quarter = state[np.ix_(case.x < 0, case.y > 0 if upper else case.y < 0)]
     return float((quarter == CellState.SLIP).sum() / (quarter != CellState.EXTERIOR).sum())

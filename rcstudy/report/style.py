@@ -143,11 +143,27 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
         if kind == "png":
             _save_png(figure, drawn)
         else:
-            figure.savefig(drawn, format=kind, dpi=DPI, metadata=_METADATA[kind])
+            _save_vector(figure, drawn, kind)
         with replacing(path) as temporary:
             temporary.write_bytes(drawn.getvalue())
         paths.append(path)
     return paths
+
+
+def _save_vector(figure: Figure, file: BytesIO, kind: str) -> None:
+    """Write PDF or SVG: as `Figure.savefig`, which draws each figure twice if its places come from a layout."""
+    from matplotlib.backends.backend_pdf import FigureCanvasPdf
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    screen, dpi = figure.canvas, figure.dpi
+    try:
+        if kind == "pdf":
+            FigureCanvasPdf(figure).print_pdf(file, metadata=_METADATA[kind])
+        else:
+            FigureCanvasSVG(figure).print_svg(file, metadata=_METADATA[kind])
+    finally:
+        figure.set_canvas(screen)
+        figure.set_dpi(dpi)  # the backends take 72
 
 
 def _save_png(figure: Figure, file: BytesIO) -> None:
@@ -155,14 +171,21 @@ def _save_png(figure: Figure, file: BytesIO) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    canvas = FigureCanvasAgg(figure)
+    canvas = figure.canvas  # the one that the layout has measured the text with: not measured again
+    assert isinstance(canvas, FigureCanvasAgg)
     canvas.draw()
     pixels = np.asarray(canvas.buffer_rgba())[..., :3]
     palette = _palette(pixels)
-    shades, inverse = np.unique(pixels @ np.array([1 << 16, 1 << 8, 1]), return_inverse=True)
-    colours = np.stack([shades >> 16, shades >> 8 & 255, shades & 255], axis=1)
-    nearest = np.argmin(((colours[:, None] - palette) ** 2).sum(axis=2), axis=1).astype(np.uint8)
-    image = Image.frombytes("P", pixels.shape[1::-1], nearest[inverse].tobytes())
+    red, green, blue = np.moveaxis(pixels.astype(np.uint32), -1, 0)
+    codes = red << 16 | green << 8 | blue
+    number = np.zeros(1 << 24, np.uint8)  # of each colour in the palette
+    number[codes] = 1
+    shades = np.flatnonzero(number)
+    colours = np.stack([shades >> 16, shades >> 8 & 255, shades & 255], axis=1).astype(np.float32)
+    of_palette = palette.astype(np.float32)  # whole numbers below 2^24: exact
+    distance = (of_palette**2).sum(axis=1) - 2 * colours @ of_palette.T  # and the colour's own, the same for all
+    number[shades] = np.argmin(distance, axis=1)
+    image = Image.frombytes("P", pixels.shape[1::-1], number[codes].tobytes())
     image.putpalette(palette.ravel().tolist())
     image.save(file, "PNG", optimize=True, dpi=(DPI, DPI))
 

@@ -222,9 +222,14 @@ class CaseView:
         return np.asarray(field)[: self.x.size, : self.y.size]
 
     @cached_property
+    def state(self) -> np.ndarray:
+        """Field `state`, [nx, ny]; read once, as the paper's statements ask for that of each case some twenty times."""
+        return self.field("state")
+
+    @cached_property
     def half_sides(self) -> tuple[float, float]:
         """Largest |x| and |y| of a contact cell's outer edge, mm."""
-        i, j = np.nonzero(self.field("state") != CellState.EXTERIOR)
+        i, j = np.nonzero(self.state != CellState.EXTERIOR)
         dx, dy = self.spacing
         return float(np.abs(self.x[i]).max() + dx / 2), float(np.abs(self.y[j]).max() + dy / 2)
 
