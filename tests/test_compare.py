@@ -445,6 +445,22 @@ def test_coordinates_settings_units_and_types(tmp_path: Path, reference: Path) -
     assert "dimension x: missing" in found.text()
 
 
+def test_words_and_coordinates_that_differ_are_told(reference: Path) -> None:
+    """Labels, coordinates in one cube alone and their units, and what holds numbers of another kind."""
+    with open_cube(reference) as tree:
+        cube = tree.to_dataset()
+        labels = cube.label.copy(data=[["a"] * 3, cube.label.values[1]])
+        other = cube.assign(label=labels, iterations_normal=cube.iterations_normal.astype(float))
+        lateral = cube.lateral.assign_attrs(units="%")
+        found = compare(xr.DataTree(other.assign_coords(lateral=lateral, more=("creepage", [1, 2, 3]))), tree)
+    assert found.structure == [
+        "tiny: coordinate lateral: units '%', in the reference '1'",
+        "tiny: coordinate more: not in the reference",
+        "tiny: variable iterations_normal: holds numbers, in the reference whole numbers",
+    ]
+    assert [(d.variable, d.note[:7]) for d in found.bad] == [("label", "is 'a',")] * 3
+
+
 # cells that stick in one cube and slip in the other
 
 
@@ -518,8 +534,16 @@ def test_cells_below_the_bound_may_not_where_they_stick(tmp_path: Path) -> None:
 
 
 def test_contact_and_exterior_may_not_change_places(tmp_path: Path) -> None:
+    """Nor beside a cell at the bound that sticks in one cube and slips in the other."""
     lower, change = flip(1, to_exterior=True)
-    found = outcome(changed(tmp_path / "out.nc", change), changed(tmp_path / "slip.nc", lower))
+
+    def also_stick(case: Case, result: Result) -> Result:
+        result = change(case, result)
+        state = result.fields["state"]
+        state[tuple(np.argwhere(state == CellState.SLIP)[0])] = CellState.STICK
+        return result
+
+    found = outcome(changed(tmp_path / "out.nc", also_stick), changed(tmp_path / "slip.nc", lower))
     assert "state" in {d.variable for d in found.bad}
 
 
@@ -694,6 +718,8 @@ def test_worst_is_what_exceeds_its_own_tolerance_most() -> None:
 def test_differences_are_told_once_where_there_is_a_table(tmp_path: Path, several: Path) -> None:
     other = changed(tmp_path / "c.nc", with_scalars(approach=1.01), synthetic.several())
     assert [(d.grid == TABLE, d.variable) for d in outcome(other, several).bad] == [(False, "approach")]
+    rule = Rule(match="listed/*", variables={"approach": 0.02})  # in the table, too
+    assert outcome(other, several, Tolerances(cases=[rule])).same
 
 
 @pytest.mark.parametrize(
