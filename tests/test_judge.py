@@ -84,7 +84,7 @@ def test_spread_is_a_part_of_the_largest(
     assert (found.left, found.right, found.holds) == (max(slips), min(slips), holds)
 
 
-@pytest.mark.parametrize("unsolved", ["c", "abc"])
+@pytest.mark.parametrize("unsolved", ["b", "c", "abc"])
 def test_spread_over_cases_that_are_not_solved_is_undecided(monkeypatch: pytest.MonkeyPatch, unsolved: str) -> None:
     values = {name: np.nan if name in unsolved else value for name, value in zip("abc", (1.0, 2.0, 3.0), strict=True)}
     views = {name: SimpleNamespace(value=value, solved=name not in unsolved) for name, value in values.items()}
@@ -92,7 +92,7 @@ def test_spread_over_cases_that_are_not_solved_is_undecided(monkeypatch: pytest.
     assert found.holds is None and "not solved" in found.undecided
 
 
-@pytest.mark.parametrize(("error", "holds"), [(4.0, True), (6.0, None), (np.nan, None)])
+@pytest.mark.parametrize(("error", "holds"), [(4.6, True), (5.0, None), (np.nan, None)])
 def test_numbers_with_error_bars_differ_by_more_than_these(
     monkeypatch: pytest.MonkeyPatch, error: float, holds: bool | None
 ) -> None:
@@ -103,7 +103,7 @@ def test_numbers_with_error_bars_differ_by_more_than_these(
 
     low, high, lower = named(monkeypatch, {"a": view(100.0), "b": view(110.0), "c": view(90.0)})  # 0.9 · 110 - 90 = 9
     assert [c.holds for c in judge.grows([(low, high)], judge.peak)] == [holds]
-    assert [c.holds for c in judge.much_smaller([(high, lower)], judge.peak)] == [True if error == 4.0 else None]
+    assert [c.holds for c in judge.much_smaller([(high, lower)], judge.peak)] == [True if error == 4.6 else None]
     assert [c.holds for c in judge.at_most([low], judge.peak, 105.0)] == [holds]
 
 
@@ -132,6 +132,21 @@ def test_pairs_along_thickness_have_one_modulus() -> None:
 def test_each_compliant_layer_is_compared_with_each_stiff_one() -> None:
     found = compliant_and_stiff([of_paper(modulus) for modulus in (4.0, 0.5, 2.0, 0.25)])
     assert [(a.moduli[0], b.moduli[0]) for a, b in found] == [(0.5, 4.0), (0.5, 2.0), (0.25, 4.0), (0.25, 2.0)]
+
+
+def test_other_creepages_are_compared_at_one_thickness() -> None:
+    cases = [of_paper(m, h, (xi, 0.0, 0.0)) for m in (0.5, 2.0) for h in (0.5, 1.0) for xi in (0.001, 0.002)]
+    found = list(judge.between_creepages(cases, [5]))
+    assert len(found) == 4
+    assert all(a.thickness == b.thickness and a.creepage != b.creepage for a, b in found)
+
+
+def test_only_cells_of_its_size_are_those_of_the_papers_mesh() -> None:
+    cases: Any = [
+        SimpleNamespace(creepage=(0.002, 0.0, 0.0), view=SimpleNamespace(grid="xy", spacing=(2.0 / n, 2.0 / 64)))
+        for n in (60, 64)
+    ]
+    assert judge.papers_mesh(cases) == cases[1:]
 
 
 def test_pairs_along_a_creepage_have_the_others_in_common() -> None:

@@ -1180,6 +1180,13 @@ def test_ratios_of_one_are_uncertain_by_what_may_stick_unseen(slip_error: float,
     assert measures.slip_ratio_error(case) == pytest.approx(expected, nan_ok=True)
 
 
+def test_errors_of_mean_pressure_and_force_are_those_of_their_parts() -> None:
+    errors = {"contact_area": 2.0, "contact_area_error": 0.1, "force_x_error": 3.0, "force_y_error": 4.0}
+    case: Any = SimpleNamespace(number=errors.__getitem__, stored={"load": 100.0}.__getitem__)
+    assert measures.mean_pressure_error(case) == pytest.approx(2.5)
+    assert measures.tangential_force_error(case) == 5.0
+
+
 def test_slip_centre_and_quarters() -> None:
     case = by_hand(["so..", "sooo", "oooo", "oooo"])
     assert measures.slip_centre(case) == pytest.approx((-0.75, 0.5))

@@ -130,6 +130,19 @@ def test_failures_are_counted(tmp_path: Path, count: int, words: str) -> None:
     assert words in lines
 
 
+def test_numbers_are_of_solved_cases_and_proofs_the_worst(tmp_path: Path) -> None:
+    lines = shown(tmp_path, "  g: {axes: {load: [50, 100, 70, 200]}}\n", solve=as_large_as_loads)
+    assert line(lines, "pressure_max") == "pressure_max 50 to 100 MPa"
+    assert line(lines, "proof_load") == "proof_load 1.0e-07 g: load=100"
+
+
+def as_large_as_loads(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Numbers in proportion to the load; above 100 N nothing is solved."""
+    for scene in scenes:
+        status = Status.SOLVED if scene.load <= 100.0 else Status.NOT_CONVERGED
+        yield Result(status, "", {"pressure_max": scene.load, "proof_load": 1e-9 * scene.load})
+
+
 def failing(scenes: Sequence[Scene]) -> Iterator[Result]:
     """Nothing is solved."""
     for _ in scenes:
