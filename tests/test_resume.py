@@ -667,11 +667,13 @@ def test_units_that_are_taken_away(
     sweeps.write(f"{SWEPT}outputs: {outputs}\n")
     flush = store.Store.flush
     gone: list[Path] = []
+    lost: list[str] = []
 
     def flush_and_lose(self: store.Store) -> None:
         flush(self)
         if not gone:
             gone.append(unit_paths(self.folder)[0])
+            lost.extend(key for key, _, _ in read_unit(gone[0])[0].entries)
             gone[0].unlink()
 
     monkeypatch.setattr(assemble.Assembly, "go_on", lambda self: None)
@@ -680,6 +682,7 @@ def test_units_that_are_taken_away(
     with pytest.raises(UserError, match=r"\d of 14 cases are kept; rerun") as error:
         sweeps.run(fails=fails)
     assert f"can no longer be read: {gone[0]}: No such file or directory" in str(error.value)
+    assert fails or f"{CASES - len(lost)} of 14 cases are kept" in str(error.value)
     monkeypatch.undo()
     sweeps.run()
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
@@ -712,6 +715,12 @@ def test_units_of_another_study_are_not_removed(sweeps: Sweeps) -> None:
     assert len(sweeps.run()) == CASES
     assert any("the new cube will not contain 5 solved cases" in text for text in sweeps.told)
     assert sweep.run(mine, sweeps.output, workers=1, solve=workers.made_up).kept == 0
+
+
+def test_units_of_another_study_serve_with_the_cases_that_it_shares(sweeps: Sweeps) -> None:
+    sweeps.run(5)
+    sweeps.write(SWEPT.replace("study: ", "study: other-").replace("[20, ", "[30, "))
+    assert len(sweeps.run()) == CASES - 2
 
 
 def test_only_cases_of_the_study_are_said_to_lack_fields(sweeps: Sweeps) -> None:
@@ -1088,17 +1097,20 @@ def test_a_merge_takes_solutions_before_failures(sweeps: Sweeps, tmp_path: Path,
         sweep.run(sweeps.study, path, workers=1, solve=solver, shard=(1, 1))
     done = merge(sweeps.study, sweeps.output, paths[::-1] if failing_last else paths)
     assert [f.label for f in done.failures] == [f"load=80, creepage={c}" for c in "abc"]
+    assert (done.cases, done.kept) == (CASES, CASES - 3)
 
 
 def test_small_units_put_together_know_who_failed(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store, "_PUT_TOGETHER", 3)
-    cases = expand(sweeps.study).cases[:3]
+    monkeypatch.setattr(store, "UNIT_SECONDS", (60.0,))
+    cases = expand(sweeps.study).cases[:6]
     keep = sweep.keep_of(sweeps.study.outputs)
-    statuses = [Status.NOT_CONVERGED, Status.SOLVED, Status.SOLVED]
+    statuses = [Status.NOT_CONVERGED, Status.SOLVED] * 3
     with store.opened(sweeps.output, "s", cases, keep, tell=sweeps.told.append) as opened:
         for case, status_ in zip(cases, statuses, strict=True):
             result = synthetic.made_up_result(case.scene, status_)
             opened.add(case.key, sweep.Packer(keep).pack(result, case.scene.mesh.cells))
-            opened.flush()
+            if status_ == Status.SOLVED:  # two cases in each unit
+                opened.flush()
         assert len(unit_paths(sweeps.units)) == 1
         assert [opened.index.status(case.key) for case in cases] == statuses
