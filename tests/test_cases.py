@@ -149,6 +149,12 @@ def test_every_index_has_its_scene(study):
         assert (scene.load, scene.friction, scene.creepage) == (load, friction, Creepage(spin=spin))
 
 
+def test_layers_of_a_coating_have_the_substrates_nu_unless_they_have_one(study):
+    grid = "{{coating: {{thickness: 0.1, modulus: 2 Es{}}}, axes: {{substrate.nu: [0.2, 0.4]}}}}"
+    plan = study(f"  g: {grid.format('')}\n  h: {grid.format(', layer_nu: 0.45')}\n")
+    assert [case.scene.layers[0].nu for case in expand(plan).cases] == [0.2, 0.4, 0.45, 0.45]
+
+
 def test_cases_of_one_normal_problem_are_adjacent_across_grids():
     expansion = expand(load_study(CONFIGS / "paper.yaml"))
     for of in (normal_problem, layer_set):
@@ -420,13 +426,14 @@ def test_estimated_contact_of_extreme_layers_is_a_number_of_cells(thickness, mod
 
 
 def test_estimated_time_grows_with_cells_in_contact_and_method(study):
-    def seconds(scene):
-        plan = study(f"  g: {{scene: {{{scene}}}, axes: {{friction: [1]}}}}\n")
+    def seconds(scene, friction="1"):
+        plan = study(f"  g: {{scene: {{{scene}}}, axes: {{friction: [{friction}]}}}}\n")
         return estimate(plan, expand(plan)).seconds
 
     pressure = seconds("")
     newton = seconds("creepage: {spin: 0.1}")
     assert 0 < pressure < newton
+    assert seconds("creepage: {spin: 0.1}", "1, 2, 3") - pressure == pytest.approx(3 * (newton - pressure))
     assert seconds("creepage: {spin: 0.1}, method: paper-cg") - pressure == pytest.approx(
         PAPER_CG_FACTOR * (newton - pressure)
     )

@@ -405,6 +405,18 @@ def test_workers_that_are_not_quite_right_are_told_of_once(study: Study) -> None
     ]
 
 
+def test_checkouts_of_one_version_that_were_edited_are_told_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(remote, "__file__", str(tmp_path / "remote.py"))
+    (tmp_path / "mechanics").mkdir()
+    found = set()
+    for text in ("a = 1", "a = 2"):
+        (tmp_path / "mechanics" / "a.py").write_text(text)
+        found.add(remote.examine()["mechanics"])
+    assert len(found) == 2
+
+
 def test_parcels_get_smaller_and_lose_nothing(study: Study) -> None:
     cases = expand(study).cases
     for count, batches in ((2, sweep.make_batches(cases, 1)), (3, [list(cases)]), (1, [[case] for case in cases])):
