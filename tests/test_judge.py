@@ -10,6 +10,8 @@ import pytest
 
 from rcstudy.report import judge, measures
 from rcstudy.report.paper import SPIN, PaperCase, along_creepage, along_thickness, compliant_and_stiff, with_more_spin
+from rcstudy.report.paper_statements import STATEMENTS
+from rcstudy.report.statements import verdict
 from rcstudy.result import CellState
 
 
@@ -155,6 +157,30 @@ def test_pairs_along_a_creepage_have_the_others_in_common() -> None:
     pairs = [(a.creepage[1:], b.creepage[1:]) for a, b in along_creepage(cases, SPIN)]
     assert pairs == [((0.0, 0.0), (0.0, -0.01)), ((0.001, 0.0), (0.001, 0.005)), ((0.001, 0.005), (0.001, 0.01))]
     assert len(list(with_more_spin(cases))) == 4
+
+
+def test_statements_on_spin_compare_the_panels_and_the_sides_that_they_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of them not those without spin; of each side of the contact one, whose rival is of the other side."""
+    monkeypatch.setattr(judge, "words", lambda case: case.panel)
+    monkeypatch.setattr(measures, "trailing_slip", lambda view, upper: view.sides[upper])
+    creepages = {"a": (0.001, 0.0), "c": (0.0, 0.005), "d": (0.0, 0.01), "e": (0.001, 0.005), "f": (0.001, 0.01)}
+    cases = []
+    for panel, (lateral, spin) in creepages.items():
+        view = ratio_of_slip(1.0, 0.0, 0.0)
+        view.sides = (0.5 - spin, 0.5 + spin)  # at y < 0 and at y > 0
+        cases.append(PaperCase(view, 7, panel, "compliant", (0.5,), 0.5, (0.002, lateral, spin)))
+    ratios, above, below = (
+        next(statement for statement in STATEMENTS if words in statement.quote)
+        for words in (
+            "more stick zones can be found for smaller spin",
+            "spin creepage can enhance",
+            "partly by the spin",
+        )
+    )
+    assert [c.what for c in ratios.judge(cases)] == ["c → d", "e → f"]
+    for one in (above, below):
+        verdicts = [verdict(list(judged(cases))) for judged in (one.judge, one.instead)]
+        assert verdicts == ["borne out (4 of 4)", "not borne out (0 of 4)"]
 
 
 def test_what_stays_the_same_neither_grows_nor_shrinks(monkeypatch: pytest.MonkeyPatch) -> None:

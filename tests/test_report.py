@@ -62,7 +62,7 @@ from rcstudy.report.views import CaseView, GridView, grids
 from rcstudy.report.writers import write_table
 from rcstudy.result import ESTIMATED, CellState, Status
 from rcstudy.sweep import run
-from rcstudy.tables import make_tables
+from rcstudy.tables import creepage_table, make_tables
 
 CELLS = (32, 28)
 UNSOLVED = {("figure_7", (0, 1)), ("figure_5", (1, 0, 2)), ("figure_3", (0, 0, 0))}
@@ -802,6 +802,12 @@ def test_table_1_is_the_papers(tree: xr.DataTree, tables: Path) -> None:
     stored = tree["figure_8"].to_dataset()
     for row, name in ((1, "longitudinal"), (2, "lateral"), (3, "spin")):
         assert [float(r[row]) for r in creepages] == pytest.approx(stored[name].values.reshape(-1)[:6])
+
+
+def test_letters_of_other_creepages_in_other_figures_name_these() -> None:
+    known = ((7, "a", 0.002), (8, "a", 0.001), (7, "b", 0.003), (8, "b", 0.003))
+    cases: Any = [SimpleNamespace(figure=k, panel=panel, creepage=(xi, 0.0, 0.0)) for k, panel, xi in known]
+    assert [row["panels"] for row in creepage_table(cases)[2]] == ["(a of 7)", "(a of 8)", "(b)"]
 
 
 def test_results_are_those_of_the_fields(tree: xr.DataTree, tables: Path) -> None:
