@@ -310,6 +310,16 @@ def test_the_reference_is_the_tightest_by_both_tolerances_in_any_order(varied, v
         assert np.isfinite(r.error("solver_force")) == (r.tolerance != tightest)
 
 
+def test_the_next_coarser_mesh_has_the_spin_point_of_the_reference(tmp_path):
+    def change(scene, result):
+        result.scalars |= {"force_x": 1.0 + 1.0 / scene.mesh.cells[0] + scene.spin_point, "force_y": 0.0}
+        return result
+
+    rows = measured_rows(tmp_path, "mesh.cells: [[12, 12], [18, 18]], spin_point: [0.25, 0]", change)
+    errors = [r.error(REFERENCE + "force") for r in rows if r.cells.x == 12]
+    assert errors == pytest.approx([(1 / 12 - 1 / 18) / (1 + 1 / 18)] * 2)
+
+
 def test_a_case_that_two_grids_share_is_not_the_next_coarser_mesh(tmp_path):
     path = tmp_path / "twice.yaml"
     axes = "axes: {mesh.cells: [[12, 12], [18, 18]]}"
