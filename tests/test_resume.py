@@ -22,6 +22,7 @@ import synthetic
 import workers
 from disks import fill_up, give_room_for
 from studies import CASES, SWEPT
+from test_sweep import Told
 
 from rcstudy import assemble, index, lock, progress, publish, record, status, store, sweep
 from rcstudy.cases import expand, scene_record
@@ -268,9 +269,11 @@ def test_cases_that_are_the_same_are_solved_once(sweeps: Sweeps) -> None:
     sweeps.write(
         SWEPT.replace("axes: {radius: [30, 40]}", "axes: {radius: [30, 40]}\n  again:\n    axes: {radius: [40, 30]}")
     )
-    found = sweeps.run()
+    told = Told()
+    found = sweeps.run(progress=told)
     assert len(found) == CASES
     assert sweeps.done.cases == CASES + 2
+    assert told.told == [CASES + 2, *[False] * (CASES + 2), "end"]
     with open_cube(sweeps.output) as tree:
         both = grids(tree)
         np.testing.assert_array_equal(both["bare"].pressure, both["again"].pressure[::-1])
