@@ -258,6 +258,11 @@ def test_key_is_the_hash_of_a_text_that_stays_the_same(monkeypatch):
     assert case_key(scene) == hashlib.sha256(text.encode()).hexdigest()
 
 
+def test_keys_tell_creepages_of_either_sign_apart():
+    signs = itertools.product((0.01, -0.01), repeat=3)
+    assert len({case_key(dataclasses.replace(SCENE, creepage=Creepage(*of))) for of in signs}) == 8
+
+
 def test_key_follows_solver_and_schema_versions(monkeypatch):
     key = case_key(SCENE)
     monkeypatch.setattr(cases_module, "SOLVER_VERSION", cases_module.SOLVER_VERSION + "x")
