@@ -243,7 +243,7 @@ def test_one_coarser_mesh_tells_less_of_the_largest_pressure(discretisation: Any
 
 def test_estimate_of_power_of_bodies_alike_on_aligned_cells() -> None:
     """Friction takes what creepages put in, so it is no more uncertain than forces times these where no cell slips."""
-    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(-0.003, 0.004, 0.01), discretisation="aligned")
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(-0.003, -0.004, -0.01), discretisation="aligned")
     scalars = MIDDLING | {"force_x": 40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2}
     levels = [scalars, scalars | {"friction_power": 0.25}]
     found = error_estimates(scene, 314, levels, Hidden(slip_shown=False))
@@ -284,11 +284,13 @@ def test_estimate_where_all_cells_slip(
     """A strip at the edge may stick that cells do not show, the less the faster the slowest of them slips."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), counterbody=counterbody)
     scene = replace(scene, discretisation=discretisation)
-    levels = [MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "friction_power": 0.2}] * 2
+    levels = [MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "force_y": 1.0, "friction_power": 0.2}] * 2
+    scene = replace(scene, creepage=Creepage(0.003, 1e-9))  # no force vanishes by symmetry
     plain, found = (error_estimates(scene, round(100 * np.pi), levels, Hidden(least_slip=n)) for n in (1.0, least))
     strip, forces = left * 10.0**-1.5, 0.04 if discretisation == "aligned" and counterbody is None else 0.0
     assert plain["slip_area_error"] == plain["contact_area_error"]
     expected = {"slip_area_error": 0.22 * strip, "force_x_error": forces * strip * 100.0 * scene.friction}
+    expected["force_y_error"] = expected["force_x_error"]
     expected["friction_power_error"] = forces * strip * max(100.0 * scene.friction * 0.003, 0.2)
     for name in found:
         assert found[name] - plain[name] == pytest.approx(expected.get(name, 0.0), rel=0.01, abs=1e-12), name
@@ -307,6 +309,27 @@ def test_estimate_of_what_is_wrong_by_a_part_of_a_cell() -> None:
     few, many = (error_estimates(scene, cells, [hertz] * 3)["contact_area_error"] for cells in (314, 31400))
     assert few == pytest.approx(10.0 * many, rel=1e-6)
     assert few == pytest.approx(FITS["contact_area"].first * CELL, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("traction", "largest", "force"), [(50.0, 20.0, 40.0), (20.0, 50.0, 40.0), (80.0, 70.0, 100.0)]
+)
+def test_small_tractions_limit_the_scale_of_forces(traction: float, largest: float, force: float) -> None:
+    """Twice the lesser of those of cells and of the zone's border on all of the contact, at most the friction force."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-3, 1e-3))
+    levels = [MIDDLING | FORCES | {"traction_max": traction}] * 2
+    bars = error_estimates(scene, 314, levels, Hidden(largest_of_cells=largest))
+    assert bars["force_y_error"] == pytest.approx(1e-3 * force, rel=1e-9)  # only the tolerance, by symmetry
+    assert bars["moment_z_error"] == pytest.approx(1e-3 * force * 0.8, rel=1e-9)
+
+
+def test_no_slip_area_is_in_doubt_where_nothing_moves() -> None:
+    """Without tractions no zone hides between cells: the tolerance alone counts."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(), tolerance=Tolerance(1e-3, 1e-3))
+    level = MIDDLING | dict.fromkeys([*FORCES, "slip_area", "traction_max"], 0.0)
+    for either in (scene, replace(scene, discretisation="aligned")):
+        bars = error_estimates(either, 314, [level] * 2, Hidden(slip_shown=False, largest_of_cells=0.0))
+        assert bars["slip_area_error"] == pytest.approx(1e-3, rel=1e-9)
 
 
 def test_estimate_of_power_beyond_what_creepages_ask_for() -> None:
@@ -633,6 +656,20 @@ def test_what_the_hidden_errors_know_of_slip_at_the_largest_pressure(discretisat
         assert hidden.turning == pytest.approx(0.5 * 0.4 / 0.7 / (math.pi * 0.5), rel=1e-9)
 
 
+def test_hidden_errors_are_as_large_whichever_body_pressure_moves_farther() -> None:
+    """Slip by pressure, and Dundurs' constant over pi mu or times mu: of an incompressible body under steel."""
+    body = Material(2.0 * STEEL.E, 0.5)
+    scene = steel(Mesh((1.0, 1.0), (16, 16)), substrate=body, creepage=Creepage(5e-4), friction=0.5)
+    contact = AlignedContact(solve_normal(replace(scene, discretisation="aligned")))
+    rolling = solve_rolling(contact, scene)
+    zone = contact.slip_zone(rolling, scene.friction)
+    hidden = _hidden(contact, replace(scene, coupling="full"), rolling, zone, Unseen())
+    beta = 0.5 * 0.4 * body.G / (0.7 * body.G + 0.5 * STEEL.G)
+    assert hidden.turning == pytest.approx(beta / (math.pi * 0.5), rel=1e-9)
+    assert hidden.pull == pytest.approx(0.5 * beta, rel=1e-9)
+    assert hidden.by_pressure == pytest.approx(0.4 / (2.0 * STEEL.G) * contact.pressure_max, rel=1e-9)
+
+
 def test_the_largest_traction_is_that_of_the_pressures_peak_only_if_it_slips() -> None:
     """Its bar is then that of the pressure, even if both are equal because one of them was limited to the other."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), discretisation="aligned", friction=0.5)
@@ -673,6 +710,16 @@ def test_estimate_of_forces_where_pressure_decides_which_way_surfaces_slip() -> 
             )
             part = math.sqrt(found["force_x_error"] ** 2 - plain["force_x_error"] ** 2) / (0.2 * scene.load)
             assert part == pytest.approx(0.5 * CELL**1.75 * counts if discretisation == "aligned" else 0.0, rel=1e-6)
+
+
+def test_forces_on_one_cell_are_no_further_off_than_the_friction_force() -> None:
+    """However much pressure decides which way surfaces slip."""
+    scene = steel(Mesh((24.0, 24.0), (24, 24)), creepage=Creepage(0.003, 0.001), counterbody=None)
+    scene = replace(scene, discretisation="aligned")
+    level = MIDDLING | FORCES | {"approach": 0.03}
+    plain, found = (error_estimates(scene, 1, [level], Hidden(turning=3.0, by_pressure=p)) for p in (0.0, 10.0))
+    added = math.sqrt(found["force_x_error"] ** 2 - plain["force_x_error"] ** 2)
+    assert added == pytest.approx(scene.friction * scene.load, rel=1e-9)
 
 
 @pytest.mark.heavy

@@ -60,6 +60,12 @@ def test_scales_are_no_less_than_those_of_hertz() -> None:
     large = dict.fromkeys(small, 1000.0)
     assert few.scales(on_cells(1.0), large, math.inf, 0.0) == large
 
+    # slip by pressure is known for the pressure of the cells: under Hertz's it is as much larger
+    moving, low = on_cells(1.0), SCALARS | {"pressure_max": 0.5 * hertz.p0}
+    slip = moving.creepage.fastest(SCALARS["contact_radius"]) + 0.5 * 0.004 * 2.0  # type: ignore[union-attr]
+    found = few.scales(moving, low, math.inf, 0.004)
+    assert found["friction_power"] == pytest.approx(found["force_x"] * slip, rel=1e-6)
+
     turning = replace(on_cells(1.0), creepage=Creepage(spin=1e-4))
     none = {"force_x": 0.0, "force_y": 0.0, "moment_z": 0.0, "slip_area": 0.0, "traction_max": 0.0}
     found = few.scales(turning, SCALARS | none | {"friction_power": 0.0}, 0.0, 0.0)
@@ -89,12 +95,14 @@ def test_estimates_without_a_coarser_mesh_follow_the_laws(discretisation: Any) -
 
 
 def test_estimates_with_one_coarser_mesh_are_no_less_than_half_of_the_laws() -> None:
-    """Though both meshes agree."""
+    """Though both meshes agree; than all of it where errors depend on how edges lie between cells."""
     a = hertz_of().radius
     scene = on_cells(a / 3.0, discretisation="aligned", tolerance=Tolerance(1e-12, 1e-12))
     bars = error_estimates(scene, 28, [SCALARS] * 2)
-    part = few.laws(scene)["force_y"].at(math.sqrt(28 / math.pi), 1.5)
-    assert bars["force_y_error"] == pytest.approx(0.5 * part * scene.friction * scene.load, rel=1e-6)
+    scales, laws = few.scales(scene, SCALARS, math.inf, 0.0), few.laws(scene)
+    for name, part in (("force_x", 0.5), ("force_y", 0.5), ("moment_z", 1.0), ("contact_area", 1.0), ("approach", 1.0)):
+        law = laws[name].at(math.sqrt(28 / math.pi), 1.5)
+        assert bars[f"{name}_error"] == pytest.approx(part * law * scales[name], rel=1e-6), name
 
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])

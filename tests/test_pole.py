@@ -44,11 +44,13 @@ def naive_rise(cells: np.ndarray, pressure: np.ndarray, share: np.ndarray, pulli
 
 @pytest.mark.parametrize("seed", range(5))
 def test_rise_is_what_its_twin_finds(seed: int) -> None:
+    """Also where friction pulls so much that it is not at the largest pressure."""
     rng = np.random.default_rng(seed)
     pressure, share = PRESSURE * rng.uniform(0.9, 1.1, len(X)), rng.uniform(-0.7, 0.7, (len(X), 2))
-    arguments = CELLS, pressure, share, 0.3
-    assert rise_at_pole(*arguments) == pytest.approx(naive_rise(*arguments), rel=1e-12)
-    assert rise_at_pole(*arguments) > 0.0
+    for pulling in (0.3, 3.0):
+        arguments = CELLS, pressure, share, pulling
+        assert rise_at_pole(*arguments) == pytest.approx(naive_rise(*arguments), rel=1e-12)
+        assert rise_at_pole(*arguments) > 0.0
 
 
 def test_where_the_largest_pressure_may_rise() -> None:
@@ -59,6 +61,8 @@ def test_where_the_largest_pressure_may_rise() -> None:
     assert 0.0 < rise(1.0) < rise(0.0)
     assert rise(5.0) < 0.1 * rise(0.0)
     assert rise(1e9) == 0.0
+    square = np.argwhere(np.ones((5, 5)))
+    assert rise_at_pole(square, np.ones(25), np.sign(square[:, ::-1] - 2) * [1.0, -1.0], 0.3) > 0.1
     # a contact of so few cells has none with others all around it
     assert rise_at_pole(CELLS[:4], PRESSURE[:4], np.ones((4, 2)), 0.3) == 0.0
 
@@ -120,6 +124,13 @@ def test_estimate_of_what_turns_about_a_pole() -> None:
     assert bars(0.015) - outside == pytest.approx(there)
     # spin alone has the power of its moment
     assert power[1] == pytest.approx(0.1 * bars(0.0)[2])
+    # with the pole off the middle, or less slip around it, as much less of what the moment's bar is without it
+    for lateral, slips, away in ((0.0, 0.75, 0.0), (0.0025, 1.0, 0.1)):
+        area = 0.2 * (0.8 + 0.2 * slips)
+        far = bars(0.03, area)[2]
+        bars(lateral, area)
+        of_moment = 0.012 * math.sqrt(1.0 - away**2) * slips * 25.0 / unit
+        assert power[-1] == pytest.approx(0.1 * (slips * (1.0 - away) * far + of_moment))
     half, far = bars(0.0, 0.9 * 0.2), bars(0.03, 0.9 * 0.2)
     assert half - far == pytest.approx(0.06 * scales * [1.0, 1.0, 0.1] / unit)
     assert bars(0.0, 0.8 * 0.2) == pytest.approx(bars(0.03, 0.8 * 0.2))
@@ -130,7 +141,7 @@ def test_estimate_of_what_turns_about_a_pole_on_long_cells() -> None:
     """Tractions turn over within a cell in rows as far from the pole as the cell is long, on few cells as well."""
     radii, load = (50.0, 5.0), 100.0
     a = hertz_of(radii, load=load).a
-    for along, across, meshes in ((12, 48, 3), (24, 20, 3), (5, 40, 1)):
+    for along, across, meshes in ((12, 48, 3), (24, 20, 3), (5, 40, 1), (1, 40, 1)):
         mesh = Mesh((4.0 * a[0], 4.0 * a[1]), (2 * along, 2 * across))
         scene = Scene(STEEL, radii, load, mesh, counterbody=STEEL, discretisation="aligned")
         cells, radius = round(math.pi / 4.0 * along * across), math.sqrt(a[0] * a[1])
