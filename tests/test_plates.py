@@ -53,6 +53,7 @@ def test_missing_at_rim(rings: tuple[float, ...], side: float, missing: float) -
 )
 def test_beyond_rim(rings: tuple[float, ...], beyond: float) -> None:
     assert beyond_rim(disc(*rings)) == pytest.approx(beyond, abs=1e-12)
+    assert beyond_rim(np.pad(disc(*rings), ((0, 0), (0, 5)))) == pytest.approx(beyond, abs=1e-12)
     side = slice(1, -1)  # up to the sides of the box
     assert beyond_rim(disc(*rings)[side, side]) == pytest.approx(beyond, abs=1e-12)
 

@@ -12,11 +12,12 @@ from contacts import STEEL, steel
 
 from rcstudy.estimate import least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
-from rcstudy.mechanics.contact import solve_normal, solve_rolling
+from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.normal_operator import NormalSolution
-from rcstudy.mechanics.proof import slips
+from rcstudy.mechanics.proof import prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
+from rcstudy.mechanics.trailing import Ending
 from rcstudy.mechanics.unseen import Unseen
 from rcstudy.result import Status
 
@@ -53,22 +54,34 @@ def test_fields_without_numbers_are_no_result(
     assert (found.status, found.reason) == (Status.ERROR, f"no finite numbers: {name}")
 
 
-@pytest.mark.parametrize("converged", [False, True])
-def test_pressures_are_solved_further_only_if_that_converges(converged: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ten times as far, twice; what each took counts."""
+@pytest.mark.parametrize(("converged", "edge"), [(False, False), (True, False), (True, True)])
+def test_pressures_are_solved_further_only_if_that_converges(
+    converged: bool, edge: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten times as far, twice, and within the window; what each took counts."""
     contact = solve_normal(SCENE)
     asked = []
 
     def further(scene: Scene, *_: object) -> NormalSolution:
         asked.append(scene.tolerance.normal)
-        return replace(contact.solution, converged=converged, products=5)
+        return replace(contact.solution, converged=converged, edge=edge, products=5)
 
     monkeypatch.setattr(solve, "solve_pressure", further)
     monkeypatch.setattr(solve, "failures", lambda proof, scene: ["missed"])
     polished, _ = solve._polished_pressure(contact, SCENE)
-    assert (polished.solution is contact.solution) != converged
-    assert asked == pytest.approx([1e-8, 1e-9] if converged else [1e-8])
-    assert polished.solution.products == contact.solution.products + (10 if converged else 0)
+    taken = converged and not edge
+    assert (polished.solution is contact.solution) != taken
+    assert asked == pytest.approx([1e-8, 1e-9] if taken else [1e-8])
+    assert polished.solution.products == contact.solution.products + (10 if taken else 0)
+
+
+@pytest.mark.parametrize(("attainable", "status"), [(2.0, Status.REFUSED), (0.5, Status.NOT_CONVERGED)])
+def test_pressures_without_end_are_refused_where_rounding_is_the_reason(attainable: float, status: Status) -> None:
+    """`attainable`: over the tolerance that is asked for."""
+    contact = solve_normal(SCENE)
+    off = replace(contact.solution, converged=False, attainable=attainable * SCENE.tolerance.normal)
+    found = solve._normal_failure(NormalContact(SCENE, contact.influence, off))
+    assert found is not None and found.status == status
 
 
 def test_slips_that_are_stored_are_those_that_are_proved(solution: tuple[AlignedContact, RollingSolution]) -> None:
@@ -105,3 +118,84 @@ def test_bars_are_told_what_meshes_hide(solution: tuple[AlignedContact, RollingS
     assert hidden.by_layers == contact.outline.area_by_layers / contact.area != 0.0
     assert hidden.peak_by_layers == contact.peak_by_layers / contact.pressure_max > 0.0
     assert hidden.least_slip == least_over_largest(rolling.s) < 1.0
+
+
+def test_slip_of_cells_that_carry_nothing_is_none(
+    solution: tuple[AlignedContact, RollingSolution], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a plate has lifted off, however slow: it does not tell whether all slips fast, nor whether law is kept."""
+    contact, rolling = solution
+    proved, s = slips(contact, SCENE, rolling), slips(contact, SCENE, rolling)
+    cells = [int(np.flatnonzero(rolling.slip == slip)[0]) for slip in (False, True)]
+    s[cells] = (0.1, -0.1)
+    held, broken = (prove_rolling(contact, SCENE, rolling, either) for either in (proved, s))
+    assert min(broken["proof_stick"], broken["proof_slip"]) > 1.0
+    carrying = np.ones(len(s), dtype=bool)
+    carrying[cells] = False
+    with monkeypatch.context() as lifted:
+        lifted.setattr(contact, "carrying", carrying)
+        without = prove_rolling(contact, SCENE, rolling, s)
+    assert all(value <= held[key] for key, value in without.items())
+    slow = replace(rolling, s=np.full(rolling.s.shape, 0.002))
+    slow.s[7] = 1e-9
+    carrying = np.arange(len(slow.s)) != 7
+    monkeypatch.setattr(contact, "carrying", carrying)
+    hidden = solve._hidden(contact, SCENE, slow, contact.slip_zone(rolling, SCENE.friction), Unseen())
+    assert hidden.least_slip == 1.0
+
+
+@pytest.mark.parametrize("large", [1.0, 1e3])
+def test_sums_of_cells_are_given_what_these_miss(
+    large: float, solution: tuple[AlignedContact, RollingSolution], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What ends of rows lack and less of what leading cells have too much; all of it in part, if friction has no more.
+
+    Power is that of the creepages on these forces, and of what leading cells hide.
+    """
+    contact, rolling = solution
+    zone = contact.slip_zone(rolling, SCENE.friction)
+    force_x, force_y, moment = contact.resultant(rolling, SCENE.friction)
+    monkeypatch.setattr(contact, "ending", lambda *_: Ending(0.3 * large, 0.1 * large, 0.02 * large))
+    unseen = Unseen(force_x=0.05 * large, force_y=-0.04 * large, moment_z=0.007 * large, work=1e-3 * large)
+    found = solve._rolling_numbers(contact, SCENE, rolling, zone, unseen)
+    part = (found["force_x"] - force_x) / (0.25 * large)
+    if large == 1.0:
+        assert part == pytest.approx(1.0, rel=1e-9)
+    else:
+        assert np.hypot(found["force_x"], found["force_y"]) == pytest.approx(SCENE.friction * SCENE.load, rel=1e-9)
+        assert 0.0 < part < 1.0
+    assert found["force_y"] - force_y == pytest.approx(part * 0.14 * large, rel=1e-9)
+    assert found["moment_z"] - moment == pytest.approx(part * 0.013 * large, rel=1e-9)
+    forces = found["force_x"], found["force_y"], found["moment_z"]
+    power = contact.friction_power(rolling, SCENE.creepage, forces)
+    assert found["friction_power"] - power == pytest.approx(part * 1e-3 * large, rel=1e-6)
+
+
+def test_tractions_that_did_not_converge_are_that_whatever_the_proof_says(
+    solution: tuple[AlignedContact, RollingSolution],
+) -> None:
+    """The reasons of both are given."""
+    contact, rolling = solution
+    found = solve._result(contact, SCENE, replace(rolling, converged=False), {"proof_gap": 1.0})
+    assert found.status == Status.NOT_CONVERGED
+    assert found.reason.startswith("tractions: residual") and "proof_gap = 1 exceeds" in found.reason
+
+
+def test_small_tractions_ask_for_a_sharper_pressure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By how far they are below their bounds, as far as rounding allows; without one the shared pressure stays."""
+    shared, ratios, asked = solve._Shared(SCENE, False), [], []
+    rolling = solve_rolling(shared.contact, SCENE)
+
+    def sharper(scene: Scene, tolerance: float) -> tuple[AlignedContact, dict[str, float]]:
+        asked.append(tolerance)
+        return shared.contact, shared.proof
+
+    monkeypatch.setattr(solve, "pressure_tolerance", lambda tolerance, ratio: ratios.append(ratio) or 0.0)
+    monkeypatch.setattr(shared, "_sharper_contact", sharper)
+    for converged in (True, False):
+        monkeypatch.setattr(solve, "solve_rolling", lambda *_, end=converged: replace(rolling, converged=end))
+        found = shared._under_sharper_pressure(SCENE, rolling)
+        assert (found is not None) == converged
+    bounds = SCENE.friction * np.linalg.norm(shared.contact.pressure)
+    assert ratios == pytest.approx([bounds / np.linalg.norm(rolling.q)] * 2, rel=1e-9)
+    assert asked == [shared.contact.solution.attainable] * 2 and asked[0] > 0.0

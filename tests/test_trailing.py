@@ -11,8 +11,9 @@ from contacts import steel
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
+from rcstudy.mechanics.moved_rows import EDGE
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
-from rcstudy.mechanics.trailing import Ending
+from rcstudy.mechanics.trailing import Ending, ending_of_rows
 from rcstudy.solve import solve_scene
 
 
@@ -82,6 +83,19 @@ def test_kalkers_creep_coefficients(per_radius: int) -> None:
     off = np.abs(np.mean(found, axis=0)) - 1.0
     assert np.abs(off[:2]).max() < 0.04 / per_radius
     assert abs(off[2]) < 0.12 / per_radius
+
+
+def test_ends_of_rows_twice_as_wide_lack_twice_as_much() -> None:
+    """Under the same tractions, whatever the length of their cells."""
+    scene = steel(Mesh((1.0, 0.7), (20, 24)), creepage=Creepage(1e-5, 2e-5), discretisation="aligned")
+    contact = AlignedContact(solve_normal(scene))
+    rolling, (dx, dy) = solve_rolling(contact, scene), scene.mesh.spacing
+    of_cells = contact.rows, contact.outline.far_field_ends, contact.centres, rolling.q, rolling.slip, scene.friction
+    one = np.array(contact.ending(rolling, scene.friction))
+    wide, long = (np.array(ending_of_rows(*of_cells, sides, EDGE)) for sides in ((dx, 2.0 * dy), (2.0 * dx, dy)))
+    assert wide == pytest.approx(2.0 * one, rel=1e-12, abs=0.0)
+    assert long[:2] == pytest.approx(2.0 * one[:2], rel=1e-12, abs=0.0)
+    assert abs(one).min() > 0.0
 
 
 @pytest.mark.heavy

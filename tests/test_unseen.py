@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contacts import steel
+from contacts import STEEL, steel
 
 from rcstudy.mechanics import leading_zone
 from rcstudy.mechanics.aligned import AlignedContact
@@ -166,14 +166,48 @@ def test_hidden_force_is_across_the_edge_on_oblong_cells(counterbody: Material |
     pressure = np.linspace(100.0, 200.0, rows)
     zones = leading_zone.numbers(3, 0.748, 0.0264)
     of_rows = (index, np.ones(rows, dtype=int), ends, normals), (number, number)
-    unseen = UnseenSlip(*of_rows, pressure, np.zeros((rows, 2)), 0.748, zones, 1.0, influence)
+    by_pressure = np.full((rows, 2), (1e-3, 3e-3))
+    unseen = UnseenSlip(*of_rows, pressure, by_pressure, 0.748, zones, 1.0, influence)
     found = unseen.of(np.zeros((rows, 2)), np.zeros(rows, dtype=bool), 1.5)
-    assert found.force_y == pytest.approx(-found.force_x, rel=1e-12)
-    assert np.hypot(found.force_x, found.force_y) == pytest.approx(0.5 * np.pi * found.doubtful_force, rel=1e-12)
-    assert found.doubtful_power == pytest.approx(
-        0.2 * found.doubtful_force * abs(influence.slip_under_pressure) * 200.0, rel=1e-12
+    assert found.force_y == pytest.approx(-found.force_x, rel=1e-12, abs=0.0)
+    assert np.hypot(found.force_x, found.force_y) == pytest.approx(
+        0.5 * np.pi * found.doubtful_force, rel=1e-12, abs=0.0
     )
-    assert found.work == 0.0
+    assert found.doubtful_power == pytest.approx(
+        0.2 * found.doubtful_force * abs(influence.slip_under_pressure) * 200.0, rel=1e-12, abs=0.0
+    )
+    assert found.work == pytest.approx(1.5 * (1e-3 * found.force_x + 3e-3 * found.force_y), rel=1e-12, abs=0.0)
+    assert found.missing == pytest.approx(0.85 * found.doubtful_area, rel=1e-12, abs=0.0)
+    # slip that is partly along the edge is resisted less along it: across waves bodies are more compliant
+    n, along_edge = np.array([1.0, -1.0]) * 0.5**0.5, np.array([1.0, 1.0]) * 0.5**0.5
+    turned = unseen.of(0.6 * 0.5 * pressure[:, None] * along_edge, np.zeros(rows, dtype=bool), 0.5)
+    force, bodies = np.array([turned.force_x, turned.force_y]), [STEEL, counterbody] if counterbody else [STEEL]
+    compliance = sum((1.0 - body.nu) / body.G for body in bodies) / sum(1.0 / body.G for body in bodies)
+    slip = 0.6 / math.copysign(0.8, influence.slip_under_pressure)  # along over across the edge
+    assert force @ along_edge == pytest.approx(compliance * slip * (force @ n), rel=1e-9, abs=0.0)
+    assert force @ n != 0.0
+
+
+@pytest.mark.parametrize(
+    ("layers", "most"),
+    [
+        ((), 6),  # what the table has
+        ((Layer(21000.0, 0.3, 0.02),), 2),
+        ((Layer(220500.0, 0.3, 0.16),), 4),
+        ((Layer(420000.0, 0.3, 0.64),), 6),
+    ],
+)
+def test_zones_are_freed_of_what_they_hide_where_the_layer_is_as_a_half_space(
+    layers: tuple[Layer, ...], most: int
+) -> None:
+    """Up to so many slip cells, and up to two over any layer."""
+    influence = influence_of(steel(Mesh((1.0, 1.0), (50, 50)), counterbody=None, layers=layers))
+    cells, ends = np.arange(12), np.array([[-0.4], [11.748]])
+    of_row = (cells[:, None], np.array([12]), ends, np.array([[1.0], [0.0]])), (11.0 - cells, 0.0 * cells)
+    zones = leading_zone.numbers(7, 0.748, 0.0264)
+    unseen = UnseenSlip(*of_row, np.sqrt(cells + 1.0), np.zeros((12, 2)), 0.748, zones, 1.0, influence)
+    found = [unseen.of(np.zeros((12, 2)), cells < slips, 0.1).force_x for slips in range(9)]
+    assert [force != 0.0 for force in found] == [slips <= most for slips in range(9)]
 
 
 @pytest.mark.parametrize("friction", [0.003, 0.01, 0.03])
@@ -192,5 +226,6 @@ def test_part_of_a_correction_that_friction_allows() -> None:
     assert _part_within(1.0, (0.2, 0.0), (1.6, 0.0)) == pytest.approx(0.5)
     assert _part_within(1.0, (0.6, 0.0), (0.0, 1.6)) == pytest.approx(0.5)
     assert _part_within(1.0, (0.6, 0.0), (-3.2, 0.0)) == pytest.approx(0.5)
+    assert _part_within(1.0, (0.0, 0.5), (0.0, 0.6)) == pytest.approx(5.0 / 6.0)
     assert _part_within(1.0, (1.001, 0.0), (0.1, 0.0)) == 0.0
     assert _part_within(1.0, (0.5, 0.5), (0.0, 0.0)) == 1.0
