@@ -10,7 +10,7 @@ import pytest
 from contacts import LOAD, STEEL, hertz_of, solved, steel, window
 from scipy.linalg import solve_toeplitz
 
-from rcstudy.mechanics import aligned, edges, moved_rows
+from rcstudy.mechanics import aligned, edges, moved_rows, slip_zone
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
@@ -465,6 +465,38 @@ def test_borders_under_friction_along_and_across_the_rows(nu: float, creepage: C
         found = solve_scene(replace(scene, mesh=mesh, discretisation="aligned")).scalars["slip_area"]
         off.append((found - true["slip_area"]) / (2.0 * true["contact_radius"] * mesh.spacing[0]))
     assert abs(np.mean(off)) < 0.016
+
+
+def test_what_borders_behind_the_stick_zone_are_told_of_the_bodies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How far pressure bows them: by beta/mu, the outline and friction towards -x; and how unlike c and d are."""
+    told: list[tuple[float, ...]] = []
+
+    def area_behind(*arguments: Any) -> tuple[bool, float]:
+        told.append(arguments[-3:])
+        return True, 0.0
+
+    monkeypatch.setattr(slip_zone.smooth, "area_behind", area_behind)
+    scene = steel(Mesh((1.3, 1.0), (28, 24)), counterbody=None, friction=0.5, creepage=Creepage(0.0008, 0.0004))
+    contact = AlignedContact(solve_normal(replace(scene, discretisation="aligned")))
+    rolling = solve_rolling(contact, scene)
+    contact.slip_zone(rolling, scene.friction)
+    q, smooth = rolling.q[rolling.slip], contact.outline.smooth
+    assert smooth is not None and 0 < len(q) < len(rolling.q)
+    backwards = -q[:, 0].sum() / np.hypot(*q.T).sum()
+    bow = -0.25 * smooth.curvature * backwards * (0.2 / 0.7) / 0.5
+    dx, dy = scene.mesh.spacing
+    assert told == [pytest.approx((dx / dy, bow, 0.3 / 0.7**0.5), rel=1e-6)]
+
+
+def test_borders_of_stick_zones_raise_no_pressure_that_tractions_do_not_change(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One-way, the largest pressure is that of the contact, whatever is found between cells at such a border."""
+    scene = steel(Mesh((1.3, 1.0), (28, 24)), counterbody=None, friction=0.5, creepage=Creepage(0.0008, 0.0004))
+    contact = AlignedContact(solve_normal(replace(scene, discretisation="aligned")))
+    rolling = solve_rolling(contact, scene)
+    monkeypatch.setattr(slip_zone.rows, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
+    zone = contact.slip_zone(rolling, scene.friction)
+    assert (zone.pressure, zone.cusp_of_pressure) == (contact.pressure_max, 0.0)
+    assert zone.traction == pytest.approx(scene.friction * contact.pressure_max, rel=1e-12)
 
 
 def test_slip_under_pressure_is_what_a_long_contact_shows():

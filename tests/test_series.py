@@ -85,7 +85,7 @@ def test_neighbour_is_the_closest_that_differs_in_creepage_alone() -> None:
     series = Series(0.25)
     sought = replace(contact.scene, creepage=Creepage(0.001, 0.0, 0.004), friction=0.3)
     assert series.neighbour(sought) is None
-    near, nearer = solved(Creepage(0.0013, 0.0, 0.004)), solved(Creepage(0.001, 0.0001, 0.0042))
+    near, nearer = solved(Creepage(0.00125, 0.0, 0.004)), solved(Creepage(0.001, 0.0001, 0.0042))
     series.add(*solved(Creepage(0.001, 0.0, 0.004), friction=0.4))
     series.add(*solved(Creepage(0.001, 0.0, -0.004)))  # changes by 0.002, more than half of 0.002
     assert series.neighbour(sought) is None
@@ -94,7 +94,9 @@ def test_neighbour_is_the_closest_that_differs_in_creepage_alone() -> None:
     series.add(*nearer)
     series.add(sought, replace(nearer[1], converged=False))
     series.add(replace(sought, method="paper-cg"), nearer[1])
+    series.add(*near)
     assert series.neighbour(sought) is nearer[1]
+    assert series.neighbour(replace(sought, method="paper-cg")) is None
     for k in range(8):
         series.add(*solved(Creepage(0.02 + 0.01 * k)))
     assert series.neighbour(sought) is None  # of long ago
