@@ -165,12 +165,18 @@ def test_rows_that_there_is_no_room_for_are_not_taken(end: str, cut: int) -> Non
         p[touched[-cut:] if end == "front" else touched[:cut]] *= 0.0 if cut else 1.0
     changed = NormalContact(scene, normal.influence, replace(normal.solution, p=p))
     first, then = (changed, normal) if end == "a row before" else (normal, changed)
-    p, after = then.solution.p, AlignedContact(then, like=AlignedContact(first))
+    before = AlignedContact(first)
+    p, after = then.solution.p, AlignedContact(then, like=before)
     rows = after.rows
     own = np.ascontiguousarray(p[after.box.slices])
     np.testing.assert_array_equal(rows.count > 0, (own > 0.0).any(axis=0))
     np.testing.assert_array_equal((rows.index >= 0).sum(axis=0), rows.count)
     assert len(np.unique(rows.cells, axis=0)) == rows.count.sum() == rows.held.sum()
+    for row in np.flatnonzero(rows.count > 0) + after.box.j0 - before.box.j0:
+        cells = before.cells[before.cells[:, 1] == row, 0] + before.box.i0 - after.box.i0
+        if cells.size and cells.min() >= 0 and cells.max() < after.box.shape[0]:  # those that have room are
+            start = rows.start[row + before.box.j0 - after.box.j0] + after.box.i0
+            assert start == before.rows.start[row] + before.box.i0
     assert after.pressure.sum() == pytest.approx(p.sum(), rel=1e-9)  # cells that carry nothing have 1e-9 of the largest
 
 
@@ -522,7 +528,7 @@ def test_slip_under_tractions_of_half_spaces():
 
 def test_friction_power_takes_slip_by_pressure_at_the_cells_centres():
     """By parabolas inside rows, looked up cell by cell; what both vary by within cells counts besides."""
-    scene = steel(window((hertz_of(counterbody=None).a[0],) * 2, (11.0, 11.0)), creepage=SLOPING, counterbody=None)
+    scene = steel(window((hertz_of(counterbody=None).a[0],) * 2, (11.0, 13.0)), creepage=SLOPING, counterbody=None)
     contact = AlignedContact(solve_normal(scene))
     rolling = solve_rolling(contact, scene)
     dx, dy = scene.mesh.spacing
@@ -783,6 +789,31 @@ def test_an_outline_with_five_lobes_is_smooth_if_they_are_small(lobes: float, sm
     p = np.sqrt(np.maximum(1.0 - (x * x + y * y) / radius**2, 0.0))
     outline = Outline(p, scene.mesh.spacing, solve_normal(scene).influence)
     assert (outline.smooth is not None) == smooth
+
+
+def test_outline_on_oblong_cells() -> None:
+    """Half-spaces move edges by what oblique ones are off alone, in rows of three cells and more."""
+    scene = steel(Mesh((1.2, 1.2), (48, 26)), counterbody=None)
+    whole, (dx, dy) = AlignedContact(solve_normal(scene)).outline, scene.mesh.spacing
+    assert whole.smooth is not None
+    assert whole.smooth.curvature == pytest.approx(dy**2 / (dx * hertz_of(counterbody=None).radius), rel=0.02)
+    p, first = whole.p.copy(), int(np.flatnonzero(whole.p.any(axis=0))[0])
+    p[: (whole.low[first] + whole.high[first]) // 2, first] = 0.0
+    p[(whole.low[first] + whole.high[first]) // 2 + 2 :, first] = 0.0  # two cells are left of that row
+    outline = Outline(p, scene.mesh.spacing, whole.influence)
+    farther = (outline.ends - outline.far_field_ends) * [[-1.0], [1.0]]
+    enough = outline.high - outline.low >= 2
+    assert outline.high[first] - outline.low[first] == 1
+    assert farther == pytest.approx(np.tile(np.where(enough, 0.002 * dx / dy, 0.0), (2, 1)), abs=1e-9)
+
+
+def test_tractions_of_leading_edges_reach_along_the_longest_row() -> None:
+    """Of a round contact its diameter, whatever its cells."""
+    layers = (Layer(70000.0, 0.3, 0.05),)
+    contact = AlignedContact(solve_normal(steel(Mesh((0.9, 0.9), (36, 20)), counterbody=None, layers=layers)))
+    reach, longest = contact.influence.reach_of_tractions, 2.0 * (contact.area / np.pi) ** 0.5
+    assert contact._reach == pytest.approx(reach(longest), rel=2e-3)
+    assert reach(1.8 * longest) != pytest.approx(reach(longest), rel=1e-2)
 
 
 def test_notches_are_outside_the_edges_already():
