@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from contacts import STEEL, solved, steel
 
-from rcstudy.mechanics import aligned_coupled, coupled, proof
+from rcstudy.mechanics import aligned_coupled, coupled, proof, window
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
@@ -434,3 +434,39 @@ def test_products_of_what_turns_began_from_count(monkeypatch: pytest.MonkeyPatch
     (spent, _), (own, _) = turns
     assert [after for _, after in turns] == [False, True]
     assert both is not None and both.products == spent + own
+
+
+@pytest.mark.parametrize(
+    ("normal", "tangential", "settled", "converged"),
+    [(0.9, 0.9, True, True), (1.1, 0.9, True, False), (0.9, 1.1, True, False), (0.9, 0.9, False, False)],
+)
+def test_converged_is_what_meets_both_tolerances_and_overlaps_nowhere(
+    normal: float, tangential: float, settled: bool, converged: bool
+) -> None:
+    """Residuals over their tolerances."""
+    system = object.__new__(CoupledSystem)
+    system.scene = steel(Mesh((1.0, 1.0), (8, 8)), tolerance=Tolerance(1e-5, 1e-4))
+    system.settled, system.residual_normal, system.residual_tangential = settled, normal * 1e-5, tangential * 1e-4
+    assert system.converged == converged
+
+
+def test_windows_are_checked_where_their_outermost_cells_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fewer cells with the outermost ones at the same place; for sliding along x and along y."""
+    looked, slid = [], []
+    monkeypatch.setattr(window, "_pressure", lambda scene: looked.append(scene.mesh.centres) or np.zeros((64, 40)))
+    scene = steel(Mesh((1.0, 1.2), (200, 40)))
+    assert window.reached_sides(scene) == (False, False)
+    for there, here in zip(looked[0], scene.mesh.centres, strict=True):
+        assert there[[0, -1]] == pytest.approx(here[[0, -1]], rel=1e-12)
+
+    def sliding(scene: Scene, along: int) -> np.ndarray:
+        slid.append(along)
+        p = np.zeros(scene.mesh.cells)
+        p[11:13, 11:13] = 1.0
+        p[(slice(2, 13), slice(11, 13)) if along == 0 else (slice(11, 13), slice(2, 13))] = 1.0
+        return p
+
+    monkeypatch.setattr(window, "_sliding_pressure", sliding)
+    step = 1.5 / 24.0
+    assert window.sliding_extent(scene, (0.1, 0.1)) == pytest.approx((2.0 * 10.0 * step * 0.1,) * 2, rel=1e-9)
+    assert slid == [0, 1]
