@@ -22,8 +22,9 @@ from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.trailing import NARROW
 
 # `smooth.too_far_back` is for bodies that are alike. Otherwise `stick.border_behind` puts borders less far back (cells)
-# by _BOW_BY_PRESSURE s times the curvature of the contact's outline (cells per row squared). s is beta/mu times the
-# mean of -q_x/|q| in slip cells: the slip due to pressure in the direction of friction, over the friction coefficient.
+# by _BOW_BY_PRESSURE s times the curvature of the contact's outline (cells per row squared). s is beta/mu times the sum
+# of -q_x over that of |q| in slip cells: the slip due to pressure in the direction of friction, over the coefficient of
+# friction.
 _BOW_BY_PRESSURE = 0.25
 _MOST_UNLIKE = 0.71  # largest (d - c)/sqrt(c d), see `smooth.too_far_back`: that of incompressible half-spaces
 _AS_LARGE = 1e-6  # pressures differ by less, relatively, by rounding and the solver's tolerance
