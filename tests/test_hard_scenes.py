@@ -439,6 +439,21 @@ def test_windows_grow_along_the_axis_on_which_they_are_too_small():
     assert extent == pytest.approx((0.2, 1.0), rel=0.03)
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_windows_grow_on_whichever_side_they_are_too_small(axis, side):
+    """A contact of 0.2 mm that lies to one side: friction moves it there."""
+    away, expected = np.zeros(2), [0.2, 0.2]
+    away[axis], expected[axis] = 0.25 * side, 2.0 * (0.25 + 0.1)
+
+    def pressure(trial):
+        x, y = trial.mesh.centres
+        return np.sqrt(np.maximum(0.01 - (x[:, None] - away[0]) ** 2 - (y - away[1]) ** 2, 0.0))
+
+    extent = _extent(steel(window((0.1, 0.1), (8, 8))), (0.6, 0.6), pressure, (np.inf, np.inf))
+    assert extent == pytest.approx(expected, rel=0.03)
+
+
 def test_a_window_for_sliding_along_either_axis():
     """What rubber does that slides along x the same does along y: windows of round contacts are square."""
     scene = scene_from_mapping({**RUBBER, "creepage": {"spin": 0.1}, "mesh": {"size": [9, 9], "cells": [8, 8]}})

@@ -107,6 +107,10 @@ def huge_and_empty(file: h5py.File) -> None:
     replaced(file, "force_x", shape=(10**6, 10**6), dtype="f8")
 
 
+def long_and_empty(file: h5py.File) -> None:
+    replaced(file, "force_x", shape=(10**6, 10**5), dtype="i1", chunks=(1, 10**5))
+
+
 def huge_chunks(file: h5py.File) -> None:
     replaced(file, "pressure", shape=(2, 3, 10**5, 10**5), dtype="i1", chunks=(1, 1, 60_000, 60_000))
 
@@ -125,6 +129,7 @@ FOREIGN: dict[Callable[[h5py.File], None], str] = {
     named_type: "/type is neither a group nor a variable",
     unknown_filter: "/force_x is compressed in an unknown way",
     huge_and_empty: "/force_x declares 8e+03 GB and holds 0 bytes",
+    long_and_empty: "/force_x declares 100 GB and holds 0 bytes",
     huge_chunks: "/pressure has chunks larger than any case's field",
 }
 

@@ -745,6 +745,13 @@ def test_a_single_case_that_goes_is_one_case(sweeps: Sweeps) -> None:
     assert any("will not contain 1 solved case that the study no longer has" in text for text in sweeps.told)
 
 
+def test_only_solved_cases_that_go_are_counted(sweeps: Sweeps) -> None:
+    sweeps.run(fails=(20.0,))
+    sweeps.write(SWEPT.replace("E: 210000", "E: 200000"))
+    sweeps.run()
+    assert any(f"will not contain {CASES - 3} solved cases that" in text for text in sweeps.told)
+
+
 DIGITS, CELLS = "fields in float64 (precision: float32)", "cells outside the contacts (crop: contact)"
 
 
@@ -947,6 +954,9 @@ def test_status(sweeps: Sweeps) -> None:
     assert "another study" not in text
     sweeps.run(2, fresh=True)
     assert "total        14         2         0        12" in report(sweeps.study, sweeps.output)
+    sweeps.run(2)
+    sizes = [path.stat().st_size for path in unit_paths(sweeps.units)]
+    assert f"{progress.in_bytes(sum(sizes))} in {len(sizes)} units in" in report(sweeps.study, sweeps.output)
 
 
 @pytest.mark.parametrize("fresh", [False, True])

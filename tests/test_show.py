@@ -15,6 +15,7 @@ from studies import BASE, load_text
 from typer.testing import CliRunner
 
 from rcstudy import cli
+from rcstudy.check import _cells_among
 from rcstudy.cube import grids as grids_of
 from rcstudy.cube import open_cube
 from rcstudy.errors import EXIT_BAD_INPUT
@@ -327,3 +328,23 @@ def test_figures_and_tables_of_changed_numbers_come_with_a_warning(checked: Path
     assert found.exit_code == 0
     assert f"{path}: grid g: {SUM}" in found.stderr
     assert any("123.4" in table.read_text() for table in (tmp_path / "t").glob("*.csv"))
+
+
+@pytest.mark.parametrize(
+    ("starts", "counts", "meshes", "among"),
+    [
+        ((2, 2), (4, 4), "aa", True),
+        ((2, 3), (4, 4), "aa", False),  # of one mesh the same cells are stored
+        ((2, 3), (4, 4), "ab", True),
+        ((2, 3), (4, 3), "ab", True),
+        ((2, 3), (3, 3), "ab", False),  # nothing is at the last place
+    ],
+)
+def test_cells_that_are_stored_are_neighbours(
+    starts: Sequence[int], counts: Sequence[int], meshes: str, among: bool
+) -> None:
+    whole = np.tile(np.arange(8.0), (2, 1))
+    stored = np.full((2, 4), np.nan)
+    for row, start, count in zip(stored, starts, counts, strict=True):
+        row[:count] = np.arange(start, start + count)
+    assert _cells_among(stored, whole, [mesh.encode() for mesh in meshes], 1e-12) == among

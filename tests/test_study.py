@@ -686,6 +686,12 @@ def test_contact_smaller_than_a_cell(refused):
     )
 
 
+def test_windows_and_layers_that_are_just_enough(load):
+    """Cells three quarters as large as the contact of radius 0.2533 mm; a layer of two billionths of that radius."""
+    load(BASE + "  g: {axes: {mesh.size: [[2, 2], [12, 2]]}}\n")
+    load(BASE + "  g: {coating: {thickness: 5.0e-10, modulus: 2 Es}, axes: {friction: [1]}}\n")
+
+
 def test_too_many_cases(refused):
     numbers = ", ".join(str(k) for k in range(1, 1501))
     (line,) = refused(BASE + f"  g: {{axes: {{load: [{numbers}], friction: [{numbers}]}}}}\n")
