@@ -9,8 +9,6 @@ from pathlib import Path
 import numba
 import pytest
 
-from rcstudy import accuracy, figures
-
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -25,8 +23,8 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
             path.touch()
         return paths
 
-    for module in (accuracy, figures):
-        monkeypatch.setattr(module, "save", save)
+    for module in ("accuracy", "figures"):
+        monkeypatch.setattr(f"rcstudy.{module}.save", save)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

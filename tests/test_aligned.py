@@ -18,8 +18,8 @@ from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.edges import Outline
 from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.normal import estimated_contact
-from rcstudy.mechanics.rolling import NewtonSystem, within
-from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Tolerance
+from rcstudy.mechanics.rolling import NewtonSystem, RollingSolution, within
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import CellState, Status
 from rcstudy.solve import solve_group, solve_scene
 from rcstudy.study import scene_from_mapping
@@ -473,6 +473,14 @@ def test_borders_under_friction_along_and_across_the_rows(nu: float, creepage: C
     assert abs(np.mean(off)) < 0.016
 
 
+def sticks_in_front() -> tuple[Scene, AlignedContact, RollingSolution]:
+    """A rigid ball's contact on oblong cells, part of which slips."""
+    scene = steel(Mesh((1.3, 1.0), (28, 24)), counterbody=None, friction=0.5, creepage=Creepage(0.0008, 0.0004))
+    contact = AlignedContact(solve_normal(replace(scene, discretisation="aligned")))
+    rolling = solve_rolling(contact, scene)
+    return scene, contact, rolling
+
+
 def test_what_borders_behind_the_stick_zone_are_told_of_the_bodies(monkeypatch: pytest.MonkeyPatch) -> None:
     """How far pressure bows them: by beta/mu, the outline and friction towards -x; and how unlike c and d are."""
     told: list[tuple[float, ...]] = []
@@ -482,9 +490,7 @@ def test_what_borders_behind_the_stick_zone_are_told_of_the_bodies(monkeypatch: 
         return True, 0.0
 
     monkeypatch.setattr(slip_zone.smooth, "area_behind", area_behind)
-    scene = steel(Mesh((1.3, 1.0), (28, 24)), counterbody=None, friction=0.5, creepage=Creepage(0.0008, 0.0004))
-    contact = AlignedContact(solve_normal(replace(scene, discretisation="aligned")))
-    rolling = solve_rolling(contact, scene)
+    scene, contact, rolling = sticks_in_front()
     contact.slip_zone(rolling, scene.friction)
     q, smooth = rolling.q[rolling.slip], contact.outline.smooth
     assert smooth is not None and 0 < len(q) < len(rolling.q)
@@ -496,9 +502,7 @@ def test_what_borders_behind_the_stick_zone_are_told_of_the_bodies(monkeypatch: 
 
 def test_borders_of_stick_zones_raise_no_pressure_that_tractions_do_not_change(monkeypatch: pytest.MonkeyPatch) -> None:
     """One-way, the largest pressure is that of the contact, whatever is found between cells at such a border."""
-    scene = steel(Mesh((1.3, 1.0), (28, 24)), counterbody=None, friction=0.5, creepage=Creepage(0.0008, 0.0004))
-    contact = AlignedContact(solve_normal(replace(scene, discretisation="aligned")))
-    rolling = solve_rolling(contact, scene)
+    scene, contact, rolling = sticks_in_front()
     monkeypatch.setattr(slip_zone.rows, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
     zone = contact.slip_zone(rolling, scene.friction)
     assert (zone.pressure, zone.cusp_of_pressure) == (contact.pressure_max, 0.0)

@@ -135,7 +135,7 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
     assert engine is not None
     for _ in range(2):  # in the first pass square panels are not yet where the room for titles is computed from
         engine.execute(figure)
-    figure.set_layout_engine("none")  # placed once: the same in every format
+    figure.set_layout_engine(None)  # placed once: the same in every format; with "none" each is drawn twice
     paths = []
     for kind in formats:
         path = out / f"{stem}.{kind}"
@@ -143,27 +143,11 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
         if kind == "png":
             _save_png(figure, drawn)
         else:
-            _save_vector(figure, drawn, kind)
+            figure.savefig(drawn, format=kind, dpi=DPI, metadata=_METADATA[kind])
         with replacing(path) as temporary:
             temporary.write_bytes(drawn.getvalue())
         paths.append(path)
     return paths
-
-
-def _save_vector(figure: Figure, file: BytesIO, kind: str) -> None:
-    """Write PDF or SVG: as `Figure.savefig`, which draws each figure twice if its places come from a layout."""
-    from matplotlib.backends.backend_pdf import FigureCanvasPdf
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-
-    screen, dpi = figure.canvas, figure.dpi
-    try:
-        if kind == "pdf":
-            FigureCanvasPdf(figure).print_pdf(file, metadata=_METADATA[kind])
-        else:
-            FigureCanvasSVG(figure).print_svg(file, metadata=_METADATA[kind])
-    finally:
-        figure.set_canvas(screen)
-        figure.set_dpi(dpi)  # the backends take 72
 
 
 def _save_png(figure: Figure, file: BytesIO) -> None:
