@@ -8,12 +8,13 @@ import itertools
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
 
 from rcstudy.deflate import compress
+from rcstudy.hdf5 import add_attributes, add_variable, attach_scales, fill
 from rcstudy.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Item, Layout, lay_out, regions
 from rcstudy.publish import replacing
 from rcstudy.record import SCALARS, Record, Region
@@ -110,7 +111,8 @@ class CubeWriter:
                 group.finish()
             if self._table is not None:
                 self._table.fill_from(list(self._grids.values()))
-            self._file.attrs.update(
+            add_attributes(
+                self._file,
                 {
                     "title": study.name,
                     "study": study.name,
@@ -120,7 +122,7 @@ class CubeWriter:
                     SCHEMA_ATTRIBUTE: SCHEMA,
                     **provenance,
                     "wall_seconds": round(time.monotonic() - started, 3),
-                }
+                },
             )
         self.finished = True
 
@@ -129,7 +131,7 @@ class _Group:
     """One group of the file: creates its variables and writes what is known, then takes results.
 
     Dimensions are HDF5 dimension scales as netCDF-4 has them (NetCDF-4 format, appendix C of the netCDF user's
-    guide). Made with h5py, not h5netcdf, which takes ten times as long: seconds for a study of ten grids.
+    guide). Made with h5py's lower level, not h5netcdf, which takes ten times as long: seconds for a study of ten grids.
     `numbers` counts the file's dimensions; `stored`: the cells to store of each mesh.
     """
 
@@ -152,29 +154,22 @@ class _Group:
         for item in layout.items:
             variable = self._variables[item.name]
             if item.name not in layout.dims:
-                for axis, dim in enumerate(item.dims):
-                    variable.dims[axis].attach_scale(scales[dim])
-            variable.attrs.update(item.attrs)
+                attach_scales(variable, [scales[dim] for dim in item.dims])
+            add_attributes(variable, item.attrs)
             if item.values is not None:
-                variable[...] = item.values
-        group.attrs.update(layout.attrs)
+                fill(variable, item.values)
+        add_attributes(group, layout.attrs)
         coordinates = [i.name for i in layout.items if i.coordinate and i.name not in layout.dims]
         if coordinates:
-            group.attrs["coordinates"] = " ".join(coordinates)  # as xarray writes and reads it
+            add_attributes(group, {"coordinates": " ".join(coordinates)})  # as xarray writes and reads it
 
     def _create(self, group: h5py.Group, item: Item) -> h5py.Dataset:
-        options: dict[str, Any] = {}
         shape = tuple(self.layout.dims[d] for d in item.dims)
-        if item.field:
-            chunk = (1,) * len(self.layout.case_dims) + shape[-2:]
-            options = {"chunks": chunk, "compression": "gzip", "compression_opts": _COMPRESSION, "shuffle": False}
+        chunk = (1,) * len(self.layout.case_dims) + shape[-2:] if item.field else None
         missing = np.array([np.nan], dtype=item.dtype) if item.dtype.startswith("f") and not item.coordinate else None
+        variable = add_variable(group, item.name, shape, item.dtype, missing=missing, chunk=chunk, deflate=_COMPRESSION)
         if missing is not None:
-            options["fillvalue"] = missing[0]
-        dtype = h5py.string_dtype("utf-8") if item.dtype == "str" else item.dtype
-        variable = group.create_dataset(item.name, shape, dtype, **options)
-        if missing is not None:
-            variable.attrs["_FillValue"] = missing
+            add_attributes(variable, {"_FillValue": missing})
         return variable
 
     def _scale(self, group: h5py.Group, dim: str, number: int) -> h5py.Dataset:
@@ -183,10 +178,10 @@ class _Group:
             scale, name = self._variables[dim], dim
         else:
             size = self.layout.dims[dim]
-            scale = group.create_dataset(dim, (size,), ">f4")
+            scale = add_variable(group, dim, (size,), ">f4")
             name = f"This is a netCDF dimension but not a netCDF variable. {size:10d}"
         scale.make_scale(name)
-        scale.attrs["_Netcdf4Dimid"] = np.int32(number)
+        add_attributes(scale, {"_Netcdf4Dimid": np.int32(number)})
         return scale
 
     def add(self, case: Case, record: Record) -> None:
@@ -230,10 +225,10 @@ class _Group:
         for item in self.layout.items:
             if item.values is None and not item.field:
                 self._scalars[item.name] = _typed(known[item.name], item.dtype)
-                self._variables[item.name][...] = self._scalars[item.name]
+                fill(self._variables[item.name], self._scalars[item.name])
         keys = self.layout[CASE_KEY].values
         assert keys is not None
-        self._group.attrs[CHECKSUM] = checksum({CASE_KEY: keys, **self._scalars})
+        add_attributes(self._group, {CHECKSUM: checksum({CASE_KEY: keys, **self._scalars})})
 
     def fill_from(self, groups: list[_Group]) -> None:
         """Write this table's scalars from those of the grids, one after another."""
@@ -245,7 +240,7 @@ class _Group:
                     else _empty(item.dtype, (group._statuses.size,))
                     for group in groups
                 ]
-                self._variables[item.name][...] = np.concatenate(parts)
+                fill(self._variables[item.name], np.concatenate(parts))
 
 
 def _typed(values: np.ndarray, dtype: str) -> np.ndarray:

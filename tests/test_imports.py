@@ -33,6 +33,7 @@ ORDER = [
     "rcstudy.solve",
     "rcstudy.batch",
     "rcstudy.deflate",
+    "rcstudy.hdf5",
     "rcstudy.record",
     "rcstudy.layout",
     "rcstudy.publish",
