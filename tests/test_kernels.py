@@ -279,6 +279,15 @@ def test_corner_integrals(x: float, y: float, longest: float) -> None:
     np.testing.assert_allclose(out / (x * y), rectangle_integrals(x, y), rtol=0.0, atol=1e-9)
 
 
+def test_corner_integrals_in_pieces_that_are_short_enough() -> None:
+    """Of sides that are alike, whose triangles both have asinh(1) to go: with one point in a piece each one counts."""
+    top, out = math.asinh(1.0), np.zeros((3, 6))
+    for k, longest in enumerate((top / 1.9, top / 2.0, top / 1.0)):
+        coefficients.corner_integrals(PRIMITIVE, LOG_R0, LOG_STEP, 0.5, 0.5, *MIDPOINT, longest, out[k])
+    np.testing.assert_array_equal(out[0], out[1])
+    assert (np.abs(out[0] - out[2]) > 1e-5).all()
+
+
 def test_corner_integrals_below_the_table() -> None:
     """The functions' first powers are used: each right to a fraction of the order of r0 = 1e-4."""
     x, y, longest = 6e-5, 5e-5, 9.0

@@ -42,7 +42,7 @@ def unseen_width(v: float, growth: float, slips: int) -> float:
 
 @pytest.mark.parametrize("slips", [0, 1, 2, 3])
 def test_unseen_width(slips: int) -> None:
-    for v in (0.1, 0.6, 0.9, 0.99):
+    for v in (0.1, 0.6, 0.9, 0.99, 1.0):
         for growth in (0.12, 0.4, 1.3):
             found = leading_slip.unseen_width(v, growth, slips, THETA, ZONES[slips])
             assert found == pytest.approx(unseen_width(v, growth, slips), rel=1e-12, abs=1e-14)
@@ -98,8 +98,9 @@ def sums_over_rows(
     return total
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [*range(6), 9, 19, 53])
 def test_sums_over_rows(seed: int) -> None:
+    """9 and 19 have rows of three and of four slip cells, 53 tractions that hardly grow towards the edge."""
     rng = np.random.default_rng(seed)
     counts = rng.integers(1, 7, 9)
     counts[:2] = counts[-1] = 0  # no contact there
@@ -127,6 +128,18 @@ def test_slip_behind(length: float) -> None:
     found = leading_slip.slip_behind(cells, by_pressure, length, THETA)
     np.testing.assert_allclose(found, mean_slip(cells, by_pressure, length), rtol=1e-12)
     assert (length > THETA) == np.any(found)
+
+
+@pytest.mark.parametrize("length", [0.0, 1.0])
+def test_slip_hidden_ahead_of_a_cell_at_its_bound_is_finite(length: float) -> None:
+    """Its traction is along the edge, and rounding has left it beyond the bound; in a row of no length, too."""
+    row, count = np.zeros((1, 1), dtype=np.int64), np.ones(1, dtype=np.int64)
+    ends, normal = np.array([[0.0], [length]]), np.array([[1.0], [0.0]])
+    q = np.array([[0.0, 0.3 * (1.0 + 4e-16)]])
+    of_cell = np.zeros(1), np.zeros(1), q, np.zeros(1, dtype=np.bool_), np.ones(1), np.ones((1, 2)), 0.3, 0.2
+    found = np.zeros(7)
+    leading_slip.hidden_leading_slip(row, count, ends, normal, *of_cell, 0.8, 0.1, THETA, ZONES, REACH, found)
+    np.testing.assert_allclose(found, [0.0, 0.0, 0.0, 0.0, 0.2 * 0.3 * THETA, THETA, THETA], rtol=1e-6)
 
 
 def endings(

@@ -447,6 +447,16 @@ def test_row_bounds_of_rows_that_stay(ahead: float) -> None:
     assert (pressure[empty] == 0.0).all() and (pressure[~empty] > 0.0).all()
     assert (weighted[empty] == 0.0).all() and (weighted[~empty] > 0.0).all()
     assert (np.abs(middle - centres_)[~empty] < 1.01).all()
+    np.testing.assert_array_equal(middle[empty], centres_[empty])
+
+
+def test_row_bounds_of_a_row_whose_only_cell_is_ahead_of_the_contact() -> None:
+    """It carries what lies beyond it: all of the row."""
+    p, found = np.array([[0.0], [0.7], [0.0]]), np.full((3, 1), np.nan)
+    one, edges = np.array([1]), np.array([[0.6], [1.4]])
+    profiles = found_profiles(p, one, one, edges)
+    rows.row_pressures(p.sum(axis=0), *profiles, np.array([2.3]), one, np.zeros((1, 1), dtype=np.int64), *found)
+    assert found[:2, 0] == pytest.approx([0.7, 1.0], rel=1e-12)
 
 
 def test_carry_on() -> None:
@@ -588,6 +598,16 @@ def test_largest_pressure_at_borders() -> None:
     assert found == pytest.approx(math.sqrt(1.0 - (2.3 / 6.4) ** 2), rel=5e-3)
 
 
+def test_largest_pressure_at_borders_that_fall_off_steeply() -> None:
+    """The parabola through seven rows overshoots there; that through three counts if it is lower by a per cent."""
+    borders = np.array([(5.0, j) for j in range(7)])
+    for fall, wide in ((0.15, True), (0.25, False)):
+        squares = [1.0 - fall, 0.98, 0.99, 1.0, 0.99, 0.98, 1.0 - fall]
+        found = rows.peak_at_borders(np.array(squares), borders)
+        assert found == pytest.approx(naive_rows.peak_at_borders(squares, [(x, int(j)) for x, j in borders]), rel=1e-11)
+        assert (found > 1.0 + 1e-3) == wide
+
+
 def test_top_of_parabola() -> None:
     """Of a parabola the very top; without one inside, the value in the middle."""
     y = np.array([0.0, -1.0, 1.0, -2.0, 2.0])
@@ -595,6 +615,7 @@ def test_top_of_parabola() -> None:
         assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - top) ** 2) == pytest.approx(3.0, rel=1e-12)
     assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - 2.2) ** 2) == 3.0 - 0.5 * 2.2**2
     assert rows.top_of_parabola(y, 1.0 + y**2) == 1.0
+    assert rows.top_of_parabola(y, 1.0 + (y - 0.5) ** 2) == 1.25
     assert rows.top_of_parabola(y[:1], np.array([2.0])) == 2.0
 
 
@@ -702,6 +723,12 @@ def test_area_under_few_chords(length: list[float], expected: float) -> None:
     assert rows.area_under(np.array(length), NOT_KNOWN) == pytest.approx(expected, rel=1e-14)
 
 
+def test_area_under_chords_of_which_one_is_beyond_the_tip() -> None:
+    """There is nothing beyond it, and nothing less than that."""
+    length, inside, at = np.array([0.0, 1.0, 2.0, 0.0]), np.array([1.2, 2.5]), np.array([1.0, 2.5])
+    assert rows.area_under(length, inside) == rows.area_under(length, at)
+
+
 @pytest.mark.parametrize("seed", range(10))
 def test_area_under(seed: int) -> None:
     """Zones of any shape, several of them, up to the box's sides."""
@@ -729,6 +756,13 @@ def test_chords_of_three_rows_are_alike_on_both_sides() -> None:
     rows.between_tips(chords, np.array([0.35, 3.65]))
     assert chords[1] == pytest.approx(chords[3], rel=1e-14)
     assert chords[1] < 19.6
+
+
+def test_a_row_beyond_the_tip_has_no_chord() -> None:
+    """However the parabola through the next two rows continues."""
+    length = np.array([2.0, 1.0, 5.0, 6.0, 5.0, 1.0, 2.0])
+    rows.between_tips(length, np.array([0.5, 5.5]))
+    np.testing.assert_array_equal(length, [0.0, 1.0, 5.0, 6.0, 5.0, 1.0, 0.0])
 
 
 def test_contacts_of_two_rows_keep_their_chords() -> None:
