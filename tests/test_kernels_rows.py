@@ -884,12 +884,13 @@ def test_centre(known: bool) -> None:
 
 def test_gather_centred_slip() -> None:
     """Rows of `gather_slip` with slips that are brought to the cells' centres first."""
-    c = MovedCells(2)
+    c = MovedCells(1)
     i, j = c.cells.T
     field = c.rng.normal(size=(2, 8, 12))
     s = np.ascontiguousarray((field[:, j, i] - field[:, j, i + 1]).T)
     weight, centred = np.full((3, c.m), np.nan), np.full((c.m, 2), np.nan)
     centring.centre(s, c.slip, c.neighbours, NOTHING_LOCAL, weight, centred)
+    assert (weight != 0.0).any(axis=1).all()
     angle = c.rng.uniform(0.0, 7.0, size=c.m)
     normal, share = np.stack([np.cos(angle), np.sin(angle)], axis=1), c.rng.uniform(size=c.m)
     v = c.rng.normal(size=2 * c.m)

@@ -293,6 +293,16 @@ def test_stick_range() -> None:
     assert smooth.stick_range(length, ends, slip, leading) == (0, -1)  # in parts
 
 
+def test_no_row_of_a_stick_zone_that_tells_is_in_parts() -> None:
+    """The outermost ones are not either, although little of their width is taken."""
+    of_rows = contact(0)
+    stuck = np.flatnonzero((of_rows["length"] > 0.0) & (of_rows["ends"][1] - of_rows["ends"][0] > 3.0))
+    assert widths_of(of_rows, 1.0, 0.0) is not None
+    for j in stuck[[0, 2, -1]]:
+        of_rows["in_parts"][:] = np.arange(of_rows["length"].size) == j
+        assert widths_of(of_rows, 1.0, 0.0) is None
+
+
 def test_most_of_these_stick_zones_tell() -> None:
     told = [widths_of(contact(seed), 1.0, 0.0) is not None for seed in range(40)]
     assert sum(told) >= 20

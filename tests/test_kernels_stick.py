@@ -175,6 +175,9 @@ def test_stick_rows_with_narrow_slip_zones_behind_them() -> None:
     assert borders == [(pytest.approx(x), j) for x, j in ((2.3, 0.0), (4.8, 1.0), (2.1, 1.0), (2.2, 2.0))]
     wide, _ = found_zone(["----"], np.ones(4), [5.3], edges[:1], widths=[0.6])
     assert wide == found_zone(["----"], np.ones(4), [5.3], edges[:1])[0]
+    # a row's other zones end where their own rooms say
+    narrow, not_known = (found_zone(["--s-"], np.ones(4), [5.3], edges[:1], widths=w)[1] for w in ([0.3], None))
+    assert narrow == [*not_known[:2], (pytest.approx(2.3), 0.0)]
 
 
 def test_stick_rows_of_single_cells() -> None:
