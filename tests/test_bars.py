@@ -12,7 +12,7 @@ import pytest
 from contacts import MIDDLING, STEEL, hertz_of, solved, steel, window
 
 from rcstudy.estimate import Hidden, _cells_per_radius, error_estimates, least_over_largest
-from rcstudy.fits import ALIGNED, ALIKE, FITS
+from rcstudy.fits import ALIGNED, ALIKE, FITS, Fit
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene, Tolerance
@@ -210,6 +210,36 @@ def test_forces_that_are_none_by_symmetry_on_unsettled_slip() -> None:
     found = solved(replace(scene, tolerance=Tolerance(1e-7, 1e-7))).scalars
     none = 1e-7 * 0.3 * scene.load
     assert 20.0 * none < abs(found["force_x"]) < found["force_x_error"] < 2000.0 * none
+
+
+@pytest.mark.parametrize(
+    ("values", "difference"), [((3.0, 2.0), 1.3), ((3.0, 2.0, 1.5), 1.0), ((3.0, 2.0, -2.0), 2.0), ((3.0, 2.99), 0.013)]
+)
+def test_fit_to_the_differences_between_meshes(values: tuple[float, ...], difference: float) -> None:
+    """With every term of the formula; small differences say nothing of a mesh too coarse for the bodies."""
+    fit = Fit(0.5, 0.2, 9.0, (9.0, 9.0), 1.0, 2.0, rest=0.01, excess=0.7, coupled=0.3, first=0.05, order=2.0)
+    part = 0.75 * 0.25**2
+    noise, pull, shift = (0.2 * part + 0.01) * 0.08, 0.3 * 0.4 * part * 0.08, 0.05 * part * 0.8
+    beyond = max(difference - 6.0 * noise, 0.0)
+    found = fit.by_meshes(values, 8.0, 10.0, 0.25, 0.4)
+    assert found == pytest.approx(math.hypot(0.5 * difference, noise + pull, shift) + 0.7 * beyond, rel=1e-12)
+
+
+@pytest.mark.parametrize(("stick", "slip", "slipping", "part"), [
+    (0.0, 0.5, 0.0, 0.0), (0.0, -0.5, 0.0, 10.0), (0.5, 0.0, 1.0, 0.0), (-0.5, 0.0, 1.0, 10.0), (-0.5, 0.5, 0.36, 0.75),
+])  # fmt: skip
+def test_fit_where_hardly_anything_slips_or_sticks(stick: float, slip: float, slipping: float, part: float) -> None:
+    """There is a limit only where the power of what hardly slips, or sticks, is negative."""
+    fit = Fit(0.5, 0.2, 9.0, (9.0, 9.0), stick, slip, order=1.0)
+    found = fit.by_meshes((1.0, 1.0), 8.0, 10.0, slipping, 0.0)
+    assert found == pytest.approx(0.2 * part * 0.8, rel=1e-12, abs=0.0)
+
+
+def test_fit_to_the_number_of_cells() -> None:
+    """The larger of two, one of which falls faster."""
+    fit = Fit(9.0, 9.0, 0.3, (1.2, 2.0))
+    assert fit.by_cells(8.0, 2.0) == pytest.approx(1.2 * 8.0 / 4.0, rel=1e-12)
+    assert fit.by_cells(8.0, 6.0) == pytest.approx(0.3 * 8.0 / 6.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(("discretisation", "times"), [("kalker", 1.15), ("aligned", 1.4)])
