@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, permutations
 from typing import Any
 
 import numpy as np
@@ -57,6 +57,16 @@ def test_bounds_of_contacts_without_layers_are_the_contact(radius: tuple[float, 
         # ellipses change their shape: the same room along both axes
         factor = 1.0 if radius[0] == radius[1] else allowed
         assert bounds == pytest.approx((factor * a[0], factor * a[1]), rel=1e-12)
+
+
+def test_bounds_of_contacts_are_those_of_the_stiffest_and_the_softest_material() -> None:
+    """Whichever layer they are in, or if one is the substrate."""
+    moduli = 100.0, 1000.0, 10000.0
+    expected = [hertz_contact((50.0, 50.0), LOAD, contact_modulus(Material(e, 0.3), STEEL)).a for e in moduli[::-2]]
+    for first, second, third in permutations(moduli):
+        layers = Layer(first, 0.3, 0.1), Layer(second, 0.3, 0.1)
+        scene = steel(window((1.0, 1.0), (8, 8)), substrate=Material(third, 0.3), radius=(50.0, 50.0), layers=layers)
+        assert contact_bounds(scene) == tuple(pytest.approx(a, rel=1e-12) for a in expected)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.0 + 1e-4, 1.5, 12.0, 200.0, 0.05])

@@ -29,6 +29,22 @@ def test_the_least_used_goes_when_bytes_run_out() -> None:
     assert zeros(40) is not first
 
 
+def test_as_many_go_as_must_and_no_more() -> None:
+    made: list[int] = []
+
+    @keep_within(100)
+    def zeros(n: int) -> np.ndarray:
+        made.append(n)
+        return np.zeros(n, dtype=np.uint8)
+
+    for n in (20, 30, 50, 20):  # all that there may be
+        zeros(n)
+    assert made == [20, 30, 50]
+    for n in (80, 20, 50):  # 80 leaves room for the last one used
+        zeros(n)
+    assert made == [20, 30, 50, 80, 50]
+
+
 def test_plans_take_no_more_than_they_may() -> None:
     """As after a sweep over large meshes; plans made again give the same bits."""
     transform.cache_clear()

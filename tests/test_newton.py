@@ -56,6 +56,11 @@ def test_nothing_is_done_for_a_solved_state_and_no_more_than_allowed() -> None:
     assert endless.residual == 9.0
 
 
+def test_nothing_is_done_once_the_residual_is_not_a_number() -> None:
+    assert newton.solve(Scripted(math.nan, []), 10, 5) == 0
+    assert newton.solve(Scripted(9.0, [(math.nan, {})]), 10, 5) == 1
+
+
 def test_steps_are_shortened_once_patience_is_at_its_end() -> None:
     """To the first length at which the residual falls; where it falls at none, the full step stays."""
     quarter = (12.0, {0.5: 11.0, 0.25: 9.5})
