@@ -150,6 +150,7 @@ def test_leftovers_of_the_living_and_of_others_stay(tmp_path: Path) -> None:
     with replacing(target) as temporary:
         host = temporary.name.removeprefix("c.nc.tmp-").rsplit("-", 2)[0]
         temporary.write_bytes(b"first")
+        assert publish.remove_leftovers(tmp_path) == []  # it is in use
         names = {
             "living": f"c.nc.tmp-{host}-{os.getppid()}-1",
             "elsewhere": "c.nc.tmp-elsewhere-99999999-1",
@@ -169,6 +170,22 @@ def test_leftovers_of_the_living_and_of_others_stay(tmp_path: Path) -> None:
     assert target.read_bytes() == b"second"
     for what, name in names.items():
         assert (tmp_path / name).exists(), what
+
+
+def test_leftovers_of_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no name is asked for. A process that belongs to somebody else cannot be asked, but runs."""
+
+    def not_permitted(pid: int, signal: int) -> None:
+        raise PermissionError
+
+    left = {tmp_path / f"{name}.tmp-{publish.host()}-99999999-1" for name in ("c.nc", "d.nc")}
+    for path in left:
+        path.touch()
+    with monkeypatch.context() as patched:
+        patched.setattr(publish.os, "kill", not_permitted)
+        assert publish.remove_leftovers(tmp_path) == []
+    assert set(publish.remove_leftovers(tmp_path)) == left
+    assert not any(tmp_path.iterdir())
 
 
 def test_a_link_stays_a_link(tmp_path: Path) -> None:

@@ -53,6 +53,17 @@ def test_rise_is_what_its_twin_finds(seed: int) -> None:
         assert rise_at_pole(*arguments) > 0.0
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_rise_where_the_pressure_is_largest_at_the_border(seed: int) -> None:
+    """As at a rim: cells there do not rise, but others have to rise above them."""
+    rng = np.random.default_rng(seed)
+    pressure, share = (1.1 - PRESSURE) * rng.uniform(0.9, 1.1, len(X)), rng.uniform(-0.7, 0.7, (len(X), 2))
+    for pulling in (0.3, 3.0, 20.0):
+        arguments = CELLS, pressure, share, pulling
+        assert rise_at_pole(*arguments) == pytest.approx(naive_rise(*arguments), rel=1e-12, abs=0.0)
+        assert (rise_at_pole(*arguments) > 0.0) == (pulling > 3.0)
+
+
 def test_where_the_largest_pressure_may_rise() -> None:
     """At a pole in its middle, in proportion to what turns; not at one near the edge, nor where nothing turns."""
     assert 0.9 < rise(0.0) / (_RISE * 0.2) < 1.0
