@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import io
 import os
@@ -13,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
@@ -314,6 +316,10 @@ def test_a_file_whose_writes_fail_reads_back_what_was_written(tmp_path: Path) ->
             both("seek", int(rng.integers(0, 400)))
             both("read", int(rng.integers(0, 500)))
             both("tell")
+        for offset, whence in ((-9, os.SEEK_END), (4, os.SEEK_CUR), (50, os.SEEK_END)):  # to beyond the end
+            both("seek", offset, whence)
+            both("read", 30)
+            both("tell")
 
     with steady:
         some()
@@ -326,9 +332,61 @@ def test_a_file_whose_writes_fail_reads_back_what_was_written(tmp_path: Path) ->
         some()
         both("seek", 0)
         both("read", 2000)
+        both("seek", 0)
+        filled, other = bytearray(b"x" * 2000), bytearray(b"x" * 2000)
+        assert steady.readinto(memoryview(filled)) == plain.readinto(other)
+        assert filled == other
+        for action, argument in (("truncate", 800), ("seek", 950), ("write", b"end"), ("seek", 0), ("read", 2000)):
+            both(action, argument)
         with pytest.raises(OSError, match="descriptor"):
             steady.check()
     assert (tmp_path / "steady").read_bytes() == before
+
+
+class Grudging(io.FileIO):
+    """A file that takes seven bytes at a time, as long as there is room."""
+
+    room = 1000
+
+    def write(self, data: Any) -> int:
+        if not self.room:
+            raise OSError(errno.ENOSPC, "full")
+        taken = super().write(memoryview(data)[: min(7, self.room)])
+        self.room -= taken
+        return taken
+
+    def truncate(self, size: int | None = None) -> int:
+        raise OSError(errno.EIO, "not that")
+
+
+def test_a_file_that_is_written_in_parts(tmp_path: Path) -> None:
+    """What was written before the disk was full is not kept in memory, and all is read back."""
+    data = bytes(range(100))
+    with SteadyFile(tmp_path / "steady") as steady:
+        steady._file.close()
+        file = steady._file = Grudging(tmp_path / "steady", "w+b")
+        steady.write(data[:40])
+        steady.check()
+        assert (tmp_path / "steady").read_bytes() == data[:40]
+        file.room = 25
+        steady.write(data[40:])
+        steady.seek(0)
+        assert steady.read(200) == data
+        assert (tmp_path / "steady").read_bytes() == data[:65]
+        with pytest.raises(OSError, match="full"):
+            steady.check()
+
+
+def test_a_file_that_cannot_be_cut(tmp_path: Path) -> None:
+    with SteadyFile(tmp_path / "steady") as steady:
+        steady._file.close()
+        steady._file = Grudging(tmp_path / "steady", "w+b")
+        steady.write(bytes(range(40)))
+        steady.truncate(20)
+        steady.seek(0)
+        assert steady.read(200) == bytes(range(20))
+        with pytest.raises(OSError, match="not that"):
+            steady.check()
 
 
 def test_results_are_taken_one_at_a_time(tmp_path: Path) -> None:
