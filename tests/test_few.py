@@ -36,6 +36,13 @@ def test_a_law_has_a_limit_and_two_powers() -> None:
     assert law.at(4.0, 1.5) == pytest.approx(0.1 / 64.0 + 0.05 / 8.0, rel=1e-12)
 
 
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_forces_of_bodies_alike_are_less_in_doubt(discretisation: Any) -> None:
+    alike, unlike = (few.laws(on_cells(1.0, discretisation=discretisation, counterbody=c)) for c in (STEEL, None))
+    for n in (0.3, 1.0, 5.0):
+        assert alike["force_x"].at(n, 1.0) < unlike["force_x"].at(n, 1.0)
+
+
 def test_cells_a_radius_are_the_least_of_those_counted_and_those_of_hertz() -> None:
     """On oblong cells and of ellipses across the narrower side."""
     a = hertz_of().radius
@@ -60,6 +67,11 @@ def test_scales_are_no_less_than_those_of_hertz() -> None:
     large = dict.fromkeys(small, 1000.0)
     assert few.scales(on_cells(1.0), large, math.inf, 0.0) == large
 
+    assert few.scales(on_cells(1.0), large | {"approach": -1000.0}, math.inf, 0.0) == large
+    for radius in ((20.0, 100.0), (100.0, 20.0)):  # of an ellipse about that of the circle of its area
+        found = few.scales(on_cells(1.0, radius=radius), small, math.inf, 0.0)
+        assert found["approach"] == pytest.approx(hertz_of(radius).approach, rel=0.1)
+
     # slip by pressure is known for the pressure of the cells: under Hertz's it is as much larger
     moving, low = on_cells(1.0), SCALARS | {"pressure_max": 0.5 * hertz.p0}
     slip = moving.creepage.fastest(SCALARS["contact_radius"]) + 0.5 * 0.004 * 2.0  # type: ignore[union-attr]
@@ -73,6 +85,19 @@ def test_scales_are_no_less_than_those_of_hertz() -> None:
     assert all(found[name] > 0.0 for name in ESTIMATED)
     still = few.scales(replace(turning, creepage=Creepage()), SCALARS | none | {"friction_power": 0.0}, 0.0, 0.0)
     assert still["slip_area"] == still["traction_max"] == still["force_x"] == still["friction_power"] == 0.0
+
+
+def test_scale_of_forces_is_friction_unless_tractions_and_creepages_are_small() -> None:
+    """Of tractions the smaller one of the largest that was found and that of the cells."""
+    creeping, weak = replace(on_cells(1.0), creepage=Creepage(1e-9)), SCALARS | {"traction_max": 3.0}
+    for largest, counts in ((2.0, 2.0), (9.0, 3.0)):
+        force = few.scales(creeping, weak, largest, 0.0)["force_x"]
+        assert force == pytest.approx(2.0 * counts * SCALARS["contact_area"], rel=1e-12)
+    bound = creeping.friction * max(SCALARS["pressure_max"], hertz_of().p0)
+    assert few.scales(creeping, weak, 1.0, 0.0)["traction_max"] == pytest.approx(math.sqrt(3.0 * bound), rel=1e-6)
+    for creepage, traction in ((Creepage(1e-9), 1e4), (Creepage(0.1), 3.0)):
+        found = few.scales(replace(creeping, creepage=creepage), SCALARS | {"traction_max": traction}, 1e4, 0.0)
+        assert found["force_y"] == creeping.friction * creeping.load
 
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
