@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,6 +55,44 @@ def force_across(cells: int, slip: float, part: float) -> float:
     local[0] += part * (weighted[0] - local[0])
     law = np.diag(slip / np.maximum(p, 1e-12))
     return float(np.linalg.solve(to_centres @ by_tractions + law, -local).sum()) * LENGTH / cells
+
+
+def row_of_three() -> Any:
+    """A row of moved cells, with edges at an angle."""
+    return SimpleNamespace(
+        index=np.arange(3)[:, None],
+        count=np.array([3]),
+        pressure=np.array([2.0, 5.0, 3.0]),
+        weighted=np.array([2.5, 5.5, 3.5]),
+        neighbours=np.array([[0, 0, 1], [1, 2, 2]]),
+        normals=np.array([[0.8], [0.6]]),
+        trailing_normals=np.array([[0.6], [-0.8]]),
+    )
+
+
+UNLIKE: Any = SimpleNamespace(slip_under_pressure=-2e-6, slip_under_tractions=(5e-6, 7e-6))
+
+
+def test_what_is_known_of_the_local_slip() -> None:
+    """A part of it counts, in outermost cells, along their edges' normals, unless tractions across edges cancel it."""
+    rows = row_of_three()
+    found, at_edge = (local_slip.local_slip(rows, UNLIKE, 0.3, leading) for leading in (0.0, 0.1))
+    directions = np.array([[0.8 * 0.8, 0.8 * 0.6], [0.0, 0.0], [0.6 * 0.6, -0.6 * 0.8]])
+    np.testing.assert_allclose(found[:2].T, -0.8 * 2e-6 * directions, rtol=1e-14)
+    np.testing.assert_allclose(at_edge[2], found[2] - [0.1 * 2.0, 0.0, 0.0], rtol=1e-14)
+    np.testing.assert_array_equal(found[3], rows.weighted)
+    np.testing.assert_allclose(found[4], 0.12 * math.hypot(0.3 * 5e-6, 2e-6) * rows.weighted, rtol=1e-14)
+
+
+def test_slip_by_pressure_alone_is_known_at_the_centres() -> None:
+    """All of its local part, which no tractions cancel; what is the same in all cells stays as it is."""
+    rows = row_of_three()
+    known = local_slip.local_slip(rows, UNLIKE, 0.3, 0.1)
+    per_pressure, ahead = known[:2] / 0.8, known[2]
+    for m in (0, 2):
+        rest = np.array([3e-4, 1e-4])
+        found = local_slip.by_pressure_at_centres(rest + np.outer(ahead, per_pressure[:, m]), rows, UNLIKE, 0.1)
+        np.testing.assert_allclose(found[m], rest + per_pressure[:, m] * rows.weighted[m], rtol=1e-12)
 
 
 @pytest.mark.heavy
