@@ -695,6 +695,25 @@ def test_slip_operators_are_kept() -> None:
     assert influence.coarser() is influence.coarser()
 
 
+@pytest.mark.parametrize("length", [1, 7, 10, 15])
+def test_sharp_slip_operators(length: int) -> None:
+    """Displacements as of others, 7/6 of each less 1/12 of those on either side of it, up to the cell ahead."""
+    influence = influence_of(BODIES["layered"])
+    sharp, plain = SlipOperator.of(influence, (length, 3), sharp=True), SlipOperator.of(influence, (length + 4, 3))
+    q = np.random.default_rng(length).normal(size=(2, length, 3))
+    for operator, by_cell, first in ((sharp, sharp.plan.by_cell, 0), (plain, plain.plan.real, 2)):  # type: ignore[attr-defined]
+        by_cell[:] = 0.0
+        by_cell[:, first : first + length, :3] = q
+        operator.multiply()
+    near = plain.plan.real[:, 1 : length + 4, :3]
+    expected = 7.0 / 6.0 * near[:, 1:-1] - (near[:, :-2] + near[:, 2:]) / 12.0
+    found = sharp.plan.by_cell[:, : length + 1, :3]  # type: ignore[attr-defined]
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+    cells = np.argwhere(np.ones((length, 3), dtype=bool))
+    ahead = sharp.plan.flat[:, sharp.plan.places(cells) + sharp.ahead]
+    np.testing.assert_array_equal(ahead, found[:, 1:].reshape(2, -1))
+
+
 # --- one contact ---
 
 

@@ -101,6 +101,8 @@ def test_neighbour_is_the_closest_that_differs_in_creepage_alone() -> None:
         series.add(*solved(Creepage(0.02 + 0.01 * k)))
     assert series.neighbour(sought) is None  # of long ago
     assert series.neighbour(replace(sought, creepage=None)) is None
+    series.add(*(turning := solved(Creepage(spin=0.005))))
+    assert series.neighbour(replace(sought, creepage=Creepage(spin=0.004))) is turning[1]
 
 
 @pytest.mark.heavy
