@@ -393,6 +393,10 @@ def test_units_are_explained(refused):
             "8:60: grids.g.axes.load.spacing: log: must be linear, unless first and last are both above 0",
         ),
         (
+            "axes: {creepage.spin: {first: 0, last: 2, count: 3, spacing: log}}",
+            "8:68: grids.g.axes.creepage.spin.spacing: log: must be linear, unless first and last are both above 0",
+        ),
+        (
             "axes: {thickness: {first: 1 a, last: 2, count: 3}, modulus: [1 Es]}",
             "8:44: grids.g.axes.thickness.last: 2: must be a multiple of a, as first is",
         ),
