@@ -18,6 +18,7 @@ from studies import BASE, SWEPT, load_text
 
 from rcstudy import pool, publish, solve, sweep
 from rcstudy.cube import open_cube
+from rcstudy.earlier import is_replaced, state_of
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result
@@ -49,7 +50,7 @@ def run(folder: Path, shell: str) -> subprocess.CompletedProcess[str]:
 def test_nothing_but_a_cube_is_replaced(name: str, tmp_path: Path) -> None:
     """A study that was given as its own output was gone, with exit code 0."""
     study = load_text(tmp_path, SWEPT)
-    (tmp_path / "text.nc").write_text("hello\n", encoding="utf-8")
+    (tmp_path / "text.nc").write_text("case_key, status_reason, hertz_radius: in all cubes\n", encoding="utf-8")
     (tmp_path / "link.nc").symlink_to("text.nc")
     before = (tmp_path / name).read_bytes()
     with pytest.raises(UserError, match=r"exists and is not an rcstudy cube \(.*\); not overwritten"):
@@ -181,10 +182,28 @@ def test_a_file_that_another_program_writes_to_is_not_replaced(tmp_path: Path) -
 def test_a_damaged_file_of_hdf5_that_was_no_cube_is_not_replaced(tmp_path: Path) -> None:
     study, output = load_text(tmp_path, SWEPT), tmp_path / "other.nc"
     with h5py.File(output, "w") as file:
-        file["numbers"] = [1.0, 2.0]
+        file["numbers"] = file["status_reason"] = file["hertz_radius"] = [1.0, 2.0]  # two names that cubes have as well
     output.write_bytes(output.read_bytes()[:-100])
     with pytest.raises(UserError, match="is not an rcstudy cube"):
         sweep.run(study, output, workers=1, solve=workers.made_up)
+
+
+def test_the_state_of_a_file_tells_whether_it_is_still_the_same(tmp_path: Path) -> None:
+    """Written to again, or another file of the same size and date in its place."""
+    path, other = tmp_path / "c.nc", tmp_path / "d.nc"
+    assert state_of(path) == ()
+    for file in (path, other):
+        file.write_bytes(b"as many")
+        os.utime(file, ns=(7, 7))
+    before = state_of(path)
+    assert before == state_of(path)
+    os.utime(path, ns=(7, 8))
+    assert state_of(path) != before
+    other.replace(path)
+    assert state_of(path) != before
+    path.write_bytes(b"some more")
+    os.utime(path, ns=(7, 7))
+    assert state_of(path) != before
 
 
 def test_the_longest_name_of_a_file(tmp_path: Path) -> None:
@@ -224,6 +243,8 @@ def test_the_cube_of_another_study_is_replaced_only_on_demand(tmp_path: Path) ->
         sweep.run(other, output, workers=1, solve=workers.made_up)
     assert output.read_bytes() == before
     assert "the cube is of another study, " in report(other, output)
+    assert is_replaced(output, "other-swept")
+    assert not is_replaced(output, "swept")
     assert "another study" not in report(load_text(tmp_path, renamed), output)
     # nor where units of the other study are there from elsewhere
     with pytest.raises(sweep.Interrupted):
