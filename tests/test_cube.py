@@ -156,6 +156,16 @@ def test_pressure_only_grids_have_nothing_tangential(several: Path) -> None:
         assert "longitudinal" not in tree["pressure_only"].variables
 
 
+def test_what_no_axis_has_is_stored_with_each_case(several: Path) -> None:
+    """Creepages of a list of cases; of layers their numbers, from the surface down, from one on."""
+    with open_cube(several) as tree:
+        listed, expected = tree["listed"].dataset, synthetic.SCENE.creepage
+        assert expected is not None
+        for name in ("longitudinal", "lateral", "spin"):
+            assert listed[name].values.tolist() == [getattr(expected, name)] * 2
+        assert tree["product"]["layer"].values.tolist() == [1, 2]
+
+
 def test_cases_that_failed_have_their_reason_and_no_numbers(tmp_path: Path) -> None:
     made = synthetic.small()
     case = made.results[1][0]

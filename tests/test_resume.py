@@ -608,6 +608,21 @@ def test_shards_and_their_merge(sweeps: Sweeps, n: int) -> None:
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
 
 
+def test_a_merge_names_five_cases_that_are_missing(sweeps: Sweeps) -> None:
+    """And says how many there are besides."""
+    missing, met = CASES, []
+    for i in range(1, 6):
+        missing -= len(sweeps.run(shard=(i, 7)))
+        met.append(missing)
+        with pytest.raises(UserError, match=f"{missing} of {CASES} cases are missing") as refused:
+            merge(sweeps.study, sweeps.output)
+        _, *names = str(refused.value).splitlines()
+        assert len(names[:5]) == min(missing, 5)
+        assert names[5:] == ([f"  and {missing - 5} more"] if missing > 5 else [])
+    assert max(met) > 5
+    assert 5 in met
+
+
 def test_shards_in_folders_of_their_own(sweeps: Sweeps, tmp_path: Path) -> None:
     for i in (1, 2):
         sweep.run(sweeps.study, tmp_path / f"{i}.nc", workers=1, solve=workers.made_up, shard=(i, 2))
