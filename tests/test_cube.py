@@ -22,6 +22,7 @@ from rcstudy.build import scene_hertz
 from rcstudy.cube import case_dims, case_table, grids, open_cube, to_dataset
 from rcstudy.errors import UserError
 from rcstudy.layout import MISSING, SCHEMA_ATTRIBUTE
+from rcstudy.mechanics.scene import Mesh
 from rcstudy.result import VARIABLES, CellState, Result, Status
 from rcstudy.spec import RESERVED_NAMES
 
@@ -154,6 +155,21 @@ def test_pressure_only_grids_have_nothing_tangential(several: Path) -> None:
         assert not tangential & set(tree["pressure_only"].data_vars)
         assert tangential <= set(tree["product"].data_vars)
         assert "longitudinal" not in tree["pressure_only"].variables
+
+
+@pytest.mark.parametrize("odd", [0, 1, 2])
+def test_centres_are_stored_for_each_case_if_a_single_one_has_another_mesh(odd: int) -> None:
+    grid = synthetic.make_grid("loads", synthetic.number_axis("load", [50.0, 100.0, 150.0], "N"))
+    cases, other = synthetic.grid_cases(grid, synthetic.SCENE), Mesh((2.0, 1.0), (5, 4))
+    cases[odd] = replace(cases[odd], scene=replace(cases[odd].scene, mesh=other))
+    found = layout.grid_layout(grid, cases, fields=True, precision="float64")
+    for k, dim in enumerate("xy"):
+        values = found[f"{dim}_centre"].values
+        assert values is not None
+        for case in cases:
+            centres = case.scene.mesh.centres[k]
+            np.testing.assert_array_equal(values[case.index][: centres.size], centres)
+            assert np.isnan(values[case.index][centres.size :]).all()
 
 
 def test_what_no_axis_has_is_stored_with_each_case(several: Path) -> None:

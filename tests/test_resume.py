@@ -910,6 +910,18 @@ def test_a_merge_refuses_what_does_not_belong(sweeps: Sweeps, tmp_path: Path) ->
         merge(sweeps.study, sweeps.output, [path])
 
 
+def test_a_merge_looks_into_the_fields_of_units_from_elsewhere(sweeps: Sweeps, tmp_path: Path) -> None:
+    """Whole, with a right checksum, and made of what was damaged before."""
+    case = expand(sweeps.study).cases[5]
+    found = synthetic.made_up_result(case.scene)
+    body = bytearray(sweep.Packer(sweep.keep_of(sweeps.study.outputs)).pack(found, case.scene.mesh.cells).body)
+    body[-1] ^= 1
+    (tmp_path / "elsewhere").mkdir()
+    write_unit(tmp_path / "elsewhere", 1, [(case.key, bytes(body))], "swept")
+    with pytest.raises(UserError, match=f"case {case.key[:12]}: "):
+        merge(sweeps.study, sweeps.output, [tmp_path / "elsewhere"])
+
+
 def test_duplicates_must_agree(sweeps: Sweeps, tmp_path: Path) -> None:
     def otherwise(scenes: Sequence[Scene]) -> Iterator[Result]:
         for result in workers.made_up(scenes):
