@@ -172,6 +172,20 @@ def test_centres_are_stored_for_each_case_if_a_single_one_has_another_mesh(odd: 
             assert np.isnan(values[case.index][centres.size :]).all()
 
 
+def test_cells_of_centres() -> None:
+    """Neighbours among the window's, to a part of themselves and of the cells' length, which is 1/4 here."""
+    window, off = np.linspace(-1.0, 1.0, 9), 1e-8
+    for factor in (1.0, 1.0 + 0.9 * off, 1.0 - 0.9 * off):
+        assert layout.cells_of_centres(factor * window[1:6], window, off) == (1, 6)
+    for shift in (0.9 * off, -0.9 * off):
+        assert layout.cells_of_centres(window[4:5] + 0.25 * shift, window, off) == (4, 5)
+        assert layout.cells_of_centres(window[4:5] + 0.5 * shift, window, off) is None
+        assert layout.cells_of_centres(window[1:6] * (1.0 + 0.5 * shift), window) is None
+    assert layout.cells_of_centres(np.append(window[2:4], [np.nan, np.nan]), np.append(window, np.nan)) == (2, 4)
+    for centres in ([], [np.nan, -0.5], window[::2], [*window[6:], 1.25]):
+        assert layout.cells_of_centres(np.array(centres), window, off) is None
+
+
 def test_what_no_axis_has_is_stored_with_each_case(several: Path) -> None:
     """Creepages of a list of cases; of layers their numbers, from the surface down, from one on."""
     with open_cube(several) as tree:
