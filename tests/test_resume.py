@@ -477,6 +477,31 @@ def test_what_a_cube_has_lost_is_made_again(sweeps: Sweeps, gone: str, solved: i
     assert sweeps.run() == []
 
 
+@pytest.mark.parametrize("chunk", [1, 2])
+def test_fields_that_are_stored_otherwise_are_no_source(sweeps: Sweeps, chunk: int) -> None:
+    """Their bytes would be taken for those of a case: with two cases in a chunk, or sorted before compression."""
+    sweeps.run()
+    with h5py.File(sweeps.output, "r+") as file:
+        values, chunks = file["bare/pressure"][...], file["bare/pressure"].chunks
+        del file["bare/pressure"]
+        chunks, filters = (chunk, *chunks[1:]), {"compression": "gzip", "shuffle": chunk == 1}
+        file["bare"].create_dataset("pressure", data=values, chunks=chunks, **filters)
+    assert len(sweeps.run()) == CASES
+    assert any("its fields are not stored as this version stores them" in text for text in sweeps.told)
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_fields_in_other_places_are_no_source(sweeps: Sweeps) -> None:
+    """The coordinates in the cube are not those of the mesh."""
+    sweeps.run()
+    with h5py.File(sweeps.output, "r+") as file:
+        file["bare/x"][...] *= 1.5
+        cases = file["bare/status"].size
+    sweeps.write(SWEPT + "# edited\n")
+    assert len(sweeps.run()) == cases
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
 def test_an_earlier_cube_without_checksums(sweeps: Sweeps) -> None:
     sweeps.run()
     with h5py.File(sweeps.output, "r+") as file:
@@ -563,6 +588,14 @@ def test_a_lock_of_another_machine_needs_a_word(sweeps: Sweeps) -> None:
         sweeps.run()
     assert len(sweeps.run(take_over=True)) == CASES
     assert not sweeps.units.exists()
+
+
+def test_a_merge_needs_a_word_for_a_lock_of_another_machine_too(sweeps: Sweeps) -> None:
+    sweeps.run()
+    leave_lock(sweeps.units, host="elsewhere", boot="another")
+    with pytest.raises(UserError, match=f"process {os.getpid()} on elsewhere is at work"):
+        merge(sweeps.study, sweeps.output)
+    assert merge(sweeps.study, sweeps.output, take_over=True).solved == CASES
 
 
 def test_without_locks_of_the_file_system(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -910,8 +943,11 @@ def test_a_merge_refuses_what_does_not_belong(sweeps: Sweeps, tmp_path: Path) ->
         merge(sweeps.study, sweeps.output, [path])
 
 
-def test_a_merge_looks_into_the_fields_of_units_from_elsewhere(sweeps: Sweeps, tmp_path: Path) -> None:
-    """Whole, with a right checksum, and made of what was damaged before."""
+@pytest.mark.parametrize("solved", [0, 8])
+def test_a_merge_looks_into_the_fields_of_units_from_elsewhere(sweeps: Sweeps, tmp_path: Path, solved: int) -> None:
+    """Whole, with a right checksum, and made of what was damaged before, be the case solved here as well or not."""
+    if solved:
+        sweeps.run(solved)
     case = expand(sweeps.study).cases[5]
     found = synthetic.made_up_result(case.scene)
     body = bytearray(sweep.Packer(sweep.keep_of(sweeps.study.outputs)).pack(found, case.scene.mesh.cells).body)
@@ -919,6 +955,11 @@ def test_a_merge_looks_into_the_fields_of_units_from_elsewhere(sweeps: Sweeps, t
     (tmp_path / "elsewhere").mkdir()
     write_unit(tmp_path / "elsewhere", 1, [(case.key, bytes(body))], "swept")
     with pytest.raises(UserError, match=f"case {case.key[:12]}: "):
+        merge(sweeps.study, sweeps.output, [tmp_path / "elsewhere"])
+    (unit,) = unit_paths(tmp_path / "elsewhere")
+    unit.unlink()
+    unit.mkdir()  # and cannot be read
+    with pytest.raises(UserError, match=f"{unit.name}: "):
         merge(sweeps.study, sweeps.output, [tmp_path / "elsewhere"])
 
 
