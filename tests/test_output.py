@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -275,9 +276,12 @@ def test_a_file_in_place_of_the_units(tmp_path: Path) -> None:
         sweep.run(load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
 
 
-def test_a_device_is_no_output(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="not a file"):
-        sweep.run(load_text(tmp_path, SWEPT), Path("/dev/null"), workers=1, solve=workers.made_up)
+def test_a_device_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A socket stands for one: /dev/null itself would be gone if this were not refused, and root ran it."""
+    monkeypatch.chdir(tmp_path)
+    with socket.socket(socket.AF_UNIX) as device, pytest.raises(UserError, match="is a device or the like, not a file"):
+        device.bind("c.nc")
+        sweep.run(load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
 
 
 @pytest.mark.heavy
