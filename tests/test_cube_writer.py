@@ -200,6 +200,12 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
     assert (tmp_path / "data" / "real.nc").read_bytes() == b"new"
 
 
+def test_folders_are_made(tmp_path: Path) -> None:
+    with replacing(tmp_path / "one" / "in another" / "c.nc") as temporary:
+        temporary.write_bytes(b"new")
+    assert (tmp_path / "one" / "in another" / "c.nc").read_bytes() == b"new"
+
+
 def test_places_that_cannot_be_written_to(tmp_path: Path) -> None:
     made = synthetic.small()
     asked = []

@@ -691,6 +691,7 @@ def test_slip_operators_are_kept() -> None:
     one = SlipOperator.of(influence, (5, 4))
     assert SlipOperator.of(influence, (5, 4)) is one
     assert SlipOperator.of(influence, (4, 5)) is not one
+    assert SlipOperator.of(influence, (5, 4), sharp=True) is not one
     assert SlipOperator.of(influence.coarser(), (5, 4)).spacing == (0.08, 0.12)
     assert influence.coarser() is influence.coarser()
 
