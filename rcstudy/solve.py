@@ -9,7 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rcstudy.estimate import Hidden, error_estimates, least_over_largest
+from rcstudy.estimate import error_estimates
+from rcstudy.hidden import Hidden, close_to_border, least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
@@ -236,6 +237,7 @@ def _hidden(
         peak_by_layers=contact.peak_by_layers / contact.pressure_max,
         at_rim=contact.missing_at_rim,
         beyond_rim=contact.beyond_rim,
+        missed=contact.influence.missed(math.sqrt(contact.area / math.pi)),
     )
     if rolling is None or zone is None:
         return hidden
@@ -261,6 +263,7 @@ def _hidden(
         cusp_of_traction=of_traction,
         pull=pull,
         at_pole=rise_at_pole(contact.cells, contact.pressure, share, pull),
+        top_at_border=close_to_border(contact.cells, contact.pressure, rolling.slip),
     )
 
 

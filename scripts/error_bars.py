@@ -19,7 +19,8 @@ judged: `kalker` on cells four times finer still has a quarter of the error (`--
 - `coarse`: contacts of `mild`, `engineering` and `unlike` on 10 to 30 cells along the window, most of which have one
   coarser mesh, against eight times as many;
 - `sticking`: contacts of `mild` and `alike` at 0.003 to 0.3 of their creepages;
-- `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip.
+- `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip;
+- `rubber`: nearly incompressible films of 1 MPa to 1 GPa on steel or stiffer bodies, 0.03 to 2.5 cells thick.
 
 Published: results/error_bars.md.
 """
@@ -229,6 +230,39 @@ def film_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     return replace(scene, mesh=Mesh(fitted_size(scene, 1.3, (cells, cells)), (cells, cells)))
 
 
+def rubber_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """A film of 1 MPa to 1 GPa, nu 0.45 to 0.5 and 0.03 to 2.5 cells thick, on steel or on stiffer or softer bodies.
+
+    Creepages are 0.1 to 3 times that of full slip between bodies of the substrate, or up to some ten per cent.
+    """
+    while True:
+        cells = int(rng.integers(20, 65))
+        film = Layer(
+            _power(rng, 0.0, 3.0),
+            float(rng.choice([0.45, 0.48, 0.49, 0.495, 0.499, 0.5, 0.5])),
+            _power(rng, -2.5, -0.5),
+        )
+        scene = Scene(
+            STEEL if rng.random() < 0.5 else Material(_power(rng, 4.5, 6.5), 0.3),
+            ((50.0, 50.0), (50.0, 50.0), (20.0, 20.0), (10.0, 200.0), (300.0, 460.0))[rng.integers(5)],
+            _power(rng, 0.0, 3.5),
+            Mesh((1.0, 1.0), (cells, cells)),
+            (film,),
+            (None, None, STEEL, Material(70000.0, 0.33))[rng.integers(4)],
+            rng.uniform(0.1, 0.6),
+            Creepage(),
+            discretisation=discretisation,  # type: ignore[arg-type]
+            tolerance=Tolerance(1e-6, 1e-6),
+        )
+        scene = replace(scene, mesh=Mesh(fitted_size(scene, 1.3, (cells, cells)), (cells, cells)))
+        if not 0.03 < film.thickness / max(scene.mesh.spacing) < 2.5:
+            continue
+        if rng.random() < 0.5:
+            return _creeping(scene, _direction(rng, 0.4), 10.0 ** rng.uniform(-1.0, 0.5))
+        size = 0.1 * rng.choice([0.1, 1.0]) * rng.normal(size=3)
+        return _with_creepage(scene, size * [1.0, 1.0, 2.6 / scene.mesh.size[0]])
+
+
 def few_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     """A contact of `mild` or `engineering` on 5 to 18 cells along the longer side of its window."""
     scene = (mild_scene if rng.random() < 0.5 else engineering_scene)(rng, discretisation)
@@ -382,6 +416,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "alike": alike_scene,
     "engineering": engineering_scene,
     "films": film_scene,
+    "rubber": rubber_scene,
     "unlike": unlike_scene,
     "few": few_scene,
     "fewest": fewest_scene,

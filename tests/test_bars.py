@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, hertz_of, solved, steel, window
 
-from rcstudy.estimate import Hidden, _cells_per_radius, error_estimates, least_over_largest
+from rcstudy.estimate import _cells_per_radius, error_estimates
 from rcstudy.fits import ALIGNED, ALIKE, FITS, Fit
+from rcstudy.hidden import Hidden, close_to_border, least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene, Tolerance
@@ -789,3 +790,29 @@ def test_bars_of_forces_across_and_moments_fall_with_the_creepages() -> None:
             assert smaller == pytest.approx(small * (0.5 if falls else 1.0), rel=1e-6)
             assert (small < 0.5 * large) == falls
         assert bars[0]["force_x_error"] == pytest.approx(bars[2]["force_x_error"], rel=1e-6)
+
+
+def test_largest_pressures_close_to_the_border_of_the_stick_zone() -> None:
+    cells = np.array([[i, j] for i in range(7) for j in range(5)])
+
+    def close(top: tuple[int, int], slip: np.ndarray) -> bool:
+        return close_to_border(cells, np.where((cells == top).all(axis=1), 2.0, 1.0), slip)
+
+    found = [close((top, 2), cells[:, 0] >= first) for top, first in ((3, 5), (2, 5), (5, 5), (6, 4), (6, 5), (3, 7))]
+    assert found == [True, False, True, False, True, False]
+    alone = (cells == [5, 3]).all(axis=1)
+    assert close((3, 2), alone)  # two behind and one aside
+    assert not close((3, 1), alone)
+
+
+def test_bars_of_largest_pressures_close_to_that_border() -> None:
+    scene = replace(steel(Mesh((1.0, 1.0), (99, 99)), creepage=Creepage(0.001)), counterbody=None, coupling="full")
+    level = MIDDLING | {"pressure_max": 400.0}
+    levels = [level, level | {"pressure_max": 398.0}, level]
+    for discretisation in ("kalker", "aligned"):
+        one = replace(scene, discretisation=discretisation)
+        plain, found = (error_estimates(one, 5000, levels, Hidden(top_at_border=close)) for close in (False, True))
+        if discretisation == "aligned":
+            assert plain.pop("pressure_max_error") < 1.0
+            assert found.pop("pressure_max_error") == pytest.approx(2.0, rel=1e-3)  # and the tolerance
+        assert found == plain

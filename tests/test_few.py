@@ -12,7 +12,8 @@ from contacts import MIDDLING, STEEL, hertz_of, steel
 
 from rcstudy import few
 from rcstudy.build import fitted_size
-from rcstudy.estimate import Hidden, error_estimates
+from rcstudy.estimate import error_estimates
+from rcstudy.hidden import Hidden
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
 from rcstudy.result import ESTIMATED, Status
 from rcstudy.solve import solve_scene

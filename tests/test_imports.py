@@ -29,6 +29,7 @@ ORDER = [
     "rcstudy.plan",
     "rcstudy.fits",
     "rcstudy.few",
+    "rcstudy.hidden",
     "rcstudy.estimate",
     "rcstudy.solve",
     "rcstudy.batch",

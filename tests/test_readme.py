@@ -64,6 +64,7 @@ CONTACTS = {
     "sticking": "contacts that hardly slip",
     "sliding": "near full slip",
     "wild": "extreme: ellipses to 1000:1, six layers, skins",
+    "rubber": "nearly incompressible films of 1 MPa to 1 GPa on stiff bodies",
 }
 
 

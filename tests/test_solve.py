@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from contacts import STEEL, steel
 
-from rcstudy.estimate import least_over_largest
+from rcstudy.hidden import least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.normal_operator import NormalSolution

@@ -32,6 +32,7 @@ from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, HalfLine, for_
 from rcstudy.mechanics.hankel import hankel_transforms, running_integral
 from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
+from rcstudy.mechanics.missed import Missed, missed
 from rcstudy.mechanics.scene import Layer, Material
 
 T = TypeVar("T")
@@ -263,6 +264,10 @@ class Influence:
             return float(difference[most]), float(scale[most])
 
         return self._known("skin at edge", made)
+
+    def missed(self, radius: float) -> Missed:
+        """What these cells miss of the responses of thin layers, in a contact of this radius (mm): `missed.py`."""
+        return missed(self._responses, self.spacing[0], radius) if self.layered else Missed()
 
     def as_half_space(self, most: int, tolerance: float) -> int:
         """Cells, at most `most` (of `_MOST_CELLS`), over which bodies respond as to waves of one cell: as half-spaces.

@@ -1,0 +1,135 @@
+"""What cells miss of the responses of thin layers, against waves on fine meshes and contacts on finer cells."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import rcstudy
+from rcstudy.estimate import error_estimates
+from rcstudy.hidden import Hidden
+from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.missed import Missed
+from rcstudy.mechanics.scene import Layer, Material
+from rcstudy.study import scene_from_mapping
+
+STEEL = Material(210000.0, 0.3)
+RUBBER = (Layer(10.0, 0.5, 0.01),)
+CELLS, FINE = 40, 256  # cells in one wave; points in a cell
+
+
+def influence(layers: tuple[Layer, ...], counterbody: Material | None, side: float) -> Influence:
+    return Influence(STEEL, layers, counterbody, (side, side), 1.0)
+
+
+def seen(bodies: Influence, side: float) -> tuple[float, float]:
+    """Amplitudes of u_z and u_x at the cells' centres, over what a wave of the same pressure without cells causes."""
+    n = CELLS * FINE
+    centres = np.arange(CELLS) * FINE + FINE // 2
+    phase = 2.0 * math.pi * (np.arange(CELLS) + 0.5) / CELLS
+    spectrum = np.fft.rfft(np.repeat(np.cos(phase), FINE))
+    # the piece-wise constant values lie half a point off
+    spectrum *= np.exp(1j * math.pi * np.arange(spectrum.size) / n)
+    alpha = 2.0 * math.pi * np.arange(1, spectrum.size) / (CELLS * side)
+    lift, along = np.zeros_like(spectrum), np.zeros_like(spectrum)
+    responses = bodies._responses(alpha)
+    lift[1:], along[1:] = spectrum[1:] * responses[0], spectrum[1:] * 1j * responses[1]
+    u_z, u_x = np.fft.irfft(lift, n)[centres], np.fft.irfft(along, n)[centres]
+    return (
+        2.0 * float(u_z @ np.cos(phase)) / CELLS / float(responses[0, 0]),
+        -2.0 * float(u_x @ np.sin(phase)) / CELLS / float(responses[1, 0]),
+    )
+
+
+@pytest.mark.parametrize("counterbody", [None, STEEL])
+@pytest.mark.parametrize("thickness", [0.004, 0.01, 0.03])
+def test_responses_to_pressure_constant_in_cells(thickness: float, counterbody: Material | None) -> None:
+    side = 0.02
+    layers = (Layer(10.0, 0.499, thickness),)
+    radius = CELLS * side / (2.0 * math.pi)  # whose 1/radius is the wave's number
+    bodies, bare = influence(layers, counterbody, side), influence((), None, side)
+    found, also = bodies.missed(radius), bodies.missed(3.0 * radius)
+    (lift, along), (lift_bare, along_bare) = seen(bodies, side), seen(bare, side)
+    assert found.compliance == pytest.approx(abs(math.log(lift / lift_bare)), rel=0.02, abs=2e-5)
+    beta = bodies.slip_by_pressure_over_tractions
+    # the wave 3/radius' is that of this mesh; the part missed at 1/dx is larger
+    assert also.slip == pytest.approx(abs(along / along_bare - 1.0) * abs(beta), rel=0.05, abs=2e-5)
+
+
+def test_nothing_is_missed_without_thin_layers() -> None:
+    for counterbody in (None, STEEL):
+        assert influence((), counterbody, 0.05).missed(0.5) == Missed(0.0, 0.0)
+        own = influence((Layer(STEEL.E, STEEL.nu, 0.01),), counterbody, 0.05).missed(0.5)
+        assert max(own) < 1e-12
+        thick = influence((Layer(0.5 * STEEL.E, 0.3, 0.25),), counterbody, 0.025).missed(0.5)
+        assert max(thick) < 2e-5
+    assert min(influence(RUBBER, None, 0.05).missed(0.5)) > 0.01
+
+
+def test_error_bars_of_what_cells_miss() -> None:
+    scene = scene_from_mapping(
+        {
+            "substrate": {"E": 210000, "nu": 0.3},
+            "counterbody": "rigid",
+            "radius": 50,
+            "load": 100,
+            "friction": 0.25,
+            "creepage": {"longitudinal": 0.001, "spin": 0.001},
+            "mesh": {"size": [1.0, 1.0], "cells": [32, 32]},
+        }
+    )
+    level = {
+        "force_x": -10.0,
+        "force_y": 1.0,
+        "moment_z": 0.5,
+        "contact_area": 0.4,
+        "contact_radius": 0.35,
+        "slip_area": 0.3,
+        "approach": 0.01,
+        "pressure_max": 400.0,
+        "traction_max": 80.0,
+        "friction_power": 0.01,
+    }
+
+    def bars(missed: Missed) -> dict[str, float]:
+        return error_estimates(scene, 300, [level] * 2, Hidden(missed=missed, slips_at_top=False))
+
+    none, compliance, slip = bars(Missed()), bars(Missed(compliance=0.1)), bars(Missed(slip=0.02))
+    more = {name: compliance[name] - none[name] for name in none}
+    assert more["contact_area_error"] == pytest.approx(0.045 * 0.4)
+    assert more["contact_radius_error"] == pytest.approx(0.022 * 0.35)
+    assert more["approach_error"] == pytest.approx(0.04 * 0.01)
+    assert more["pressure_max_error"] == pytest.approx(0.07 * 400.0)
+    assert more["traction_max_error"] == pytest.approx(0.05 * 80.0)
+    assert more["force_x_error"] == pytest.approx(more["force_y_error"]) == pytest.approx(0.02 * 25.0)
+    assert more["moment_z_error"] == pytest.approx(0.02 * 25.0 * 0.35)
+    of_stick = 1.1 * 0.02 / 0.25 * math.sqrt(1.0 - 0.3 / 0.4) * 25.0
+    assert slip["force_x_error"] == pytest.approx(math.hypot(none["force_x_error"], of_stick))
+    assert {name: bar for name, bar in slip.items() if name != "force_x_error"} == {
+        name: bar for name, bar in none.items() if name != "force_x_error"
+    }
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_on_a_film_of_rubber_a_quarter_of_a_cell_thick(discretisation: str) -> None:
+    def contact(cells: int, discretisation: str):
+        return rcstudy.solve(
+            {
+                "substrate": {"E": 210000, "nu": 0.3},
+                "counterbody": "rigid",
+                "layers": [{"E": 10, "nu": 0.5, "thickness": 0.01}],
+                "radius": 50,
+                "load": 100,
+                "friction": 0.3,
+                "creepage": {"longitudinal": 0.02, "spin": 0.02},
+                "discretisation": discretisation,
+                "mesh": {"size": [1.25, 1.25], "cells": [cells, cells]},
+            }
+        )
+
+    found, finer = contact(32, discretisation), contact(128, "aligned")
+    for name in ("contact_area", "pressure_max", "approach", "force_x", "force_y", "moment_z", "friction_power"):
+        assert abs(float(found[name] - finer[name])) < float(found[f"{name}_error"]), name
+    assert abs(float(found.force_x - finer.force_x)) > 0.1 * abs(float(finer.force_x))
