@@ -10,7 +10,7 @@ import gc
 import hashlib
 import itertools
 import math
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -155,13 +155,14 @@ def _expanded(study: Study) -> Expansion:
     ordered: dict[Hashable, dict[Hashable, list[Case]]] = {}
     grids = []
     for plan in study.grids:
-        scales = _Scales()
+        scales, scenes = _Scales(), []
         for index in plan.indices():
             scene = plan.scene(index)
             scales.add(scene)
+            scenes.append(scene)
             case = Case(plan.name, index, scene, case_key(scene))
             ordered.setdefault(layer_set(scene), {}).setdefault(normal_problem(scene), []).append(case)
-        grids.append(_grid(plan, scales))
+        grids.append(_grid(plan, scales, scenes))
     cases = (case for of_layers in ordered.values() for group in of_layers.values() for case in group)
     return Expansion(tuple(grids), tuple(cases))
 
@@ -182,9 +183,52 @@ class _Scales:
         return next(iter(values)) if len(values) == 1 else None
 
 
-def _grid(plan: GridPlan, scales: _Scales) -> Grid:
-    axes = tuple(Axis(a.name, len(a.values), _axis_coords(a, scales), a.labels) for a in plan.axes)
-    return Grid(plan.name, plan.description, axes, plan.shape)
+def _grid(plan: GridPlan, scales: _Scales, scenes: Sequence[Scene]) -> Grid:
+    axes = []
+    for axis in plan.axes:
+        coords = _axis_coords(axis, scales)
+        if axis.path == "case":  # the only one of its grid
+            coords |= _coords_of_list(scenes, scales)
+        axes.append(Axis(axis.name, len(axis.values), coords, axis.labels))
+    return Grid(plan.name, plan.description, tuple(axes), plan.shape)
+
+
+def _coords_of_list(scenes: Sequence[Scene], scales: _Scales) -> dict[str, Coord]:
+    """Coordinates of the settings that differ in a list of cases, named as along an axis of each.
+
+    Those that the cube holds of each case anyway (`layout.SETTINGS`, layers) are left out.
+    """
+    coords: dict[str, Coord] = {}
+    for path, value in _LISTED.items():
+        values = [value(scene) for scene in scenes]
+        if len(set(values)) > 1:
+            name = path.replace(".", "_")
+            if isinstance(values[0], str):
+                coords[name] = Coord(values, "1", DESCRIPTIONS[path].long_name)
+            else:
+                coords |= _value_coords(name, path, values, None, scales)
+    return coords
+
+
+def _of_counterbody(name: str) -> Callable[[Scene], float]:
+    return lambda scene: math.nan if scene.counterbody is None else getattr(scene.counterbody, name)
+
+
+_LISTED: dict[str, Callable[[Scene], Any]] = {
+    "substrate.E": lambda scene: scene.substrate.E,
+    "substrate.nu": lambda scene: scene.substrate.nu,
+    "counterbody.E": _of_counterbody("E"),
+    "counterbody.nu": _of_counterbody("nu"),
+    "radius": lambda scene: scene.radius,
+    "mesh.size": lambda scene: scene.mesh.size,
+    "mesh.cells": lambda scene: scene.mesh.cells,
+    "coupling": lambda scene: scene.coupling,
+    "method": lambda scene: scene.method,
+    "discretisation": lambda scene: scene.discretisation,
+    "spin_point": lambda scene: scene.spin_point,
+    "tolerance.normal": lambda scene: scene.tolerance.normal,
+    "tolerance.tangential": lambda scene: scene.tolerance.tangential,
+}
 
 
 def _axis_coords(axis: AxisPlan, scales: _Scales) -> dict[str, Coord]:

@@ -210,6 +210,8 @@ def _values(axis: Axis, room: int, most: int = 12) -> str:
 
 def _value(axis: Axis, i: int) -> str:
     label = axis.labels[i]
+    if axis.name == "case":  # what it stands for is in the file
+        return label
     inside = []
     for name, coord in axis.coords.items():
         value = coord.values[i]

@@ -134,6 +134,43 @@ def test_grids_keep_order_shape_and_labels(study):
     assert expansion.grids[0].axes[1].labels == ("1", "2")
 
 
+def test_coordinates_of_what_differs_in_a_list(coords):
+    found = coords(
+        "cases: [{label: one, load: 50}, {label: two, counterbody: rigid, radius: [10, 20], coupling: full}, "
+        "{label: three, counterbody: {E: 2 Es, nu: 0.2}, substrate: {E: 1e5, nu: 0.3}, tolerance: {tangential: 1e-6}, "
+        "mesh: {size: [2, 1], cells: [20, 10]}, spin_point: 0.25}]"
+    )
+    names = [
+        "case",
+        "substrate_E",
+        "counterbody_E",
+        "counterbody_nu",
+        "radius_x",
+        "radius_y",
+        "mesh_size_x",
+        "mesh_size_y",
+        "mesh_cells_x",
+        "mesh_cells_y",
+        "coupling",
+        "spin_point",
+        "tolerance_tangential",
+    ]
+    assert list(found) == names
+    assert found["substrate_E"] == ([210000.0, 210000.0, 1e5], "MPa")
+    np.testing.assert_array_equal(found["counterbody_E"][0][1:], [math.nan, 2e5])
+    assert found["counterbody_nu"][1] == "1"
+    assert found["radius_x"] == ([50.0, 10.0, 50.0], "mm")
+    assert found["radius_y"] == ([50.0, 20.0, 50.0], "mm")
+    assert found["mesh_size_x"][0][2] == 2.0
+    assert found["mesh_size_y"][0][2] == 1.0
+    assert found["mesh_cells_x"][0][2] == 20
+    assert found["mesh_cells_y"][0][2] == 10
+    assert found["coupling"] == (["one-way", "full", "one-way"], "1")
+    assert found["spin_point"][0][2] == 0.25
+    assert found["tolerance_tangential"][0][2] == 1e-6
+    assert coords("cases: [{label: one, radius: 10}, {label: two}]")["radius"] == ([10.0, 50.0], "mm")
+
+
 # cases
 
 
