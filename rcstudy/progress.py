@@ -83,8 +83,23 @@ class _Pace:
         return since / (self.done - 1)
 
 
+# Parts of the bar's line, and the least width of each but the number done; those left out first where there is no room.
+_WIDTHS = {"solving": 7, "bar": 10, "rate": 12, "failed": 8, "elapsed": 7, "left": 12}
+_LEFT_OUT = "bar", "rate", "elapsed", "solving", "failed", "left"
+
+
+def _parts(room: int, total: int) -> list[str]:
+    """The parts of the line, of those in `_WIDTHS`, that fit into `room` characters beside the number of `total`."""
+    kept, number = list(_WIDTHS), 2 * len(str(total)) + 1
+    for name in _LEFT_OUT:
+        if number + sum(1 + _WIDTHS[part] for part in kept) <= room:
+            break
+        kept.remove(name)
+    return kept
+
+
 class Bar:
-    """A bar with the number done, rate, time left and number failed, on standard error."""
+    """A bar with the number done, rate, time left and number failed, on standard error; on narrow terminals less."""
 
     def __init__(self) -> None:
         self._bar: RichProgress | None = None
@@ -95,19 +110,29 @@ class Bar:
     def begin(self, total: int) -> None:
         """Show the bar."""
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            ProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
         from rich.progress import Progress as RichProgress
 
+        console = Console(stderr=True)
+        columns: dict[str, list[ProgressColumn]] = {
+            "solving": [TextColumn("solving")],
+            "bar": [BarColumn()],
+            "number": [MofNCompleteColumn()],
+            "rate": [TextColumn("{task.fields[rate]}")],
+            "failed": [TextColumn("failed {task.fields[failed]}")],
+            "elapsed": [TimeElapsedColumn()],
+            "left": [TextColumn("left"), TimeRemainingColumn()],
+        }
+        kept = {*_parts(console.width, total), "number"}
         self._bar = RichProgress(
-            TextColumn("solving"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TextColumn("failed {task.fields[failed]}"),
-            TimeElapsedColumn(),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
+            *(column for name, found in columns.items() if name in kept for column in found), console=console
         )
         self._bar.start()
         self._task = self._bar.add_task("solving", total=total, failed=0, rate="")

@@ -8,6 +8,7 @@ import importlib
 import io
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -503,6 +504,32 @@ def test_the_time_left_is_told_once_it_is_known(monkeypatch: pytest.MonkeyPatch)
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
+
+
+@pytest.mark.parametrize(
+    ("width", "shown", "left_out"),
+    [
+        (120, ["solving", "\u2501" * 10, "failed 1", "0:00:00", "left"], []),
+        (66, ["solving", "failed 1", "0:00:00", "left"], ["\u2501"]),
+        (40, ["solving", "failed 1", "left"], ["\u2501", "0:00:00"]),
+        (20, ["left"], ["solving", "failed"]),
+        (5, ["1/75"], ["left"]),
+    ],
+)
+def test_a_bar_on_a_narrow_terminal(
+    width: int, shown: list[str], left_out: list[str], capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At 40 columns it read ``solving ... 0... failed 0 0:... left -:--...``."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", f"{width}")
+    bar = for_stream(Terminal())
+    bar.begin(75)
+    bar.advance(failed=True)
+    bar.end()
+    last = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", capsys.readouterr().err).rstrip().splitlines()[-1]
+    assert "1/75" in last
+    assert "\u2026" not in last
+    assert [word for word in shown if word not in last] == [word for word in left_out if word in last] == []
 
 
 def test_a_bar_on_a_terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
