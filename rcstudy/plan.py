@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
-from rcstudy.mechanics.scene import Scene
+from rcstudy.mechanics.scene import Layer, Scene
 from rcstudy.progress import counted, duration, in_bytes
 from rcstudy.result import VARIABLES
 from rcstudy.settings import unit_as_written
@@ -34,6 +34,7 @@ CELL_BYTES = 600  # held by a solver for each cell of the largest mesh
 HELD_CASE_BYTES = 3000  # held for each case by the process that deals out the work
 
 _WIDTH = 110  # of a line of values
+_LAYERS_SHOWN = 3
 
 
 @dataclass(frozen=True)
@@ -172,10 +173,11 @@ def plan_report(study: Study) -> str:
 def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
     lines = [f"grid {grid.name}" + (f": {grid.description.strip()}" if grid.description.strip() else "")]
     width = max(len(axis.name) for axis in grid.axes)
-    for axis in grid.axes:
+    for k, axis in enumerate(grid.axes):
         start = f"  {axis.name:{width}}  {axis.size:3d}  "
+        stacks = _stacks(cases, k) if axis.name == "layers" else {}
         wrapped = textwrap.wrap(
-            _values(axis, _WIDTH - len(start)),
+            _values(axis, stacks, _WIDTH - len(start)),
             _WIDTH,
             initial_indent=start,
             subsequent_indent=" " * len(start),
@@ -195,13 +197,29 @@ def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
     return lines
 
 
-def _values(axis: Axis, room: int, most: int = 12) -> str:
+def _stacks(cases: Sequence[Case], k: int) -> dict[int, str]:
+    """The layers at each place along axis `k`, from the surface down; none where they depend on another axis, too."""
+    found: dict[int, set[tuple[Layer, ...]]] = {}
+    for case in cases:
+        found.setdefault(case.index[k], set()).add(case.scene.layers)
+    return {i: _stack(*layers) for i, layers in found.items() if len(layers) == 1}
+
+
+def _stack(layers: tuple[Layer, ...]) -> str:
+    shown = [f"{layer.thickness:.6g} mm of {layer.E:.6g} MPa" for layer in layers[:_LAYERS_SHOWN]]
+    more = len(layers) - len(shown)
+    return ", ".join([*shown, f"{more} more"] if more else shown) or "no layers"
+
+
+def _values(axis: Axis, inside: Mapping[int, str], room: int, most: int = 12) -> str:
     """The values of an axis as written and in absolute units; spaces within a value are no-break spaces.
 
-    A value that is longer than the `room` of a line may be broken between its parts.
+    `inside`: what some values stand for. A value that is longer than the `room` of a line may be broken between its
+    parts.
     """
     kept = range(axis.size) if axis.size <= most else (*range(most - 1), axis.size - 1)
-    texts = [_value(axis, i).replace(" ", "\xa0") for i in kept]
+    texts = [f"{_value(axis, i)} ({inside[i]})" if i in inside else _value(axis, i) for i in kept]
+    texts = [text.replace(" ", "\xa0") for text in texts]
     texts = [text if len(text) < room else text.replace(",\xa0", ", ").replace("\xa0(", " (") for text in texts]
     if axis.size > most:
         texts.insert(-1, "...")

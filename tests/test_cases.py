@@ -489,3 +489,17 @@ def test_estimated_time_grows_with_cells_in_contact_and_method(study):
 def test_long_axes_are_shortened(study):
     report = plan_report(study(f"  g: {{axes: {{friction: {list(range(1, 101))}}}}}\n"))
     assert "1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, ..., 100" in report
+
+
+def test_plan_says_what_layers_are(study):
+    text = (
+        "  g: {axes: {layers: [[{E: 1 Es, nu: 0.3, thickness: 0.02}], "
+        "{label: graded, layers: [{E: 1e5, nu: 0.3, thickness: 0.1}, {E: 2e5, nu: 0.2, thickness: 0.2}, "
+        "{E: 3e5, nu: 0.2, thickness: 0.3}, {E: 4e5, nu: 0.2, thickness: 0.3}]}, {label: none, layers: []}], "
+        "load: [50, 100]}}\n"
+    )
+    words = " ".join(plan_report(study(text)).split())
+    assert "layers 3 a (0.02 mm of 210000 MPa), graded (0.1 mm of 100000 MPa, 0.2 mm of 200000 MPa, " in words
+    assert "0.3 mm of 300000 MPa, 1 more), none (no layers) load 2 50 N, 100 N" in words
+    relative = text.replace("thickness: 0.02", "thickness: 0.5 a")  # and a depends on the load
+    assert "layers 3 a, graded (0.1 mm" in " ".join(plan_report(study(relative)).split())
