@@ -118,8 +118,16 @@ def test_dollars_of_a_label_in_a_caption_leave_its_mathematics(tmp_path: Path, m
 
 def test_lines_break_neither_inside_mathematics_nor_at_kept_spaces() -> None:
     text = rf"{literal('cost $5')} and $a = b + c$ with 100{KEEP}N or more"
-    assert wrapped(text, 14) == [r"cost \$5 and", "$a = b + c$", "with 100 N or", "more"]
+    assert wrapped(text, 14) == [r"cost \$5 and", "$a = b + c$ with", "100 N or more"]
     assert wrapped("abcdefgh", 5) == ["abcde", "fgh"]
+
+
+def test_lines_are_as_long_as_what_is_drawn() -> None:
+    formula = r"$E_1 = 10\,\mathrm{MPa}$"  # 11 letters
+    assert wrapped(f"a: {formula}, b", 15) == [f"a: {formula},", "b"]
+    assert wrapped(f"a: {formula}, b", 18) == [f"a: {formula}, b"]
+    assert wrapped(r"$\nu$$\varphi$ $2\times10^{-7}$ x", 10) == [r"$\nu$$\varphi$ $2\times10^{-7}$", "x"]
+    assert wrapped("of \ue000 and $a$", 40) == ["of ? and $a$"]
 
 
 def test_forces_that_symmetry_makes_zero_have_no_panel(tmp_path: Path) -> None:

@@ -24,12 +24,27 @@ def power_of_ten(number: str) -> str:
 def wrapped(text: str, width: int) -> list[str]:
     """Lines of about `width` letters, broken neither at `KEEP` nor inside mathematics.
 
-    Mathematics is taken to be as wide as its source without commands. Words longer than a line are broken where
-    the text has no mathematics.
+    Mathematics counts as many letters as are drawn of it. Words longer than a line are broken where the text has no
+    mathematics.
     """
+    text = _ONE_STAND_IN.sub("?", text)  # no font has them
     parts = re.split(r"(?<!\\)\$", text)  # an escaped one is a letter
-    glued = "$".join(part.replace(" ", KEEP) if i % 2 else part for i, part in enumerate(parts))
-    return [line.replace(KEEP, " ") for line in textwrap.wrap(glued, width, break_long_words=len(parts) == 1)]
+    formulas = parts[1::2]
+    stand_ins = [_STAND_IN[i % 2] * max(1, _drawn(formula)) for i, formula in enumerate(formulas)]
+    parts[1::2] = stand_ins
+    lines = textwrap.wrap("".join(parts), width, break_long_words=not formulas)
+    left = iter(formulas)
+    return [_ONE_STAND_IN.sub(lambda _: f"${next(left)}$", line).replace(KEEP, " ") for line in lines]
+
+
+_STAND_IN = "\ue000", "\ue001"  # by turns, as one formula may follow another
+_ONE_STAND_IN = re.compile(f"{_STAND_IN[0]}+|{_STAND_IN[1]}+")
+
+
+def _drawn(formula: str) -> int:
+    """About the number of letters that are drawn of a formula."""
+    text = re.sub(r"\\(?:mathrm|text|mathit|left|right)\b|[{}_^]", "", formula)
+    return len(re.sub(r"\\(?:[a-zA-Z]+ ?|.)", "x", text))
 
 
 def shortened(texts: Sequence[str], most: int) -> list[str]:

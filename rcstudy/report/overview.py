@@ -48,7 +48,7 @@ _CURVE = 3  # values of a creepage from which on curves are drawn along it, what
 _MARKERS = 6.0, 2.8  # sizes of the markers of the first line and, where there are many, of the last, points
 _SMALLER = 1.2  # difference of the sizes of the markers of two lines, at most, points
 _ASIDE = 0.09  # distance of the points of two lines over a label, in distances of labels
-_LETTERS = 20  # of the numbers of all ticks along x for which panels have room
+_LETTERS = 20  # of the numbers or words of all ticks along x for which panels have room
 _ACROSS = 28  # digits that are as wide as a panel
 _LONG = 5  # letters of a tick's number; of longer ones panels have room for few
 
@@ -282,9 +282,10 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
     else:
         labels = [literal(text) for text in shortened(grid.axis_values(axis), 18)]
         every = -(-len(labels) // 12)
+        longest, shown = max(map(len, labels)), labels[::every]
         # long labels upright: inclined they would take the width of their panel
-        turned = {"rotation": 90} if max(map(len, labels)) > 8 else {"rotation": 30, "ha": "right"}
-        ax.set_xticks(range(0, len(labels), every), labels[::every], **turned)
+        turned = {"rotation": 90} if longest > 8 else {"rotation": 30, "ha": "right"}
+        ax.set_xticks(range(0, len(labels), every), shown, **({} if longest * len(shown) <= _LETTERS else turned))
 
 
 def _scale_axis(ax: Axes, values: np.ndarray) -> None:
