@@ -185,9 +185,9 @@ def error_estimates(
     bars = {}
     for name, fit in fits.items():
         if name in levels[0]:
-            bars[name] = case.by_meshes(name, fit, [level[name] for level in levels]) + case.left_by_solver(name)
+            by_meshes = math.hypot(case.by_meshes(name, fit, [level[name] for level in levels]), case.missed_slip(name))
+            bars[name] = by_meshes + case.left_by_solver(name) + case.missed_compliance(name)
             bars[name] += hides.get(name, 0.0) * abs(levels[0][name])
-    case.add_what_cells_miss(bars)
     if "slip_area" in levels[0]:
         case.add_turned_force(bars)
         if len(levels) == 1 and case.on_few:  # the laws of few cells hold for all parts of the errors
@@ -320,14 +320,16 @@ class _Case:
             "approach": lift + _APPROACH * hidden.peak_by_layers,
         }
 
-    def add_what_cells_miss(self, bars: dict[str, float]) -> None:
-        """Add what cells miss of the responses of layers thinner than themselves (`_MISSED`)."""
-        compliance, slip = self.hidden.missed
-        for name in _MISSED.keys() & bars.keys():
-            bars[name] += _MISSED[name] * compliance * abs(self.scales[name])
-        if "force_x" in bars:
-            sticks = math.sqrt(max(1.0 - self.slipping, 0.0)) / self.scene.friction
-            bars["force_x"] = math.hypot(bars["force_x"], _MISSED_SLIP * slip * sticks * self.scales["force_x"])
+    def missed_compliance(self, name: str) -> float:
+        """Error by what cells miss of the compliance of layers thinner than themselves (`_MISSED`)."""
+        return _MISSED.get(name, 0.0) * self.hidden.missed.compliance * abs(self.scales[name])
+
+    def missed_slip(self, name: str) -> float:
+        """Error of the force along x by what cells miss of the slip by pressure on such layers; 0 for all others."""
+        if name != "force_x":
+            return 0.0
+        sticks = math.sqrt(max(1.0 - self.slipping, 0.0))
+        return _MISSED_SLIP * self.hidden.missed.slip / self.scene.friction * sticks * self.scales[name]
 
     def add_what_slips(self, bars: dict[str, float], meshes: int) -> None:
         """Set the bar of the slip area and, where no cell slips, those of power, forces and moment."""
