@@ -400,3 +400,9 @@ def test_the_package_is_light_and_its_functions_stay_functions() -> None:
     )
     environment = {k: v for k, v in os.environ.items() if not k.endswith("_NUM_THREADS")}
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+
+
+def test_whole_numbers_that_are_missing_are_no_numbers() -> None:
+    np.testing.assert_array_equal(layout.as_floats(np.array([layout.MISSING, 0, 3], dtype="i1")), [np.nan, 0.0, 3.0])
+    np.testing.assert_array_equal(layout.as_floats(np.array([255, 3], dtype="u1")), [255.0, 3.0])
+    np.testing.assert_array_equal(layout.as_floats(np.array([-1.0, np.nan], dtype="f4")), [-1.0, np.nan])

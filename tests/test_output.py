@@ -19,7 +19,7 @@ from studies import BASE, SWEPT, load_text
 
 from rcstudy import pool, publish, solve, sweep
 from rcstudy.cube import open_cube
-from rcstudy.earlier import is_replaced, state_of
+from rcstudy.earlier import is_replaced, refuse_cube, state_of
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result
@@ -365,3 +365,15 @@ def test_figures_need_no_backend_for_screens(tmp_path: Path) -> None:
     done = run(tmp_path, "MPLBACKEND=nowhere $R figures c.nc -o figures --formats png")
     assert (done.returncode, done.stderr) == (0, "")
     assert list((tmp_path / "figures").glob("*.png"))
+
+
+def test_a_cube_is_refused_where_none_is_to_be_written(tmp_path: Path) -> None:
+    path = tmp_path / "c.nc"
+    refuse_cube(path)  # nothing there
+    with h5py.File(path, "w") as file:
+        file["numbers"] = [1.0, 2.0]
+    refuse_cube(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["rcstudy_schema"] = 1
+    with pytest.raises(UserError, match="is a cube; not overwritten"):
+        refuse_cube(path)

@@ -13,7 +13,7 @@ from contacts import STEEL, steel
 from rcstudy.hidden import least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
-from rcstudy.mechanics.normal_operator import NormalSolution
+from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.proof import prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
@@ -199,3 +199,13 @@ def test_small_tractions_ask_for_a_sharper_pressure(monkeypatch: pytest.MonkeyPa
     bounds = SCENE.friction * np.linalg.norm(shared.contact.pressure)
     assert ratios == pytest.approx([bounds / np.linalg.norm(rolling.q)] * 2, rel=1e-9)
     assert asked == [shared.contact.solution.attainable] * 2 and asked[0] > 0.0
+
+
+def test_residual_that_rounding_allows() -> None:
+    """Noise of both gaps, by the stiffness, on each loaded cell, over the pressure."""
+    none = np.zeros((2, 2))
+    operator = NormalOperator((2, 2), none, none, 3.0, none)
+    p, noise = np.array([[2.0, 0.0], [2.0, 1.0]]), np.finfo(float).eps * 3.0 * np.sqrt(3.0) / 3.0
+    gaps = np.array([[0.0, 1.0], [-5.0, 0.5]]), np.array([[0.0, -0.25], [0.0, 0.125]])
+    assert operator.attainable(*gaps, p) == pytest.approx(5.25 * noise, rel=1e-12, abs=0.0)
+    assert operator.attainable(*gaps[::-1], p) == pytest.approx(5.25 * noise, rel=1e-12, abs=0.0)
