@@ -10,8 +10,9 @@ import gc
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -199,36 +200,37 @@ def _coords_of_list(scenes: Sequence[Scene], scales: _Scales) -> dict[str, Coord
     Those that the cube holds of each case anyway (`layout.SETTINGS`, layers) are left out.
     """
     coords: dict[str, Coord] = {}
-    for path, value in _LISTED.items():
-        values = [value(scene) for scene in scenes]
+    for path in _LISTED:
+        values = [_setting(scene, path) for scene in scenes]
         if len(set(values)) > 1:
             name = path.replace(".", "_")
-            if isinstance(values[0], str):
-                coords[name] = Coord(values, "1", DESCRIPTIONS[path].long_name)
-            else:
-                coords |= _value_coords(name, path, values, None, scales)
+            text = isinstance(values[0], str)
+            coords |= _text(name, values) if text else _value_coords(name, path, values, None, scales)
     return coords
 
 
-def _of_counterbody(name: str) -> Callable[[Scene], float]:
-    return lambda scene: math.nan if scene.counterbody is None else getattr(scene.counterbody, name)
+def _setting(scene: Scene, path: str) -> Any:
+    """A setting of `scene` by its path, such as `mesh.size`; NaN for what a rigid counterbody has not."""
+    if scene.counterbody is None and path.startswith("counterbody."):
+        return math.nan
+    return attrgetter(path)(scene)
 
 
-_LISTED: dict[str, Callable[[Scene], Any]] = {
-    "substrate.E": lambda scene: scene.substrate.E,
-    "substrate.nu": lambda scene: scene.substrate.nu,
-    "counterbody.E": _of_counterbody("E"),
-    "counterbody.nu": _of_counterbody("nu"),
-    "radius": lambda scene: scene.radius,
-    "mesh.size": lambda scene: scene.mesh.size,
-    "mesh.cells": lambda scene: scene.mesh.cells,
-    "coupling": lambda scene: scene.coupling,
-    "method": lambda scene: scene.method,
-    "discretisation": lambda scene: scene.discretisation,
-    "spin_point": lambda scene: scene.spin_point,
-    "tolerance.normal": lambda scene: scene.tolerance.normal,
-    "tolerance.tangential": lambda scene: scene.tolerance.tangential,
-}
+_LISTED = (
+    "substrate.E",
+    "substrate.nu",
+    "counterbody.E",
+    "counterbody.nu",
+    "radius",
+    "mesh.size",
+    "mesh.cells",
+    "coupling",
+    "method",
+    "discretisation",
+    "spin_point",
+    "tolerance.normal",
+    "tolerance.tangential",
+)
 
 
 def _axis_coords(axis: AxisPlan, scales: _Scales) -> dict[str, Coord]:

@@ -186,7 +186,7 @@ def error_estimates(
     for name, fit in fits.items():
         if name in levels[0]:
             by_meshes = math.hypot(case.by_meshes(name, fit, [level[name] for level in levels]), case.missed_slip(name))
-            bars[name] = by_meshes + case.left_by_solver(name) + case.missed_compliance(name)
+            bars[name] = by_meshes + case.left_by_solver(name)
             bars[name] += hides.get(name, 0.0) * abs(levels[0][name])
     if "slip_area" in levels[0]:
         case.add_turned_force(bars)
@@ -294,7 +294,7 @@ class _Case:
         part = _BY_LAYERS.get(name, 0.0)
         if name == "slip_area":
             part += _IN_NARROW_ZONES * (1.0 - self.slipping) ** _AS_WIDE
-        off += part * max(by_layers, -_BY_SKINS * by_layers)
+        off += part * max(by_layers, -_BY_SKINS * by_layers) + _MISSED.get(name, 0.0) * self.hidden.missed.compliance
         return self.tolerance(name) + off * abs(self.scales[name])
 
     def left_of_none(self, name: str) -> float:
@@ -319,10 +319,6 @@ class _Case:
             "traction_max": of_traction * hidden.cusp_of_traction,
             "approach": lift + _APPROACH * hidden.peak_by_layers,
         }
-
-    def missed_compliance(self, name: str) -> float:
-        """Error by what cells miss of the compliance of layers thinner than themselves (`_MISSED`)."""
-        return _MISSED.get(name, 0.0) * self.hidden.missed.compliance * abs(self.scales[name])
 
     def missed_slip(self, name: str) -> float:
         """Error of the force along x by what cells miss of the slip by pressure on such layers; 0 for all others."""

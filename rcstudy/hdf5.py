@@ -18,15 +18,9 @@ TEXT = "str"
 
 
 @functools.cache
-def _stored(code: str) -> h5t.TypeID:
-    """The type in the file of a type code."""
-    return h5t.py_create(h5py.string_dtype("utf-8") if code == TEXT else np.dtype(code), logical=True)
-
-
-@functools.cache
-def _in_memory(code: str) -> h5t.TypeID:
-    """The type in memory of a type code: where the file has text, Python's objects."""
-    return h5t.py_create(h5py.string_dtype("utf-8") if code == TEXT else np.dtype(code))
+def _type(code: str, *, stored: bool) -> h5t.TypeID:
+    """The type of a type code in the file, or in memory: where the file has text, Python's objects."""
+    return h5t.py_create(h5py.string_dtype("utf-8") if code == TEXT else np.dtype(code), logical=stored)
 
 
 def _code(values: np.ndarray) -> str:
@@ -51,7 +45,8 @@ def add_variable(
         made.set_deflate(deflate)
     if missing is not None:
         made.set_fill_value(missing.reshape(()))
-    return h5py.Dataset(h5d.create(group.id, name.encode(), _stored(code), h5s.create_simple(shape), dcpl=made))
+    kind = _type(code, stored=True)
+    return h5py.Dataset(h5d.create(group.id, name.encode(), kind, h5s.create_simple(shape), dcpl=made))
 
 
 def add_attributes(owner: h5py.Group | h5py.Dataset, attributes: Mapping[str, object]) -> None:
@@ -59,8 +54,9 @@ def add_attributes(owner: h5py.Group | h5py.Dataset, attributes: Mapping[str, ob
     for name, value in attributes.items():
         values = np.asarray(value, dtype=object if isinstance(value, str) else None)
         code = _code(values)
-        attribute = h5a.create(owner.id, name.encode(), _stored(code), h5s.create_simple(values.shape))
-        attribute.write(values, mtype=_in_memory(code))
+        kind = _type(code, stored=True)
+        attribute = h5a.create(owner.id, name.encode(), kind, h5s.create_simple(values.shape))
+        attribute.write(values, mtype=_type(code, stored=False))
 
 
 def attach_scales(variable: h5py.Dataset, scales: Sequence[h5py.Dataset]) -> None:
@@ -73,4 +69,4 @@ def fill(variable: h5py.Dataset, values: np.ndarray) -> None:
     """Write all values of `variable`: text (objects) or numbers. Raises ValueError unless they have its shape."""
     if values.shape != variable.shape:
         raise ValueError(f"{variable.name}: {variable.shape}, not {values.shape}")
-    variable.id.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values), mtype=_in_memory(_code(values)))
+    variable.id.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values), mtype=_type(_code(values), stored=False))

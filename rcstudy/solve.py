@@ -237,7 +237,7 @@ def _hidden(
         peak_by_layers=contact.peak_by_layers / contact.pressure_max,
         at_rim=contact.missing_at_rim,
         beyond_rim=contact.beyond_rim,
-        missed=contact.influence.missed(math.sqrt(contact.area / math.pi)),
+        missed=contact.missed,
     )
     if rolling is None or zone is None:
         return hidden

@@ -6,6 +6,7 @@ bodies, the pressure, the cells in contact, the slip due to pressure and the sli
 
 from __future__ import annotations
 
+import math
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -34,6 +35,7 @@ from rcstudy.mechanics.cusps import SlipZone, difference, pressure_at_borders
 from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import meshes, outline
+from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
@@ -269,6 +271,11 @@ class NormalContact:
     def beyond_rim(self) -> float:
         """Fraction by which the largest pressure, if close to the edge, exceeds those farther in (`plates.py`)."""
         return beyond_rim(self.solution.p[self.touched.slices])
+
+    @cached_property
+    def missed(self) -> Missed:
+        """What the cells miss of the responses of layers thinner than themselves (`missed.py`)."""
+        return self.influence.missed(math.sqrt(self.area / math.pi))
 
     @property
     def skin_at_edge(self) -> tuple[float, float]:

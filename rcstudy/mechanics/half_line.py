@@ -56,7 +56,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-_ALIASES = 8  # terms of the sum A(t) to either side; the others change the edge by less than 1e-4 of a cell
+OWN = 8
+"""Terms of the sum A(t) to either side, and the place of the wave itself; others change the edge by less than 1e-4."""
+
 _LONG = 1e-6  # wave number (1/h) at which g is that of the substrate
 _FARTHEST = 13  # doublings of pi/h at which g is taken for all waves shorter than half as many
 _LEAST = 1e-3  # lower limit of A(t) over C(t), as the logarithm of A is needed
@@ -92,11 +94,19 @@ def _panels(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 _T, _WEIGHTS = _panels(np.concatenate(([0.0], math.pi * 2.0 ** np.arange(-7, 1))))
 _FAR, _FAR_WEIGHTS = _panels(math.pi * 2.0 ** np.arange(_FARTHEST))
-_N = np.arange(-_ALIASES, _ALIASES + 1)
-_K = _T[:, None] + 2.0 * math.pi * _N
+_N = np.arange(-OWN, OWN + 1)
 # the terms of the sum alternate in sign: the mean of the last two partial sums is taken
-_AVERAGED = np.where(np.abs(_N) == _ALIASES, 0.5, 1.0)
-_SEEN = _AVERAGED * np.sinc(_K / (2.0 * math.pi)) / np.abs(_K)
+_AVERAGED = np.where(np.abs(_N) == OWN, 0.5, 1.0)
+
+
+def alike(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Waves [n, 17] that look on cells like those of numbers `t` [n] (over the cells' length), and weights in A(t)."""
+    waves = t[:, None] + 2.0 * math.pi * _N
+    return waves, _AVERAGED * np.sinc(waves / (2.0 * math.pi))
+
+
+_K, _OF_K = alike(_T)
+_SEEN = _OF_K / np.abs(_K)
 _OF_HALF_SPACE = _SEEN.sum(axis=1)
 _SIN = 2.0 * np.sin(0.5 * _T)
 _COSINES = np.cos(np.arange(3)[:, None] * _T)
@@ -130,7 +140,7 @@ def _half_line(response: np.ndarray, point_sources: np.ndarray, shift: float) ->
     g = _WAVES * response
     g /= g[0]
     near, far = g[1 : 1 + _K.size].reshape(_K.shape), g[1 + _K.size : -1]
-    own = near[:, _ALIASES]
+    own = near[:, OWN]
     seen = np.maximum((_SEEN * near).sum(axis=1), _LEAST * own / _T)
     log_b = np.log(seen / point_sources)
     c0, c1, c2 = (float(_WEIGHTS @ (log_b * cosine)) / math.pi for cosine in _COSINES)

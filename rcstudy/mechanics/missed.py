@@ -22,11 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-_ALIASES = 8  # terms of the sum to either side, as in `half_line.py`
+from rcstudy.mechanics.half_line import OWN, alike
+
 _LEAST = 1e-3  # lower limit of A over C, as the logarithm is needed
-_N = np.arange(-_ALIASES, _ALIASES + 1)
-# the terms alternate in sign: the mean of the last two partial sums is taken
-_AVERAGED = np.where(np.abs(_N) == _ALIASES, 0.5, 1.0)
 
 
 class Missed(NamedTuple):
@@ -47,14 +45,13 @@ def missed(responses: Callable[[np.ndarray], np.ndarray], side: float, radius: f
     and u_x to q_x, the first three of [.., n].
     """
     t = np.minimum([side / radius, 3.0 * side / radius, 1.0], 1.0)
-    waves = t[:, None] + 2.0 * math.pi * _N
-    seen = _AVERAGED * np.sinc(waves / (2.0 * math.pi))
+    waves, seen = alike(t)
     normal, by_pressure, along = responses(np.abs(waves).ravel() / side)[:3].reshape(3, *waves.shape)
-    own = by_pressure[:, _ALIASES]
+    own = by_pressure[:, OWN]
     # A and C over those of half-spaces, 1/k
-    lift = (seen @ normal[0])[0] / (seen @ (1.0 / np.abs(waves[0])))[0] / (normal[0, _ALIASES] * t[0])
+    lift = (seen @ normal[0])[0] / (seen @ (1.0 / np.abs(waves[0])))[0] / (normal[0, OWN] * t[0])
     slips = (seen * np.sign(waves) * by_pressure).sum(axis=1) / ((seen / waves).sum(axis=1) * t)
     off = np.abs(slips - own)
     parts = off / np.maximum(np.maximum(np.abs(own), off), np.finfo(float).tiny)  # at most 1
-    beta = abs(float(own[2] / along[2, _ALIASES]))
+    beta = abs(float(own[2] / along[2, OWN]))
     return Missed(abs(math.log(max(float(lift), _LEAST))), float(parts[1:].min()) * beta)

@@ -283,9 +283,12 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
         labels = [literal(text) for text in shortened(grid.axis_values(axis), 18)]
         every = -(-len(labels) // 12)
         longest, shown = max(map(len, labels)), labels[::every]
-        # long labels upright: inclined they would take the width of their panel
-        turned = {"rotation": 90} if longest > 8 else {"rotation": 30, "ha": "right"}
-        ax.set_xticks(range(0, len(labels), every), shown, **({} if longest * len(shown) <= _LETTERS else turned))
+        turned: dict[str, Any] = {"rotation": 30, "ha": "right"}
+        if longest * len(shown) <= _LETTERS:
+            turned = {}
+        elif longest > 8:  # upright: inclined they would take the width of their panel
+            turned = {"rotation": 90}
+        ax.set_xticks(range(0, len(labels), every), shown, **turned)
 
 
 def _scale_axis(ax: Axes, values: np.ndarray) -> None:
