@@ -102,7 +102,8 @@ def test_error_bars_of_what_cells_miss() -> None:
     assert more["contact_radius_error"] == pytest.approx(0.022 * 0.35)
     assert more["approach_error"] == pytest.approx(0.04 * 0.01)
     assert more["pressure_max_error"] == pytest.approx(0.07 * 400.0)
-    assert more["traction_max_error"] == pytest.approx(0.05 * 80.0)
+    peaked = 400.0 * 0.4 / 100.0 - 1.5
+    assert more["traction_max_error"] == pytest.approx(0.05 * 80.0 * (1.0 + 0.4 * peaked))
     assert more["force_x_error"] == pytest.approx(more["force_y_error"]) == pytest.approx(0.02 * 25.0)
     assert more["moment_z_error"] == pytest.approx(0.02 * 25.0 * 0.35)
     of_stick = 1.1 * 0.02 / 0.25 * math.sqrt(1.0 - 0.3 / 0.4) * 25.0

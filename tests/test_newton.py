@@ -70,6 +70,13 @@ def test_steps_are_shortened_once_patience_is_at_its_end() -> None:
     assert state.lengths == [[], [], [0.5, 0.25], [0.5, 0.25, 0.125, 0.0625, 1.0], []]
 
 
+def test_a_step_that_changes_nothing_is_shortened() -> None:
+    """As one that makes the residual larger; a part of it that changes nothing, either, is no gain."""
+    state = Scripted(10.0, [(10.0, {}), (10.0, {}), (10.0, {0.5: 10.0, 0.25: 9.5}), (0.9, {})])
+    assert newton.solve(state, 10, 3) == 4
+    assert state.lengths == [[], [], [0.5, 0.25], []]
+
+
 @pytest.mark.parametrize(
     ("steps", "part", "expected"),
     [(3, 1.0, [0, 0, 0, 0, 0, 0, 1, 0]), (2, 0.5, [0, 0, 1, 0, 0, 1, 1, 1]), (1, 0.1, [0, 1, 1, 0, 1, 1, 1, 1])],

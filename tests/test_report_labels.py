@@ -502,6 +502,11 @@ SOLVERS = (
     cases:
       - {label: one, method: paper-cg}
       - {label: other, spin_point: 0.125}
+  either:
+    scene: {discretisation: aligned, spin_point: 0.125}
+    cases:
+      - {label: one}
+      - {label: other, discretisation: kalker}
   pressures: {scene: {creepage: none, method: paper-cg}, axes: {load: [10, 20]}}
 """
 )
@@ -520,6 +525,8 @@ def test_captions_name_solvers_that_are_not_the_usual_ones(tmp_path: Path) -> No
         r"tolerance $1\times10^{-5}$ (pressure), $0.001$ (tractions).",
         "listed": "one-way coupling, kalker discretisation. Method: one: paper-cg; other: newton. "
         "Spin point: one: $0$ cells ahead of the centre; other: $0.125$ cells ahead of the centre.",
+        "either": "one-way coupling, spin point $0.125$ cells ahead of the centre. "
+        "Discretisation: one: aligned; other: kalker.",
         "pressures": "kalker discretisation.",
     }
 
