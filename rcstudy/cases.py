@@ -195,7 +195,7 @@ def _grid(plan: GridPlan, scales: _Scales, scenes: Sequence[Scene]) -> Grid:
 
 
 def _coords_of_list(scenes: Sequence[Scene], scales: _Scales) -> dict[str, Coord]:
-    """Coordinates of the settings that differ in a list of cases, named as along an axis of each.
+    """Coordinates of the settings that differ in a list of cases, named by their paths.
 
     Those that the cube holds of each case anyway (`layout.SETTINGS`, layers) are left out.
     """

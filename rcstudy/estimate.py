@@ -88,7 +88,6 @@ _OF_CORRECTION, _OF_POWER = 0.9, 0.5
 # multiple of the force that these cause where all sticks, over the friction force, to the power `_FALLING`. (Without it
 # 97 to 98 in 100 bars hold in contacts that hardly slip, and are more than six times the error.)
 _BY_CREEPAGE, _FALLING = 2.0, 1.0 / 3.0
-_TRACTIONS = 2.0  # limit of the friction force as scale of errors, over largest traction times contact area
 # Error of the power of tractions on slip by pressure with `aligned`, over friction force times `by_pressure`, times
 # N^(3/2). The power is what this and that of the creepages leave, which may cancel. (Set on 420 random contacts and the
 # paper's; without it bars hold for 81 in 100 contacts that hardly slip, with it for 96.)
@@ -101,9 +100,6 @@ _OF_TURNED_SLIP = 0.06
 # the rigid slip. (Of 300 contacts 3 to 14 cells across under rigid bodies or aluminium, friction 0.01 to 0.2, 82 in 100
 # bars hold without it, a third to three quarters where |beta|/(pi mu) is above 1.)
 _OF_TURNED_FORCE, _OF_RIGID_SLIP = 0.5, 4.0
-# Slip by pressure as scale of the power's error with `kalker`, over `by_pressure`. (Without it bars hold for 62 to 95
-# in 100 random contacts without creepage, with it for 93 to 100.)
-_OF_LARGEST_PRESSURE = 0.5
 # Errors of forces with `aligned` over their scale, times N^2, where all slips around a pole of spin in the middle of
 # the contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are
 # as large times its distance from the centre, and this part of the radius. (480 contacts by spin and lateral creepage,
@@ -143,9 +139,9 @@ _MISSED = {
 }
 _MISSED_SLIP = 1.1
 # Errors with `kalker` under pressures more peaked than Hertz's, per unit of `peaked`. The largest pressure may lie half
-# a cell from the next centre along either side, which misses m/(2 N^2) of p0 (1 - r^2/a^2)^m: what that is beyond
-# Hertz's, and 1.2 times the bar of the largest traction. (Set on 850 contacts on soft films: bars of pressures were
-# held in 88 of 100, now 97, of tractions in 89, now 95.)
+# a cell from the next centre along either side, which misses m/(2 N^2) of p0 (1 - r^2/a^2)^m: 0.4 of the at most 0.5 by
+# which that is beyond Hertz's, and up to 1.2 times the bar of the largest traction. (Set on 850 contacts on soft
+# films: bars of pressures were held in 88 of 100, now 97, of tractions in 89, now 95.)
 _BETWEEN_CELLS, _OF_PEAKED = 0.4, 0.4
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
@@ -225,10 +221,10 @@ class _Case:
         force = scene.friction * scene.load
         if "traction_max" in finest:  # tractions far below the bound limit forces more than mu P does
             largest = min(finest["traction_max"], hidden.largest_of_cells)
-            force = min(force, _TRACTIONS * largest * finest["contact_area"])
+            force = min(force, few.BY_TRACTION * largest * finest["contact_area"])
         self.creepage = scene.creepage or Creepage()
         self.fastest = self.creepage.fastest(finest["contact_radius"])  # largest rigid slip, about
-        slip = self.fastest + (0.0 if self.aligned else _OF_LARGEST_PRESSURE * self.hidden.by_pressure)
+        slip = self.fastest + (0.0 if self.aligned else few.BY_PRESSURE * self.hidden.by_pressure)
         self.power = max(force * slip, abs(finest.get("friction_power", 0.0)))
         moment = force * finest["contact_radius"]
         self.scales = finest | {"force_x": force, "force_y": force, "moment_z": moment, "friction_power": self.power}

@@ -36,9 +36,14 @@ from typing import NamedTuple
 from rcstudy.mechanics.normal import estimated_contact, semi_axes_in_cells
 from rcstudy.mechanics.scene import Creepage, Scene
 
-_BY_MEAN_TRACTION = 2.0  # limit of the friction force, over largest traction times contact area
-_BY_SLIP = 1.0  # the same over load times rigid slip times radius over contact radius, as of bodies that stick
-_BY_PRESSURE = 0.5  # slip by pressure as scale of the power's error, over that which the largest pressure causes
+BY_TRACTION = 2.0
+"""Limit of the friction force as scale of errors, over the largest traction times the contact's area."""
+
+BY_PRESSURE = 0.5
+"""Slip by pressure as scale of the power's error, over that which the largest pressure causes.
+
+Without it bars with `kalker` hold for 62 to 95 in 100 random contacts without creepage, with it for 93 to 100.
+"""
 
 
 class Law(NamedTuple):
@@ -133,10 +138,9 @@ def scales(scene: Scene, found: dict[str, float], largest: float, by_pressure: f
     if "traction_max" not in found:
         return result
     creepage = scene.creepage or Creepage()
-    sticking = _BY_SLIP * sticking_force(scene, size)
-    mean = _BY_MEAN_TRACTION * min(found["traction_max"], largest) * found["contact_area"]
-    force = min(scene.friction * scene.load, max(mean, sticking))
-    slip = creepage.fastest(found["contact_radius"]) + _BY_PRESSURE * by_pressure * pressure / found["pressure_max"]
+    mean = BY_TRACTION * min(found["traction_max"], largest) * found["contact_area"]
+    force = min(scene.friction * scene.load, max(mean, sticking_force(scene, size)))
+    slip = creepage.fastest(found["contact_radius"]) + BY_PRESSURE * by_pressure * pressure / found["pressure_max"]
     traction = max(found["traction_max"], force / result["contact_area"])
     return result | {
         "force_x": force,

@@ -104,7 +104,10 @@ class Index:
         )
 
     def losses(self) -> str:
-        """What is in the cube or the units and will not be in the next cube, in words; "" if nothing."""
+        """What will not be in the next cube, in words, "" if nothing: cases of cube and units, fields of the cube.
+
+        Fields of units are not told of: no cube has held them, and outputs that ask for less were meant to.
+        """
         leaving = len(self._leaving)
         lost = [f"{counted(leaving, 'solved case')} that the study no longer has"] if leaving else []
         kept = [] if self.cube is None else [grid.keep for grid in self.cube.grids if grid.keep.fields]

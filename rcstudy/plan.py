@@ -34,7 +34,7 @@ CELL_BYTES = 600  # held by a solver for each cell of the largest mesh
 HELD_CASE_BYTES = 3000  # held for each case by the process that deals out the work
 
 _WIDTH = 110  # of a line of values
-_LAYERS_SHOWN = 3
+_LAYERS_SHOWN, _VALUES_SHOWN = 3, 12
 
 
 @dataclass(frozen=True)
@@ -211,17 +211,17 @@ def _stack(layers: tuple[Layer, ...]) -> str:
     return ", ".join([*shown, f"{more} more"] if more else shown) or "no layers"
 
 
-def _values(axis: Axis, inside: Mapping[int, str], room: int, most: int = 12) -> str:
+def _values(axis: Axis, inside: Mapping[int, str], room: int) -> str:
     """The values of an axis as written and in absolute units; spaces within a value are no-break spaces.
 
     `inside`: what some values stand for. A value that is longer than the `room` of a line may be broken between its
     parts.
     """
-    kept = range(axis.size) if axis.size <= most else (*range(most - 1), axis.size - 1)
+    kept = range(axis.size) if axis.size <= _VALUES_SHOWN else (*range(_VALUES_SHOWN - 1), axis.size - 1)
     texts = [f"{_value(axis, i)} ({inside[i]})" if i in inside else _value(axis, i) for i in kept]
     texts = [text.replace(" ", "\xa0") for text in texts]
     texts = [text if len(text) < room else text.replace(",\xa0", ", ").replace("\xa0(", " (") for text in texts]
-    if axis.size > most:
+    if axis.size > _VALUES_SHOWN:
         texts.insert(-1, "...")
     return ", ".join(texts)
 

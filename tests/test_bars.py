@@ -822,7 +822,7 @@ def test_bars_of_largest_pressures_close_to_that_border() -> None:
     ("m", "peaked", "of_traction"), [(0.5, 0.0, 1.0), (0.75, 0.25, 1.1), (1.0, 0.5, 1.2), (2.0, 1.5, 1.2)]
 )
 def test_bars_under_pressures_more_peaked_than_hertz(m: float, peaked: float, of_traction: float) -> None:
-    """Of p0 (1 - r^2)^m the cells of `kalker` show least where their corners meet in the middle: m/(2 N^2) is missed."""
+    """Of p0 (1 - r^2)^m the cells of `kalker` miss most, m/(2 N^2), where their corners meet in the middle."""
     radius = 10.0
     offsets = np.linspace(0.0, 0.5, 6)
     largest = (1.0 - (offsets[:, None] ** 2 + offsets**2) / radius**2) ** m

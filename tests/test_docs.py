@@ -228,7 +228,7 @@ def constants() -> list[tuple[str, float]]:
 
 def test_the_table_of_constants_has_their_values() -> None:
     found = constants()
-    assert len(found) == 9
+    assert len(found) == 10
     for name, value in found:
         module, _, constant = name.rpartition(".")
         assert getattr(importlib.import_module(f"rcstudy.mechanics.{module}"), constant) == value, name

@@ -316,9 +316,17 @@ def test_far_cell(cell: tuple[int, int]) -> None:
     """1e-9 of the cell's area: the interpolation in the table."""
     dx, dy = 0.5, 0.25
     place = cell[0] * dx, cell[1] * dy
-    found = coefficients.far_cell(KERNEL, LOG_R0, LOG_STEP, *place, dx, dy, *GAUSS, np.empty(4))
+    found = np.full(6, np.nan)
+    coefficients.far_cell(KERNEL, LOG_R0, LOG_STEP, *place, dx, dy, *GAUSS, np.empty(4), found)
     expected = [naive.cell_integral(radial_green(f), *cell, (dx, dy)) for f in range(6)]
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * dx * dy)
+
+
+def test_add_components() -> None:
+    value, theta, before = np.array([0.7, -0.4, 0.3, 0.9]), 2.2, np.arange(6.0)
+    out = before.copy()
+    coefficients.add_components(value, math.cos(theta), math.sin(theta), 0.5, out)
+    np.testing.assert_allclose(out - before, 0.5 * np.array(naive.directed(*value, theta)), atol=1e-14)
 
 
 @pytest.mark.parametrize("skip", [(0, 1), (2, 1), (1, 3)])

@@ -23,7 +23,7 @@ OF_PRESSURE = {"Tribology Letters 2021", "Johnson 1985", "Love 1929", "Polonsky 
 OF_NEWTON = {"Kalker 1990", "Saad 1993", "Eisenstat and Walker 1996", "Wiener and Hopf 1931"}
 OF_ALIGNED = {"Kalker 1967", "Haines and Ollerton 1963", "Morozov 1966"}
 OF_STIFF = {"Hamilton 2000", "Hintermüller, Ito and Kunisch 2003"}
-OF_TURNS = {"Anderson 1965", "Walker and Ni 2011"}
+OF_TURNS = {"Panagiotopoulos 1975", "Anderson 1965", "Walker and Ni 2011"}
 
 
 @pytest.mark.parametrize(
@@ -41,6 +41,12 @@ OF_TURNS = {"Anderson 1965", "Walker and Ni 2011"}
         (replace(ROLLING, discretisation="aligned"), OF_NEWTON | OF_ALIGNED),
         (replace(ROLLING, coupling="full"), OF_NEWTON),  # bodies alike: tractions do not act on the pressure
         (replace(ROLLING, coupling="full", counterbody=None), OF_NEWTON | {"Alart and Curnier 1991"}),
+        # a stiff skin on a soft layer, both softer than the substrate
+        (replace(PRESSURE, layers=(SOFT, replace(SOFT, E=70.0))), OF_STIFF),
+        (
+            replace(ROLLING, coupling="full", counterbody=None, layers=(STIFF,)),
+            OF_NEWTON | OF_STIFF | OF_TURNS | {"Alart and Curnier 1991"},
+        ),
         (
             replace(ROLLING, coupling="full", counterbody=None, discretisation="aligned"),
             OF_NEWTON | OF_ALIGNED | OF_TURNS | {"Alart and Curnier 1991"},

@@ -68,6 +68,18 @@ def test_nothing_is_missed_without_thin_layers() -> None:
     assert min(influence(RUBBER, None, 0.05).missed(0.5)) > 0.01
 
 
+def test_either_side_of_oblong_cells_misses_compliance() -> None:
+    """Frictionless bodies know no direction; slip is along x.
+
+    Bars of areas and approaches were too small where cells are long along y, and large enough where they are along x.
+    """
+    short, long = (influence(RUBBER, None, side).missed(0.5) for side in (0.01, 0.04))
+    assert long.compliance > 5.0 * short.compliance > 0.0
+    for sides in ((0.01, 0.04), (0.04, 0.01)):
+        found = Influence(STEEL, RUBBER, None, sides, 1.0).missed(0.5)
+        assert found == Missed(long.compliance, short.slip if sides[0] == 0.01 else long.slip)
+
+
 def test_error_bars_of_what_cells_miss() -> None:
     scene = scene_from_mapping(
         {

@@ -266,8 +266,16 @@ class Influence:
         return self._known("skin at edge", made)
 
     def missed(self, radius: float) -> Missed:
-        """What these cells miss of the responses of thin layers, in a contact of this radius (mm): `missed.py`."""
-        return missed(self._responses, self.spacing[0], radius) if self.layered else Missed()
+        """What these cells miss of the responses of thin layers, in a contact of this radius (mm): `missed.py`.
+
+        Of compliance the larger part of those by their two sides, of slip, which is along x, that by dx.
+        """
+        if not self.layered:
+            return Missed()
+        dx, dy = self.spacing
+        along = missed(self._responses, dx, radius)
+        across = along if dx == dy else missed(self._responses, dy, radius)
+        return along._replace(compliance=max(along.compliance, across.compliance))
 
     def as_half_space(self, most: int, tolerance: float) -> int:
         """Cells, at most `most` (of `_MOST_CELLS`), over which bodies respond as to waves of one cell: as half-spaces.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 from rcstudy.mechanics.scene import Scene
 
@@ -16,12 +17,17 @@ class Parts:
     """Which parts of the mechanics a scene needs."""
 
     layered: bool
-    stiffened: bool  # a layer is stiffer than the substrate
+    stiffened: bool  # a layer is stiffer than what is below it
     oblong: bool  # radii of curvature differ
     rolling: bool  # tractions are computed
     coupled: bool  # pressure and tractions act on each other
     aligned: bool
     newton: bool
+
+    @property
+    def in_turn(self) -> bool:
+        """Whether pressure and tractions may be solved for in turn, until they agree."""
+        return self.coupled and (self.aligned or self.stiffened)
 
 
 @dataclass(frozen=True)
@@ -40,7 +46,7 @@ def parts(scene: Scene) -> Parts:
     rolling = scene.creepage is not None
     return Parts(
         layered=bool(layers),
-        stiffened=any(layer.compliance < scene.substrate.compliance for layer in layers),
+        stiffened=any(one.compliance < below.compliance for one, below in pairwise((*layers, scene.substrate))),
         oblong=scene.radius[0] != scene.radius[1],
         rolling=rolling,
         coupled=scene.is_coupled,
@@ -172,23 +178,23 @@ PUBLICATIONS = (
         lambda need: need.aligned and need.rolling,
     ),
     Publication(
+        "Panagiotopoulos 1975",
+        "P. D. Panagiotopoulos, A nonlinear programming approach to the unilateral contact-, and friction-boundary"
+        " value problem in the theory of elasticity. Ingenieur-Archiv 44, 421-432 (1975)",
+        "solving for one with the other held, in turn, with `aligned` or under stiff layers",
+        lambda need: need.in_turn,
+    ),
+    Publication(
         "Anderson 1965",
         "D. G. Anderson, Iterative procedures for nonlinear integral equations. Journal of the ACM 12, 547-560 (1965)",
-        "full coupling with `aligned`",
-        lambda need: need.aligned and need.coupled,
+        "how these turns converge",
+        lambda need: need.in_turn,
     ),
     Publication(
         "Walker and Ni 2011",
         "H. F. Walker, P. Ni, Anderson acceleration for fixed-point iterations. SIAM Journal on Numerical Analysis 49,"
         " 1715-1735 (2011)",
         "the same",
-        lambda need: need.aligned and need.coupled,
-    ),
-    Publication(
-        "Panagiotopoulos 1975",
-        "P. D. Panagiotopoulos, A nonlinear programming approach to the unilateral contact-, and friction-boundary"
-        " value problem in the theory of elasticity. Ingenieur-Archiv 44, 421-432 (1975)",
-        "solving for pressure and tractions in turn, which the tests do",
-        lambda need: False,
+        lambda need: need.in_turn,
     ),
 )

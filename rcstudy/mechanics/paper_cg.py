@@ -51,33 +51,31 @@ def solve_paper_cg(
 
     products = 0
 
-    def displaced(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Displacements [m, 2] at the cells, and [m, 2] at the cell ahead of the row of each."""
+    def displaced(q: np.ndarray) -> np.ndarray:
+        """Displacements [2, nx, ny] on the box, until the next call."""
         nonlocal products
         products += 1
-        u = displacement.on_box(q, cells)
-        return _at(cells, u), _at(ahead, u)[leading]
+        return displacement.on_box(q, cells)
 
     q = np.zeros((n, 2))
     t = np.zeros((n, 2))
-    u, edge = displaced(q)
+    u = displaced(q)
     square_old = change = np.inf
     iteration = 0
     while iteration < _MAX_ITERATIONS and change > tolerance:
-        r = u - edge - target  # Eqs 9, 18
+        r = _at(cells, u) - _at(ahead, u)[leading] - target  # Eqs 9, 18
         stick = np.hypot(q[:, 0], q[:, 1]) < bound * (1.0 - 1e-12)
         square = float(np.sum(r[stick] ** 2))  # Eq. 19
         if square < square_old:  # Eq. 20; else the old direction is kept
             t = r + square / square_old * t
-        curvature = float(np.sum(t * displaced(t)[0]))  # Eq. 21
+        curvature = float(np.sum(t * _at(cells, displaced(t))))  # Eq. 21
         new = within(q - (square / curvature if curvature > 0.0 else 0.0) * t, bound)  # Eqs 22, 23
         norm = arrays.norm2(new)
         change = arrays.norm2(new - q) / norm if norm > 0.0 else 0.0
         q, square_old = new, square
-        u, edge = displaced(q)
+        u = displaced(q)
         iteration += 1
     slip = np.hypot(q[:, 0], q[:, 1]) >= bound * (1.0 - 1e-12)
-    u = displacement.on_box(q, cells)
     s = (_at(cells, u) - _at(cells + np.array([1, 0]), u)) / dx + w
     return RollingSolution(q, s, slip, change, iteration, products, change <= tolerance, s)
 

@@ -28,7 +28,7 @@ SHIFT = 2.0
 """d of the preconditioner over b (`rolling.py`), to be multiplied by powers of 4 where slip cells slip faster."""
 
 _SQUARE = 1.5  # about a square cell's displacement by its own traction over that by rows alternating in sign
-_LONG = 32  # length (cells) from which on rows use several preconditioners in turn; shorter rows gain little
+_LONG = 32  # length of the torus (cells) from which on rows use several preconditioners in turn; others gain little
 
 
 class SlipOperator:

@@ -1,7 +1,7 @@
 """What the cases of a grid have in common, in words for a caption: creepages, layers, bodies, radii, coupling.
 
-Numbers of the cases come from the cube. Settings that the cube does not store (radii, bodies, coupling) are read from
-the text of its study; if that is not understood, they are left out.
+Numbers of the cases come from the cube. Settings that the cube does not store for every case (radii, bodies, coupling)
+are read from the text of its study; if that is not understood, they are left out.
 """
 
 from __future__ import annotations

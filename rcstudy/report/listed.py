@@ -1,7 +1,7 @@
 """Columns for the settings in which the cases of a list differ, besides layers and creepages.
 
-Loads and friction come from the cube, settings that it does not store from the text of its study; those are left empty
-if that is not understood.
+Loads and friction come from the cube, settings that it does not store for every case from the text of its study; those
+are left empty if that is not understood.
 """
 
 from __future__ import annotations

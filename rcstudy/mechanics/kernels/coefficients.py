@@ -185,6 +185,21 @@ def interpolate4(
 
 
 @jit
+def add_components(value: np.ndarray, c: float, s: float, weight: float, out: np.ndarray) -> None:
+    """Add weight times zz, xx, yy, xy, xp, yp of kernels value [4] (s, d, g, p: `influence.py`) in the direction c, s.
+
+    c, s: its cosine and sine; out [6].
+    """
+    turned = value[2] * (c * c - s * s)
+    out[0] += weight * value[0]
+    out[1] += weight * (value[1] - turned)
+    out[2] += weight * (value[1] + turned)
+    out[3] -= weight * value[2] * 2.0 * s * c
+    out[4] -= weight * value[3] * c
+    out[5] -= weight * value[3] * s
+
+
+@jit
 def far_cell(
     kernel: np.ndarray,
     log_r0: float,
@@ -196,13 +211,14 @@ def far_cell(
     nodes: np.ndarray,
     weights: np.ndarray,
     value: np.ndarray,
-) -> tuple[float, float, float, float, float, float]:
+    out: np.ndarray,
+) -> None:
     """Integrals of four radial kernels over the cell dx dy around (x0, y0), by Gauss-Legendre points on [-1/2, 1/2].
 
-    kernel [n, 4]: the functions s, d, g, p of log r (see `influence.py`); value [4]: work array. Returns zz, xx, yy,
-    xy, xp, yp.
+    kernel [n, 4]: the functions s, d, g, p of log r (see `influence.py`); value [4]: work array; out [6]: as from
+    `add_components`.
     """
-    zz = xx = yy = xy = xp = yp = 0.0
+    out[:] = 0.0
     for a in range(nodes.size):
         x = x0 + nodes[a] * dx
         for b in range(nodes.size):
@@ -210,14 +226,7 @@ def far_cell(
             w = weights[a] * weights[b] * dx * dy
             r = math.sqrt(x * x + y * y)
             interpolate4(kernel, log_r0, step, (0, 0, 2, 1), r, value)
-            c, s = x / r, y / r
-            zz += w * value[0]
-            xx += w * (value[1] - value[2] * (c * c - s * s))
-            yy += w * (value[1] + value[2] * (c * c - s * s))
-            xy -= w * value[2] * 2.0 * s * c
-            xp -= w * value[3] * c
-            yp -= w * value[3] * s
-    return zz, xx, yy, xy, xp, yp
+            add_components(value, x / r, y / r, w, out)
 
 
 @jit
@@ -243,28 +252,22 @@ def far_cells(
     number depends on which others are computed.
     """
     nx, ny = out.shape[1], out.shape[2]
-    value = np.empty(4)
+    value, found = np.empty(4), np.empty(6)
     for i in range(nx - 1, -1, -1):  # backwards: the mirror image comes first
         for j in range(skip_y if i < skip_x else 0, ny):
             mirrored = dx == dy and j > i
             if mirrored and j < nx and (j >= skip_x or i >= skip_y):
-                zz, yy, xx = out[0, j, i], out[1, j, i], out[2, j, i]
-                xy, yp, xp = out[3, j, i], out[4, j, i], out[5, j, i]
+                found[:] = out[:, j, i]
             else:
                 x, y = (j * dx, i * dy) if mirrored else (i * dx, j * dy)
                 rule = 0
                 while rule + 1 < beyond.size and math.hypot(x, y) >= beyond[rule + 1]:
                     rule += 1
                 nodes, weights = rules[rule]
-                zz, xx, yy, xy, xp, yp = far_cell(kernel, log_r0, step, x, y, dx, dy, nodes, weights, value)
-                if mirrored:
-                    xx, yy, xp, yp = yy, xx, yp, xp
-            out[0, i, j] = zz
-            out[1, i, j] = xx
-            out[2, i, j] = yy
-            out[3, i, j] = xy
-            out[4, i, j] = xp
-            out[5, i, j] = yp
+                far_cell(kernel, log_r0, step, x, y, dx, dy, nodes, weights, value, found)
+            if mirrored:
+                found[1], found[2], found[4], found[5] = found[2], found[1], found[5], found[4]
+            out[:, i, j] = found
 
 
 @jit
@@ -299,12 +302,7 @@ def corner_integrals(
             c, s = (along, across) if triangle == 0 else (across, along)
             interpolate4(primitive, log_r0, step, (2, 2, 4, 3), side * ch, value)
             w = weights[a % nodes.size] * top / pieces / ch
-            out[0] += w * value[0]
-            out[1] += w * (value[1] - value[2] * (c * c - s * s))
-            out[2] += w * (value[1] + value[2] * (c * c - s * s))
-            out[3] -= w * value[2] * 2.0 * s * c
-            out[4] -= w * value[3] * c
-            out[5] -= w * value[3] * s
+            add_components(value, c, s, w, out)
 
 
 @jit

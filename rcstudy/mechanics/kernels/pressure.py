@@ -1,4 +1,4 @@
-"""Bound-constrained conjugate gradients for the pressure (`normal.py`)."""
+"""Bound-constrained conjugate gradients for the pressure (`normal.py`), and the elimination of a rim (`rim.py`)."""
 
 from __future__ import annotations
 

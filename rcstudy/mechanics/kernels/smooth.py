@@ -178,7 +178,9 @@ def too_far_back(
     to tractions along and across waves. With s = slope sqrt(a) and the border's normal n it is
 
         exp(-turn^4) (0.0225 exp(-w/4) + 0.9 (1 - exp(-b/0.9)) - 0.03 s^2/sqrt(1 + (s/1.2)^4) exp(-(w/3.2)^2) g),
-        b = 0.22 g s^2/(l + 0.9) + (unlike n_x n_y cos 2 t)^2/4 - 0.038 unlike s sin 2 t,   g = 1 - unlike cos 2 t.
+        b = 0.22 g s^2/(l + 0.9) + (unlike n_x n_y cos 2 t)^2/4 - 0.038 unlike s sin 2 t,   g = 1 - unlike cos 2 t,
+
+    with b no less than -0.1, and no more than l in all.
 
     Fitted to 100 000 rows of bodies that are alike, in round contacts with 12 and 25 cells per radius, of any
     Poisson's ratio and direction of friction, against meshes 12 and 24 times as fine: it is then right to 0.01 of a

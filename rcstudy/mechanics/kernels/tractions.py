@@ -182,19 +182,11 @@ def gather_centred_slip(
         s[2 * m] = x
         s[2 * m + 1] = y
         if slip[m]:
-            # the weight of a neighbour that does not exist is zero
-            if weight[0, m] != 0.0:
-                n = k + ahead
-                x += weight[0, m] * (field[0, n] - field[0, n + ahead] - s[2 * m])
-                y += weight[0, m] * (field[1, n] - field[1, n + ahead] - s[2 * m + 1])
-            if weight[1, m] != 0.0:
-                n = k - ahead
-                x += weight[1, m] * (field[0, n] - field[0, k] - s[2 * m])
-                y += weight[1, m] * (field[1, n] - field[1, k] - s[2 * m + 1])
-            if weight[2, m] != 0.0:
-                n = k + 2 * ahead
-                x += weight[2, m] * (field[0, n] - field[0, n + ahead] - s[2 * m])
-                y += weight[2, m] * (field[1, n] - field[1, n + ahead] - s[2 * m + 1])
+            for one, steps in enumerate((1, -1, 2)):  # the cells ahead, behind and second ahead
+                if weight[one, m] != 0.0:  # that of a neighbour that does not exist is zero
+                    n = k + steps * ahead
+                    x += weight[one, m] * (field[0, n] - field[0, n + ahead] - s[2 * m])
+                    y += weight[one, m] * (field[1, n] - field[1, n + ahead] - s[2 * m + 1])
             out[2 * m] = v[2 * m]
             out[2 * m + 1] = slip_row(x, y, normal[m, 0], normal[m, 1], share[m], diagonal, v[2 * m + 1])
         else:
