@@ -30,7 +30,7 @@ from rcstudy.layout import (
     result_items,
 )
 from rcstudy.mechanics.literature import behind, listed
-from rcstudy.record import SCALARS
+from rcstudy.record import FIELDS, SCALARS
 from rcstudy.result import VARIABLES, Result, Status
 from rcstudy.screen import foreign_content, reason_of
 from rcstudy.settings import unit_as_written
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     """Open a cube lazily: values are read when they are used; close it, or use it in a ``with`` block.
 
-    `chunked`: as dask arrays, a chunk for each field of each case, for work on more than the memory holds.
+    `chunked`: fields as dask arrays, a chunk for each of each case, for work on more than the memory holds.
 
     The root holds the provenance as attributes and, in a study of several grids, a table of all cases; the grids
     are its children (:func:`grids` gives them in either layout).
@@ -62,7 +62,7 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     try:
         if foreign := foreign_content(path):
             raise UserError(f"{path}: not an rcstudy cube: {foreign}")
-        tree = xr.open_datatree(path, engine=engine(), chunks={} if chunked else None)
+        tree = xr.open_datatree(path, engine=engine())
     except UserError:
         raise
     except Exception as error:  # HDF5, h5netcdf and xarray raise errors of any type on foreign files
@@ -82,10 +82,22 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
         for name, grid in found.items():
             if problem := _problem_of_grid(name, grid):
                 raise UserError(f"{path}: not an rcstudy cube: grid {shorten(name)}: {problem}")
+        if chunked:
+            _chunk_fields(tree)
     except BaseException:
         tree.close()
         raise
     return tree
+
+
+def _chunk_fields(tree: xr.DataTree) -> None:
+    """Make dask arrays of the fields of all grids, as they are stored: a chunk for each case.
+
+    Numbers of cases are left as they are: chunks of these, as they are stored, would not agree with those of fields.
+    """
+    for node in tree.subtree:
+        fields = node.to_dataset()[[name for name in FIELDS if name in node.data_vars]].reset_coords(drop=True)
+        node.update(fields.chunk({dim: -1 if dim in ("x", "y") else 1 for dim in fields.dims}))
 
 
 def changed_grids(tree: xr.DataTree) -> list[str]:

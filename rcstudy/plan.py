@@ -23,6 +23,9 @@ from rcstudy.study import Study
 # the number of cells in contact.
 PRESSURE_SECONDS, PRESSURE_CELL_SECONDS = 0.001, 2e-6  # one normal problem with its coefficients; each cell in contact
 TRACTION_SECONDS, TRACTION_CELL_SECONDS = 0.0012, 4.5e-6  # a case with creepage (newton, one-way); each cell in contact
+# More cells in contact than the first of these take longer each, by their ratio to this power: transforms do not fit
+# into the cache, and more products are needed. (On 512 and 1024 cells a side 2 and 3 times as long as on 256.)
+MANY_CELLS, BY_MANY_CELLS = 3e4, 0.4
 FULL_COUPLING_FACTOR = 2.2  # of a traction solution, besides a pressure for each case
 PAPER_CG_FACTOR = 90.0  # it runs to its limit of iterations
 EMPTY = 0.008  # compressed over raw size of the zeros of fields; numbers in the contact do not compress
@@ -30,7 +33,10 @@ LAYER_DEPTH = 0.5  # of the contact's radius: increase in depth by which the wei
 CASE_BYTES = 1000  # stored for a case besides fields: scalars, label, key, and the index of its chunks
 GROUP_BYTES = 80e3  # stored for a group of the cube: names, attributes, coordinates
 PROCESS_BYTES = 250e6  # held by an interpreter with NumPy, Numba and the compiled kernels
-CELL_BYTES = 600  # held by a solver for each cell of the largest mesh
+# Held by a solver for each cell in contact: pressure, and tractions besides; for each cell of the window. (Measured on
+# 256 to 1024 cells along a side: 4200 to 5400 in all with one-way coupling, 5400 to 8800 with full, up to twice as much
+# while several sets of layers are kept.)
+PRESSURE_CELL_BYTES, TRACTION_CELL_BYTES, COUPLED_CELL_BYTES, WINDOW_CELL_BYTES = 1500, 3000, 7000, 30
 HELD_CASE_BYTES = 3000  # held for each case by the process that deals out the work
 
 _WIDTH = 110  # of a line of values
@@ -74,16 +80,27 @@ def contact_cells(scene: Scene) -> float:
     return math.prod(scene.mesh.cells) * min(area / math.prod(scene.mesh.size), 0.25 * math.pi)
 
 
+def _slowed(cells: float) -> float:
+    """The number of few cells that take as long as so many (`MANY_CELLS`)."""
+    return cells * max(cells / MANY_CELLS, 1.0) ** BY_MANY_CELLS
+
+
 def _pressure_seconds(cells: float) -> float:
-    return PRESSURE_SECONDS + PRESSURE_CELL_SECONDS * cells
+    return PRESSURE_SECONDS + PRESSURE_CELL_SECONDS * _slowed(cells)
 
 
 def _traction_seconds(scene: Scene, cells: float) -> float:
     if scene.creepage is None:
         return 0.0
-    seconds = TRACTION_SECONDS + TRACTION_CELL_SECONDS * cells
+    seconds = TRACTION_SECONDS + TRACTION_CELL_SECONDS * _slowed(cells)
     seconds *= PAPER_CG_FACTOR if scene.method == "paper-cg" else 1.0
     return seconds * (FULL_COUPLING_FACTOR if scene.is_coupled else 1.0)
+
+
+def _traction_bytes(scene: Scene, cells: float) -> float:
+    if scene.creepage is None:
+        return 0.0
+    return cells * (COUPLED_CELL_BYTES if scene.is_coupled else TRACTION_CELL_BYTES)
 
 
 def _cell_bytes(cases: Sequence[Case], outputs: OutputsSpec) -> int:
@@ -111,14 +128,16 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
     groups = list(expansion.groups())
     of_grid = expansion.by_grid()
     cell_bytes = {grid: _cell_bytes(cases, study.outputs) for grid, cases in of_grid.items()}
-    seconds = filled = 0.0
+    seconds = filled = held = 0.0
     in_contact: dict[str, float] = {}
     for group in groups:
         cells = contact_cells(group[0].scene)
         in_contact |= dict.fromkeys((case.key for case in group), cells)
         seconds += _pressure_seconds(cells) + sum(_traction_seconds(case.scene, cells) for case in group)
+        tractions = max(_traction_bytes(case.scene, cells) for case in group)
+        window = WINDOW_CELL_BYTES * math.prod(group[0].scene.mesh.cells)
+        held = max(held, window + PRESSURE_CELL_BYTES * cells + tractions)
         filled += cells * sum(cell_bytes[case.grid] for case in group)
-    largest = max(math.prod(case.scene.mesh.cells) for case in expansion.cases)
     stored = {grid: _most_cells(cases, study.outputs, in_contact) for grid, cases in of_grid.items()}
     fields = float(sum(len(cases) * stored[grid] * cell_bytes[grid] for grid, cases in of_grid.items()))
     count = len(expansion.cases)
@@ -129,7 +148,7 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
         normal_problems=len(groups),
         layer_sets=len({layer_set(case.scene) for case in expansion.cases}),
         seconds=seconds,
-        worker_bytes=PROCESS_BYTES + CELL_BYTES * largest,
+        worker_bytes=PROCESS_BYTES + held,
         parent_bytes=PROCESS_BYTES + HELD_CASE_BYTES * count,
         field_bytes=fields,
         file_bytes=filled + EMPTY * fields + CASE_BYTES * count + GROUP_BYTES * groups_of_cube,
@@ -161,8 +180,9 @@ def plan_report(study: Study) -> str:
         f"  time, about      {duration(total.seconds)} of one core, divided among the workers",
         "",
         f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction solution,"
-        f" and {PRESSURE_CELL_SECONDS * 1e6:g} and {TRACTION_CELL_SECONDS * 1e6:g} us more for each cell in contact;",
-        f"full coupling counts {FULL_COUPLING_FACTOR:g} times, paper-cg {PAPER_CG_FACTOR:g} times. Starting up and"
+        f" and {PRESSURE_CELL_SECONDS * 1e6:g} and {TRACTION_CELL_SECONDS * 1e6:g} us more for each cell in contact,",
+        f"where these are more than {MANY_CELLS:.0f} by a factor of (cells/{MANY_CELLS:.0f})^{BY_MANY_CELLS:g};"
+        f" full coupling counts {FULL_COUPLING_FACTOR:g} times, paper-cg {PAPER_CG_FACTOR:g} times. Starting up and"
         " compiling are extra. Files assume",
         "that fields take next to no room outside of the contact, whose size is estimated: all within some"
         " factor of 2.",

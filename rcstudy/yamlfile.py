@@ -20,6 +20,7 @@ MAX_ALIASED = 100_000  # values that aliases may add, in all
 MAX_VALUES = 250_000  # written in a file, keys included; reading so many takes half a minute
 
 _CORE = "tag:yaml.org,2002:"
+_UNSIGNED = re.compile(r"[-+]?\.[0-9]+[eE][0-9]+")  # numbers in YAML 1.2, but text to ruamel.yaml
 _NO_SPACE = re.compile(r"([\w.]+):[^\s/]")  # a key and its value without a space in between
 _ODD = r"[^\S \t\r\n]|[\u200b\u2060\ufeff]"  # characters that look like a space or are invisible; no spaces to YAML
 # YAML 1.2 has tabs between the tokens of a line, too, but the parser has not
@@ -210,6 +211,8 @@ class _Builder:
         self._keys[-1] = (word, line, column)
 
     def _tag(self, event: Any) -> str:
+        if event.style is None and _UNSIGNED.fullmatch(event.value):
+            return "float"
         return str(self._resolver.resolve(self._scalar_node, event.value, event.implicit)).removeprefix(_CORE)
 
     def _node(self, event: Any, line: int, column: int) -> Node:

@@ -5,6 +5,9 @@ import hashlib
 import itertools
 import json
 import math
+import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -17,11 +20,16 @@ from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.plan import (
     CASE_BYTES,
+    COUPLED_CELL_BYTES,
     EMPTY,
     FULL_COUPLING_FACTOR,
     GROUP_BYTES,
     PAPER_CG_FACTOR,
+    PRESSURE_CELL_BYTES,
     PRESSURE_SECONDS,
+    PROCESS_BYTES,
+    TRACTION_CELL_BYTES,
+    WINDOW_CELL_BYTES,
     contact_cells,
     estimate,
     plan_report,
@@ -484,6 +492,45 @@ def test_estimated_time_grows_with_cells_in_contact_and_method(study):
     )
     assert seconds("mesh: {size: [4, 4], cells: [64, 64]}") == pytest.approx(pressure)
     assert seconds("mesh: {cells: [64, 64]}") - PRESSURE_SECONDS == pytest.approx(4 * (pressure - PRESSURE_SECONDS))
+    # more than 30 000 cells in contact: twice as long each on 512 as on 256 cells along a side
+    many, more = (seconds(f"mesh: {{size: auto, cells: [{n}, {n}]}}") - PRESSURE_SECONDS for n in (1024, 2048))
+    assert more / many == pytest.approx(4.0**1.4)
+
+
+def test_estimated_memory_grows_with_cells_in_contact_coupling_and_window(study):
+    def held(scene):
+        plan = study(f"  g: {{scene: {{{scene}}}, axes: {{friction: [1, 2]}}}}\n")
+        return estimate(plan, expand(plan)).worker_bytes - PROCESS_BYTES
+
+    scene = expand(study("  g: {axes: {friction: [1, 2]}}\n")).cases[0].scene
+    cells, (nx, ny) = contact_cells(scene), scene.mesh.cells
+    pressure = held("")
+    assert pressure == pytest.approx(PRESSURE_CELL_BYTES * cells + WINDOW_CELL_BYTES * nx * ny)
+    assert held("creepage: {spin: 0.1}") - pressure == pytest.approx(TRACTION_CELL_BYTES * cells)
+    coupled = held("creepage: {spin: 0.1}, coupling: full")
+    assert coupled - pressure == pytest.approx(COUPLED_CELL_BYTES * cells)
+    # a window four times as large with as many cells in contact
+    wide = held("mesh: {size: [4, 4], cells: [64, 64]}")
+    assert wide - pressure == pytest.approx(WINDOW_CELL_BYTES * (64 * 64 - nx * ny))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("coupling", ["one-way", "full"])
+def test_estimated_memory_is_about_what_a_worker_takes(study, coupling):
+    """Within a factor of 2, the largest of a process that solves one case on 256 cells along a side."""
+    plan = study(
+        f"  g: {{scene: {{creepage: {{spin: 0.01, lateral: 0.001}}, coupling: {coupling}, "
+        "mesh: {size: auto, cells: [256, 256]}}, axes: {friction: [0.3]}}\n"
+    )
+    scene = expand(plan).cases[0].scene
+    code = (
+        "import pickle, resource, sys\nfrom rcstudy.solve import solve_scene\n"
+        "assert solve_scene(pickle.loads(sys.stdin.buffer.read())).status == 0\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], input=pickle.dumps(scene), capture_output=True, check=True)
+    estimated = estimate(plan, expand(plan)).worker_bytes
+    assert estimated / 2.0 < float(done.stdout) < 2.0 * estimated
 
 
 def test_long_axes_are_shortened(study):

@@ -335,6 +335,10 @@ def test_opening_reads_nothing_and_in_chunks_a_case_at_a_time(several: Path, eng
         pressure = tree["product"]["pressure"]
         assert pressure.data.chunksize == (1, 1, 1, 32, 24)
         assert float(pressure.isel(thickness=1, modulus=0, creepage=0).max()) > 0
+        for grid in grids(tree).values():  # chunks that agree with each other
+            assert {size for dim, sizes in grid.chunksizes.items() if dim not in ("x", "y") for size in sizes} == {1}
+        assert not tree["product"]["force_x"].variable._in_memory
+        assert float(tree["product"].to_dataset().map_blocks(lambda part: part[["pressure"]]).pressure.max()) > 0
         assert list(grids(tree)) == ["product", "pressure_only", "listed"]
 
 

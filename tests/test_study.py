@@ -106,7 +106,16 @@ def test_a_of_an_elliptic_contact_is_the_geometric_mean():
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("1e-3", 1e-3), ("1E-3", 1e-3), ("+1.5e2", 150.0), (".5", 0.5), ("7", 7.0), ("0x10", 16.0)],
+    [
+        ("1e-3", 1e-3),
+        ("1E-3", 1e-3),
+        ("+1.5e2", 150.0),
+        (".5", 0.5),
+        (".5e1", 5.0),
+        ("+.5E2", 50.0),
+        ("7", 7.0),
+        ("0x10", 16.0),
+    ],
 )
 def test_numbers_are_read_as_yaml_1_2_writes_them(load, text, value):
     (scene,) = scenes(load(BASE + f"  g: {{axes: {{friction: [{text}]}}}}\n"))

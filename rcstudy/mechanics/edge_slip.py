@@ -14,6 +14,7 @@ is a fraction of a cell the sum may be off by more than the integral. `exaggerat
     part = (sum_j f_j w_j - int f w dx)/(w_0 p_0),
 
 which `aligned.py` subtracts from the leading cell's slip per unit of its pressure p_0, so that sum and integral agree.
+What the quadrature misses of it on a half-space is added, s being taken at k = 1: a layer that is none changes nothing.
 
 Waves across the edge have the responses g(k)/k of u_z to pressure, t(k)/k of u_x to tractions and s(k)/k of u_x to
 pressure (`layered.py`: a, c and b). With G+ and T+ the factors of g = |G+(i k)|^2 and t = |T+(i k)|^2 that act to one
@@ -43,6 +44,7 @@ the shift `part` is that of strips of cells (`tests/test_edge_slip.py`).
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -65,6 +67,7 @@ _K = np.exp(_V)
 _ROOT = (1j * _K) ** -0.5  # transforms of pressure and weights behind the edge of a half-space: their powers
 _ROOT_3 = _ROOT**3
 _LONG = int(np.argmin(np.abs(_K - _AT)))
+_AS_CELLS = int(np.argmin(np.abs(_V)))  # a wave of number 1 (1/cell)
 
 # on the circle, at y = _K
 _ON_CIRCLE = 2.0 * np.arctan(0.5 * _K)  # wave numbers k
@@ -106,7 +109,15 @@ def exaggeration(responses: np.ndarray, spacing: float, shift: float, theta: flo
     `wave_numbers` of cells of length `spacing` (mm); `shift`: distance of the far-field edge behind the actual one, and
     `theta`: of the leading cell's centre behind the far-field edge (cells).
     """
-    return _part(_WAVES / spacing * responses, shift, theta)
+    response = _WAVES / spacing * responses
+    missed = OF_HALF_SPACE - _of_half_space(theta)
+    return _part(response, shift, theta) + missed * float(response[1, _AS_CELLS])
+
+
+@cache
+def _of_half_space(theta: float) -> float:
+    """`OF_HALF_SPACE` by the quadrature used here, which misses some of it; cells are as in `exaggeration`."""
+    return _part(np.ones((3, _WAVES.size)), 0.0, theta)
 
 
 def _part(response: np.ndarray, shift: float, theta: float) -> float:
