@@ -179,13 +179,15 @@ def plan_report(study: Study) -> str:
         f"  cube, about      {in_bytes(total.file_bytes)} ({stored})",
         f"  time, about      {duration(total.seconds)} of one core, divided among the workers",
         "",
-        f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction solution,"
-        f" and {PRESSURE_CELL_SECONDS * 1e6:g} and {TRACTION_CELL_SECONDS * 1e6:g} us more for each cell in contact,",
-        f"where these are more than {MANY_CELLS:.0f} by a factor of (cells/{MANY_CELLS:.0f})^{BY_MANY_CELLS:g};"
-        f" full coupling counts {FULL_COUPLING_FACTOR:g} times, paper-cg {PAPER_CG_FACTOR:g} times. Starting up and"
-        " compiling are extra. Files assume",
-        "that fields take next to no room outside of the contact, whose size is estimated: all within some"
-        " factor of 2.",
+        textwrap.fill(
+            f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction "
+            f"solution, and {PRESSURE_CELL_SECONDS * 1e6:g} and {TRACTION_CELL_SECONDS * 1e6:g} us more for each cell "
+            f"in contact, where these are more than {MANY_CELLS:.0f} by a factor of "
+            f"(cells/{MANY_CELLS:.0f})^{BY_MANY_CELLS:g}; full coupling counts {FULL_COUPLING_FACTOR:g} times, "
+            f"paper-cg {PAPER_CG_FACTOR:g} times. Starting up and compiling are extra. Files assume that fields take "
+            "next to no room outside of the contact, whose size is estimated: all within some factor of 2.",
+            _WIDTH,
+        ),
     ]
     return "\n".join(lines)
 
