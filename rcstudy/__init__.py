@@ -36,7 +36,7 @@ def solve(scene: Mapping[str, Any]) -> xr.Dataset:
 def open(path: str | Path, *, chunked: bool = False) -> xr.DataTree:
     """Open a cube lazily; close it after use, or use it in a ``with`` block. See :func:`rcstudy.cube.open_cube`.
 
-    `chunked`: as dask arrays, a chunk for each field of each case; needs dask.
+    `chunked`: fields as dask arrays, one chunk for each field of each case; needs dask.
 
     Raises UserError when the file is missing, unreadable, or not an rcstudy cube.
     """

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     """Open a cube lazily: values are read when they are used; close it, or use it in a ``with`` block.
 
-    `chunked`: fields as dask arrays, a chunk for each of each case, for work on more than the memory holds.
+    `chunked`: fields as dask arrays, one chunk for each field of each case, for work on more than the memory holds.
 
     The root holds the provenance as attributes and, in a study of several grids, a table of all cases; the grids
     are its children (:func:`grids` gives them in either layout).

@@ -249,7 +249,7 @@ class _Case:
 
         Largest pressures are m + 1 times the mean ones. m is 1 and 2 on thin compressible and incompressible films.
         """
-        if self.aligned or not self.finest.keys() >= {"pressure_max", "contact_area"}:
+        if self.aligned:
             return 0.0
         return max(self.finest["pressure_max"] * self.finest["contact_area"] / self.scene.load - 1.5, 0.0)
 
@@ -442,7 +442,10 @@ class _Case:
             bars["friction_power"] = max(bars["friction_power"], lost + doubt)
 
     def raise_largest_traction(self, bars: dict[str, float]) -> None:
-        """Set the bar of the largest traction where nearly all sticks, or where it follows from the pressure."""
+        """Set the bar of the largest traction where nearly all sticks, or where it follows from the pressure.
+
+        Before that it is raised where pressures are more peaked than Hertz's (`_OF_PEAKED`).
+        """
         finest, friction = self.finest, self.scene.friction
         bars["traction_max"] *= 1.0 + _OF_PEAKED * min(self.peaked, 0.5)
         slip = finest["slip_area"]

@@ -845,22 +845,12 @@ def test_bars_under_pressures_more_peaked_than_hertz(m: float, peaked: float, of
 @pytest.mark.parametrize(("nu", "thickness"), [(0.3, 0.03), (0.4, 0.1)])
 def test_bars_of_largest_pressures_on_soft_films(nu: float, thickness: float) -> None:
     """On an even number of cells the largest pressure lies between four of them; m is about 1."""
-
-    def contact(cells: int, discretisation: str) -> Any:
-        mapping = {
-            "substrate": {"E": 210000, "nu": 0.3},
-            "counterbody": "rigid",
-            "layers": [{"E": 1000, "nu": nu, "thickness": thickness}],
-            "radius": 50,
-            "load": 100,
-            "friction": 0.3,
-            "creepage": {"longitudinal": 0.05},
-            "discretisation": discretisation,
-            "mesh": {"size": "auto", "cells": [cells, cells]},
-        }
-        return solve_scene(scene_from_mapping(mapping)).scalars
-
-    found, fine = contact(22, "kalker"), contact(88, "aligned")
+    film = {"counterbody": "rigid", "layers": [{"E": 1000, "nu": nu, "thickness": thickness}]}
+    film |= {"friction": 0.3, "creepage": {"longitudinal": 0.05}}
+    found, fine = (
+        solve_scene(fitted(cells, discretisation=discretisation, **film)).scalars
+        for cells, discretisation in ((22, "kalker"), (88, "aligned"))
+    )
     assert fine["pressure_max"] * fine["contact_area"] / 100.0 - 1.0 == pytest.approx(1.0, rel=0.15)
     error = fine["pressure_max"] - found["pressure_max"]
     assert 0.8 * found["pressure_max_error"] < error <= found["pressure_max_error"]

@@ -201,7 +201,7 @@ def test_estimate_is_stated_as_documented():
     a = hertz_of().a[0]
     scene = steel(window((a, a), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
     fit = FITS["pressure_max"]
-    levels = [{"pressure_max": p, "contact_radius": 0.3} for p in (100.0, 101.0, 111.0)]
+    levels = [{"pressure_max": p, "contact_area": 0.28, "contact_radius": 0.3} for p in (100.0, 101.0, 111.0)]
     per_radius = 10.0
     cells = round(np.pi * per_radius**2)
     per_radius = np.sqrt(cells / np.pi)

@@ -49,6 +49,7 @@ from functools import cache
 import numpy as np
 
 from rcstudy.mechanics.convolution import sharpening
+from rcstudy.mechanics.half_line import alike
 
 OF_HALF_SPACE = 0.0264
 """The part between half-spaces, over the slip per unit pressure on the spot (its digits: `tests/test_aligned.py`)."""
@@ -84,15 +85,12 @@ _OF_K, _OF_CIRCLE = _STEP * _K, _STEP * _K / (1.0 + 0.25 * _K**2)
 _AT_ZERO = 2.0 / math.pi * _OF_K / (_K**2 + 4.0)  # makes of a logarithm that of its factor at z = 0
 
 # waves that look alike on the cells
-_ALIAS = np.arange(-_ALIASES, _ALIASES + 1)
-_ALIKE = _ON_CIRCLE[_WITHIN, None] + 2.0 * math.pi * _ALIAS
+_ALIKE, _SEEN = alike(_ON_CIRCLE[_WITHIN], _ALIASES)
 _LOG_ALIKE, _SIGN = np.log(np.abs(_ALIKE)), np.sign(_ALIKE)
-_SINC = np.sinc(_ALIKE / (2.0 * math.pi))
-# the terms alternate in sign: the mean of the last two partial sums is taken
-_AVERAGED = np.where(np.abs(_ALIAS) == _ALIASES, 0.5, 1.0)
-_SLIPS = sharpening(_ON_CIRCLE[_WITHIN, None]) * _AVERAGED * np.where(_ALIAS % 2 == 0, 1.0, -1.0) * _SINC**2
+_HALF_AHEAD = np.where(np.arange(-_ALIASES, _ALIASES + 1) % 2 == 0, 1.0, -1.0)
+_SLIPS = sharpening(_ON_CIRCLE[_WITHIN, None]) * _HALF_AHEAD * (_SEEN * np.sinc(_ALIKE / (2.0 * math.pi)))
 _TRACTIONS = _SLIPS * _SIGN
-_MEANS = _AVERAGED * (1j * _ALIKE) ** -1.5 * _SINC
+_MEANS = (1j * _ALIKE) ** -1.5 * _SEEN
 _LONG_MEANS = np.sinc(_K / (2.0 * math.pi))
 _WAVES = np.concatenate((_K, np.abs(_ALIKE).ravel()))
 

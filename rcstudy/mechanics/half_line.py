@@ -94,15 +94,18 @@ def _panels(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 _T, _WEIGHTS = _panels(np.concatenate(([0.0], math.pi * 2.0 ** np.arange(-7, 1))))
 _FAR, _FAR_WEIGHTS = _panels(math.pi * 2.0 ** np.arange(_FARTHEST))
-_N = np.arange(-OWN, OWN + 1)
-# the terms of the sum alternate in sign: the mean of the last two partial sums is taken
-_AVERAGED = np.where(np.abs(_N) == OWN, 0.5, 1.0)
 
 
-def alike(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Waves [n, 17] that look on cells like those of numbers `t` [n] (over the cells' length), and weights in A(t)."""
-    waves = t[:, None] + 2.0 * math.pi * _N
-    return waves, _AVERAGED * np.sinc(waves / (2.0 * math.pi))
+def alike(t: np.ndarray, aliases: int = OWN) -> tuple[np.ndarray, np.ndarray]:
+    """Waves [n, 2 aliases + 1] that look on cells like those of numbers `t` [n], and their weights in A(t).
+
+    `aliases`: how many to either side; wave numbers are over the cells' length.
+    """
+    number = np.arange(-aliases, aliases + 1)
+    waves = t[:, None] + 2.0 * math.pi * number
+    # the terms of the sum alternate in sign: the mean of the last two partial sums is taken
+    averaged = np.where(np.abs(number) == aliases, 0.5, 1.0)
+    return waves, averaged * np.sinc(waves / (2.0 * math.pi))
 
 
 _K, _OF_K = alike(_T)
