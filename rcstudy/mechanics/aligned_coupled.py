@@ -4,17 +4,19 @@
 first order in the cell size, which affect the pressure and are visible in moments. Its solution therefore serves as the
 start of a fixed-point iteration. One turn of it solves the pressure under the lift (u_z due to the last tractions),
 then the tractions on rows aligned with that pressure. At ordinary friction each turn reduces the error by a factor of
-five to ten. Turns go on until the gap under pressure is closed to `_ENOUGH` with the last tractions. Moments are then
-within 0.005 % of the fixed point and largest tractions within 0.02 %. After a single turn these are 0.16 and 0.4 %, on
-fine meshes more than the discretisation error. As only the last turn has to be accurate, turns start from the solution
-on the coarser mesh: it is as good a start as that on the mesh's own cells and costs much less.
+five to ten. Turns go on until the gap under pressure is closed, with the last tractions, to `_OF_TOLERANCE` times the
+tolerance, and to `_ENOUGH` at least, when moments are within 0.005 % of the fixed point and largest tractions within
+0.02 %. After a single turn these are 0.16 and 0.4 %, on fine meshes more than the discretisation error. As only the
+last turns have to be accurate, they start from the solution on the coarser mesh: it is as good a start as that on the
+mesh's own cells and costs much less.
 
-At high friction turns gain less, and `LARGEST_ERROR` suffices. There plain substitution may converge slowly or
-oscillate, so each turn starts from a combination of the last ones (`mixing.py`). It may also alternate for ever between
-two sets of cells in contact, as the rows move with them. The positions of the rows are therefore frozen after `_MOVING`
-turns. The pressure on the frozen rows then depends linearly on that of the mesh's own cells. If turns do not settle
-from the coarser mesh's solution, they start again from that on the mesh's own cells. If they do not settle then, the
-proof reports it.
+At high friction turns gain less. Plain substitution may converge slowly or oscillate, so each turn starts from a
+combination of the last ones (`mixing.py`). It may also alternate for ever between two sets of cells in contact, as the
+rows move with them. The positions of the rows are therefore frozen after `_MOVING` turns, or when they come near. The
+pressure on the frozen rows then depends linearly on that of the mesh's own cells. A border cell may still alternate
+between two states: where a turn gains next to nothing, `LARGEST_ERROR` suffices. If turns from the coarser mesh's
+solution do not settle, they start again from that on the mesh's own cells. If they do not settle then, the proof
+reports it.
 """
 
 from __future__ import annotations
@@ -37,12 +39,16 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 # divided by the approach: the gap that the new tractions open under pressure.
 _START = 1e-4  # tolerance of pressure and tractions on the mesh's own cells
 _FIRST = 1e-2  # tolerance of the first tractions on aligned cells
-_MAX_TURNS = 50  # most turns from the solution on the mesh's own cells
-_TRIED = 12  # most turns from the coarser mesh's solution
-_MOVING = 5  # turns after which the positions of the rows are frozen
-_ENOUGH = 2e-5  # error at which turns end
-_GAIN = 0.4  # usual ratio of successive errors, which predicts the last turn; if larger, `LARGEST_ERROR` suffices
-_TURN = 1e-2  # tolerance of the tractions in all turns but the last, over the error
+_MAX_TURNS = 50  # most turns, from either start
+_MOVING = 5  # turns after which the positions of the rows are frozen, as soon as the error is at most
+_NEAR = 0.2  # or after
+_LONGEST = 10  # turns, whatever the error
+_ENOUGH = 2e-5  # error at which turns end, or lower:
+_OF_TOLERANCE = 0.5  # times the larger tolerance, so that the tractions keep it
+_GAIN = 0.4  # usual ratio of successive errors, which predicts the last turn
+_LITTLE = 0.9  # if that ratio is larger, `LARGEST_ERROR` suffices
+_TURN = 0.2  # tolerance of pressure and tractions in all turns but the last, over the error
+_SLOW_TURN = 1e-2  # the same if turns gain less than usual: mixing takes errors of solutions for changes
 LARGEST_ERROR = 5e-4  # largest error that a solution may keep
 _ROOM = 8  # the lift is computed on the contact's box and 1/8 of it more on each side, as the contact may grow
 
@@ -67,14 +73,14 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     spent: RollingSolution | None = None
     begun = _from_coarser_mesh(scene, influence)
     if begun is not None:
-        contact, rolling, settled = _turns(scene, influence, begun, _TRIED)
+        contact, rolling, settled = _turns(scene, influence, begun)
         if rolling is not None and settled:
             return contact, rolling
         spent = rolling
     own = _from_own_cells(scene, influence)
     if isinstance(own, NormalContact):
         return own, None
-    contact, rolling, _ = _turns(scene, influence, own, _MAX_TURNS)
+    contact, rolling, _ = _turns(scene, influence, own)
     return contact, rolling.after(spent) if rolling is not None and spent is not None else rolling
 
 
@@ -119,44 +125,47 @@ def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContac
     return _State(contact, first.after(replace(rolling, coarser=coarse)), np.zeros(scene.mesh.cells))
 
 
-def _turns(
-    scene: Scene, influence: Influence, state: _State, most: int
-) -> tuple[NormalContact, RollingSolution | None, bool]:
-    """Contact and tractions after at most `most` turns from `state`, and whether these settled.
+def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalContact, RollingSolution | None, bool]:
+    """Contact and tractions after turns from `state`, and whether these settled.
 
     Tractions are None if the pressure has no solution.
     """
     contact, rolling, lift = state.contact, state.rolling, state.lift
     own, gap = scene.tolerance, initial_gap(scene)
+    enough = min(_ENOUGH, _OF_TOLERANCE * max(own.normal, own.tangential))
     began_without = not lift.any()
-    mixing, error, settled = Mixing(), np.inf, False
-    resting: AlignedContact | None = None  # contact whose row positions are kept from turn `_MOVING` on
-    for turn in range(most):
+    mixing, error, settled, tolerance = Mixing(), np.inf, False, own
+    resting: AlignedContact | None = None  # contact whose row positions are kept from turn `frozen` on
+    frozen = _MAX_TURNS
+    for turn in range(_MAX_TURNS):
         box = contact.box.wider(_ROOM, scene.mesh.cells)
         change = -lift
         change[box.slices] += contact.lift(rolling.q, box)
         touched = contact.solution.p > 0.0
         before, error = error, float(np.ptp(change[touched])) / max(abs(contact.solution.approach), 1e-300)
-        settled = turn > 0 and error <= (_ENOUGH if error < _GAIN * before else LARGEST_ERROR)
+        near = turn > 0 and error <= (enough if error < _LITTLE * before else LARGEST_ERROR)
+        settled = near and tolerance == own
         if settled:
             break
         # earlier changes mislead: the first one is from no lift to the whole, and rows were frozen in the last turn
-        if (turn == 1 and began_without) or turn == _MOVING + 1:
+        if turn == frozen + 1 or (turn == 1 and began_without):
             mixing.forget()
+        if near or turn == _MAX_TURNS - 1 or _GAIN * error <= enough:
+            tolerance = own
+        else:
+            loose = min(_FIRST, (_TURN if error < _GAIN * before else _SLOW_TURN) * error)
+            tolerance = Tolerance(max(own.normal, loose), max(own.tangential, loose))
         lift = mixing.following(lift, change, touched)
-        pressure = solve_pressure(scene, influence, gap + lift, contact.solution.p).after(contact.solution)
+        pressure = solve_pressure(replace(scene, tolerance=tolerance), influence, gap + lift, contact.solution.p)
+        pressure = pressure.after(contact.solution)
         if pressure.edge or not pressure.converged:
             return NormalContact(scene, influence, pressure), None, False
-        if turn == _MOVING:
-            resting = contact
+        if resting is None and ((turn >= _MOVING and error <= _NEAR) or turn == _LONGEST):
+            resting, frozen = contact, turn
         following = AlignedContact(NormalContact(scene, influence, pressure), contact.coarser, resting)
-        last_turn = _GAIN * error <= _ENOUGH
-        tolerance = own.tangential if last_turn else max(own.tangential, min(_FIRST, _TURN * error))
         guess = _carried_over(contact, rolling.q, following)
-        rolling = solve_rolling(following, scene, guess, tolerance).after(rolling)
+        rolling = solve_rolling(following, scene, guess, tolerance.tangential).after(rolling)
         contact = following
-    if rolling.converged and rolling.residual > own.tangential:  # the last turn had not been predicted
-        rolling = solve_rolling(contact, scene, rolling.q).after(rolling)
     return contact, rolling, settled
 
 
