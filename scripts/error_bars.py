@@ -20,7 +20,8 @@ judged: `kalker` on cells four times finer still has a quarter of the error (`--
   coarser mesh, against eight times as many;
 - `sticking`: contacts of `mild` and `alike` at 0.003 to 0.3 of their creepages;
 - `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip;
-- `rubber`: nearly incompressible films of 1 MPa to 1 GPa on steel or stiffer bodies, 0.03 to 2.5 cells thick.
+- `rubber`: nearly incompressible films of 1 MPa to 1 GPa on steel or stiffer bodies, 0.03 to 2.5 cells thick;
+- `pulled`: under rigid balls, friction times Dundurs' constant 0.2 to 1.2, full coupling.
 
 Published: results/error_bars.md.
 """
@@ -337,6 +338,27 @@ def sliding_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     return _creeping(scene, direction, high * times)
 
 
+def pulled_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """A body under a rigid ball, with so much friction that it pulls at the pressure; 0.1 to 10 of full slip."""
+    nu = rng.uniform(0.0, 0.4)
+    layers = (Layer(_power(rng, 2.0, 4.0), rng.uniform(0.0, 0.4), _power(rng, -1.0, 0.3)),)
+    scene = Scene(
+        Material(1000.0, nu),
+        (10.0, _power(rng, 0.8, 1.2)),
+        5.0,
+        Mesh((1.0, 1.0), (24, 24)),
+        layers if rng.random() < 0.3 else (),
+        None,
+        _power(rng, -0.7, 0.08) * 2.0 * (1.0 - nu) / (1.0 - 2.0 * nu),
+        coupling="full",
+        discretisation=discretisation,  # type: ignore[arg-type]
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
+    sides, cells = rng.uniform(3.2, 4.2) * np.array(estimated_contact(scene)), int(rng.integers(24, 65))
+    scene = replace(scene, mesh=Mesh((float(sides[0]), float(sides[1])), (cells, cells)))
+    return _creeping(scene, _direction(rng, 0.4), _power(rng, -1.0, 1.0))
+
+
 def _direction(rng: np.random.Generator, single: float) -> np.ndarray:
     """Random unit vector of longitudinal, lateral and spin creepage; with probability `single` only one of them."""
     direction = rng.normal(size=3)
@@ -423,6 +445,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "coarse": coarse_scene,
     "sticking": sticking_scene,
     "sliding": sliding_scene,
+    "pulled": pulled_scene,
 }
 
 

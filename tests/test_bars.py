@@ -92,26 +92,6 @@ def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float])
         assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
 
 
-@pytest.mark.parametrize(("pull", "part"), [(0.1, 0.1), (0.4, 0.4), (0.7, 0.5)])
-def test_estimate_of_the_lift_at_edges(pull: float, part: float) -> None:
-    """Under full coupling of aligned cells: parts of the scales, over N^(3/2); more of areas where much sticks."""
-    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004), counterbody=None)
-    scalars = {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}
-    stuck = 1.0 + 5.0 * (1.0 - MIDDLING["slip_area"] / MIDDLING["contact_area"]) ** 4
-    sizes = {"contact_area": 0.09 * stuck * MIDDLING["contact_area"], "contact_radius": 0.045 * stuck * 0.8}
-    sizes["force_x"] = 0.02 * scene.friction * scene.load
-    for discretisation in ("kalker", "aligned"):
-        case = replace(scene, discretisation=discretisation)
-        plain, found = (error_estimates(case, 314, [MIDDLING | scalars] * 2, h) for h in (Hidden(), Hidden(pull=pull)))
-        counts = part * CELL**1.5 if discretisation == "aligned" else 0.0
-        if counts:  # the slip area has the contact area's in quadrature
-            of_slip = [math.sqrt(b["slip_area_error"] ** 2 - b["contact_area_error"] ** 2) for b in (plain, found)]
-            assert of_slip[1] - of_slip[0] == pytest.approx(0.12 * counts)
-        for name in plain.keys() - {"slip_area_error"}:
-            expected = counts * sizes.get(name.removesuffix("_error"), 0.0)
-            assert found[name] - plain[name] == pytest.approx(expected, rel=1e-9, abs=1e-12), name
-
-
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 @pytest.mark.parametrize(("turning", "part"), [(0.0, 0.026), (0.5, 0.041), (1.0, 0.086), (9.0, 0.086)])
 def test_estimate_of_power_on_slip_by_pressure(turning: float, part: float, discretisation: Any) -> None:
@@ -454,19 +434,22 @@ def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts:
 
 
 def test_estimate_of_pressures_close_to_the_rim() -> None:
-    """Half of what exceeds those farther in, at most 0.12; with full coupling and friction 1.15 times all of it."""
+    """Half of what exceeds those farther in, at most 0.12; with full coupling and friction more than all of it."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), counterbody=None, discretisation="aligned")
+    slides = MIDDLING | {"slip_area": MIDDLING["contact_area"]}  # with stick bars are larger by a factor (`pulled.py`)
     for changed, part, pull, counts in (
         ({}, 0.1, 0.0, 0.05),
         ({}, 0.5, 0.0, 0.12),
         ({"coupling": "full"}, 0.2, 0.5, 0.1),
-        ({"coupling": "full"}, 0.2, 1.2, 0.161),
-        ({"coupling": "full"}, 0.2, 2.0, 0.23),
+        ({"coupling": "full"}, 0.2, 1.2, 0.224),
+        ({"coupling": "full"}, 0.2, 2.0, 0.32),
+        ({"coupling": "full", "discretisation": "kalker"}, 0.2, 1.2, 0.161),
+        ({"coupling": "full", "discretisation": "kalker"}, 0.2, 2.0, 0.23),
         ({"discretisation": "kalker"}, 0.2, 0.0, 0.1),
     ):
         changed_scene: Any = replace(scene, **changed)
         plain, found = (
-            error_estimates(changed_scene, 314, [MIDDLING] * 2, Hidden(beyond_rim=p, pull=pull)) for p in (0.0, part)
+            error_estimates(changed_scene, 314, [slides] * 2, Hidden(beyond_rim=p, pull=pull)) for p in (0.0, part)
         )
         assert found["pressure_max_error"] - plain["pressure_max_error"] == pytest.approx(counts * 100.0)
 

@@ -30,6 +30,7 @@ ORDER = [
     "rcstudy.fits",
     "rcstudy.few",
     "rcstudy.hidden",
+    "rcstudy.pulled",
     "rcstudy.estimate",
     "rcstudy.solve",
     "rcstudy.batch",

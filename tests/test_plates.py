@@ -59,17 +59,15 @@ def test_beyond_rim(rings: tuple[float, ...], beyond: float) -> None:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("cells", [32, 56, 72])
+@pytest.mark.parametrize("cells", [32, 56, 64])
 def test_bars_of_pressures_in_the_outermost_cells(cells: int) -> None:
-    """Under full coupling with high friction; the limit is that of `kalker` on 768 cells. They were too small.
-
-    Seven of eight meshes with 28 to 80 cells keep them; on 64 the pressure is 1.09 bars off.
-    """
+    """Under full coupling with high friction; the limit is that of `kalker` on 768 cells. They were too small."""
     mesh = Mesh((1.45, 1.45), (cells, cells))
     scene = Scene(Material(1000.0, 0.0), (10.0, 10.0), 5.0, mesh, friction=5.0, creepage=Creepage(-0.5, 0.0, 0.02))
     found = solved(replace(scene, coupling="full", discretisation="aligned"))
     for name, limit in (("pressure_max", 17.634), ("traction_max", 5.0 * 17.634)):
-        assert abs(found.scalars[name] - limit) < found.scalars[f"{name}_error"] < 0.5 * limit
+        off = abs(found.scalars[name] - limit)
+        assert 0.2 * limit < off < found.scalars[f"{name}_error"] < 2.0 * off
 
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])

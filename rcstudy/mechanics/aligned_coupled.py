@@ -135,8 +135,7 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalCon
     enough = min(_ENOUGH, _OF_TOLERANCE * max(own.normal, own.tangential))
     began_without = not lift.any()
     mixing, error, settled, tolerance = Mixing(), np.inf, False, own
-    resting: AlignedContact | None = None  # contact whose row positions are kept from turn `frozen` on
-    frozen = _MAX_TURNS
+    resting: AlignedContact | None = None  # contact whose row positions are kept
     for turn in range(_MAX_TURNS):
         box = contact.box.wider(_ROOM, scene.mesh.cells)
         change = -lift
@@ -147,9 +146,6 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalCon
         settled = near and tolerance == own
         if settled:
             break
-        # earlier changes mislead: the first one is from no lift to the whole, and rows were frozen in the last turn
-        if turn == frozen + 1 or (turn == 1 and began_without):
-            mixing.forget()
         if near or turn == _MAX_TURNS - 1 or _GAIN * error <= enough:
             tolerance = own
         else:
@@ -160,8 +156,12 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalCon
         pressure = pressure.after(contact.solution)
         if pressure.edge or not pressure.converged:
             return NormalContact(scene, influence, pressure), None, False
-        if resting is None and ((turn >= _MOVING and error <= _NEAR) or turn == _LONGEST):
-            resting, frozen = contact, turn
+        freeze = resting is None and ((turn >= _MOVING and error <= _NEAR) or turn == _LONGEST)
+        if freeze:
+            resting = contact
+        # changes up to now mislead: rows moved in them, or that from no lift to the whole is one
+        if freeze or (turn == 0 and began_without):
+            mixing.forget()
         following = AlignedContact(NormalContact(scene, influence, pressure), contact.coarser, resting)
         guess = _carried_over(contact, rolling.q, following)
         rolling = solve_rolling(following, scene, guess, tolerance.tangential).after(rolling)

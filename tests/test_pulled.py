@@ -1,0 +1,96 @@
+"""Error bars under full coupling where friction pulls at the pressure much."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from contacts import MIDDLING, solved, steel
+
+from rcstudy.estimate import _cells_per_radius, error_estimates
+from rcstudy.hidden import Hidden
+from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
+from rcstudy.pulled import at_edges, of_peaks
+
+
+def test_of_weak_pull() -> None:
+    """Nearly parts of the scales over N^(3/2); more of areas where much sticks."""
+    found = at_edges(1e-6, 16.0, 1.0)
+    weak = 1e-6 / 64.0
+    assert found["contact_area"] == pytest.approx(0.09 * weak, rel=1e-4)
+    assert found["contact_radius"] == pytest.approx(0.045 * weak, rel=1e-4)
+    assert found["slip_area"] == pytest.approx(0.12 * weak, rel=1e-4)
+    assert found["force_x"] == pytest.approx(0.02 * weak, rel=1e-4)
+    sticks = at_edges(1e-6, 16.0, 0.25)
+    assert sticks["contact_area"] == pytest.approx(0.09 * weak * (1.0 + 5.0 * 0.75**4), rel=1e-4)
+    assert sticks["slip_area"] == found["slip_area"]
+
+
+@pytest.mark.parametrize(("pull", "weak", "strong"), [(0.4, 0.4, 0.16), (0.8, 0.5, 0.64), (1.5, 0.5, 1.5)])
+def test_of_strong_pull(pull: float, weak: float, strong: float) -> None:
+    """First order in 1/N for what depends on the edges; forces and power only where some sticks."""
+    found = at_edges(pull, 16.0, 1.0)
+    assert found == pytest.approx(
+        {
+            "contact_area": 0.09 * weak / 64.0 + 0.045 * strong / 16.0,
+            "contact_radius": 0.045 * weak / 64.0 + 0.0225 * strong / 16.0,
+            "slip_area": 0.12 * weak / 64.0 + 0.06 * strong / 16.0,
+            "approach": 0.035 * strong / 64.0,
+            "pressure_max": 0.35 * strong / 256.0,
+            "moment_z": 0.005 * strong / 16.0,
+            "force_x": 0.02 * weak / 64.0,
+            "friction_power": 0.0,
+        },
+        rel=1e-12,
+    )
+    for name, part in (("force_x", 0.025), ("friction_power", 0.04)):
+        more = at_edges(pull, 16.0, 0.75)[name] - found[name]
+        assert more == pytest.approx(part * min(pull, 1.0) * 0.5 / 16.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("pull", "pressure", "both"), [(0.0, 1.0, 1.0), (0.5, 1.3, 1.0), (1.2, 1.6, 1.3), (9.0, 1.6, 1.6)]
+)
+def test_of_peaks(pull: float, pressure: float, both: float) -> None:
+    expected = {"pressure_max": both, "traction_max": both}
+    assert of_peaks(pull, aligned=True) == pytest.approx(expected)
+    assert of_peaks(pull, aligned=False) == pytest.approx(expected | {"pressure_max": pressure, "approach": pressure})
+
+
+@pytest.mark.parametrize("sticks", [True, False])
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_what_is_added_to_the_bars(discretisation: Any, sticks: bool) -> None:
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004), counterbody=None, coupling="full")
+    scene = replace(scene, discretisation=discretisation)
+    levels = [MIDDLING | {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}]
+    if not sticks:
+        levels[0]["slip_area"] = levels[0]["contact_area"]
+    plain, found = (error_estimates(scene, 314, levels * 2, Hidden(pull=pull)) for pull in (0.0, 0.9))
+    aligned = discretisation == "aligned"
+    factors = of_peaks(0.9, aligned=aligned) if sticks else {}
+    slipping = levels[0]["slip_area"] / levels[0]["contact_area"]
+    parts = at_edges(0.9, _cells_per_radius(scene, 314), slipping) if aligned else {}
+    scales = levels[0] | {"force_x": scene.friction * scene.load}
+    for name in ("pressure_max", "approach", "contact_area", "contact_radius", "force_x"):
+        expected = factors.get(name, 1.0) * plain[f"{name}_error"] + parts.get(name, 0.0) * scales[name]
+        assert found[f"{name}_error"] == pytest.approx(expected, rel=1e-6), name
+    if sticks and aligned:  # the slip area has the contact area's in quadrature
+        of_slip = [math.sqrt(b["slip_area_error"] ** 2 - b["contact_area_error"] ** 2) for b in (plain, found)]
+        assert of_slip[1] - of_slip[0] == pytest.approx(parts["slip_area"] * scales["contact_area"])
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("cells", [24, 32, 48, 64])
+def test_bars_hold_where_pressures_do_not_end_like_roots(cells: int) -> None:
+    """Full slip, pull 1: p goes like d^(1/4) at one edge and like d^(3/4) at the other. Areas were 2 to 3 bars off.
+
+    Limits: both kinds of cells on 160 and 320, extrapolated, agree to 0.0001 mm^2 and 1e-7 mm.
+    """
+    mesh = Mesh((1.3, 1.3), (cells, cells))
+    scene = Scene(Material(1000.0, 0.0), (10.0, 10.0), 5.0, mesh, friction=2.0, creepage=Creepage(-0.5, 0.0, 0.02))
+    found = solved(replace(scene, coupling="full", discretisation="aligned")).scalars
+    for name, limit in (("contact_area", 0.39205), ("slip_area", 0.39205), ("approach", 0.0120844)):
+        off = limit - found[name]
+        assert 0.0 < off < found[f"{name}_error"] < 5.0 * off, name
