@@ -825,6 +825,7 @@ def test_bars_under_pressures_more_peaked_than_hertz(m: float, peaked: float, of
         assert times == pytest.approx(1.0 + tell * (of_traction - 1.0), rel=1e-9)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("nu", "thickness"), [(0.3, 0.03), (0.4, 0.1)])
 def test_bars_of_largest_pressures_on_soft_films(nu: float, thickness: float) -> None:
     """On an even number of cells the largest pressure lies between four of them; m is about 1."""

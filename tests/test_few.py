@@ -131,6 +131,7 @@ def test_estimates_with_one_coarser_mesh_are_no_less_than_half_of_the_laws() -> 
         assert bars[f"{name}_error"] == pytest.approx(part * law * scales[name], rel=1e-6), name
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_bars_of_the_first_example_on_four_to_twelve_cells(discretisation: str) -> None:
     """Four cells in contact on four to ten along the window: bars are as wide as these cells are large."""

@@ -127,6 +127,7 @@ def test_error_bars_of_what_cells_miss() -> None:
     }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_bars_on_a_film_of_rubber_a_quarter_of_a_cell_thick(discretisation: str) -> None:
     def contact(cells: int, discretisation: str):
