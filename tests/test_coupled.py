@@ -433,14 +433,14 @@ def test_a_contact_that_did_not_converge_is_not_refused_for_its_window(monkeypat
 def test_products_of_what_turns_began_from_count(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those on the coarser mesh, and those of turns that did not settle, before others from the mesh's own cells."""
     scene = replace(BALL, mesh=Mesh((0.7, 0.7), (24, 24)), discretisation="aligned")
-    turns: list[tuple[int, bool]] = []
+    turns: list[tuple[int, float]] = []
     began: list[int] = []
     take_turns, solve = aligned_coupled._turns, aligned_coupled.solve_rolling
 
     def noted_turns(*args: Any) -> Any:
-        contact, rolling, settled = take_turns(*args)
-        turns.append((rolling.products, settled))
-        return contact, rolling, settled
+        contact, rolling, error = take_turns(*args)
+        turns.append((rolling.products, error))
+        return contact, rolling, error
 
     def noted(*args: Any, **more: Any) -> Any:
         found = solve(*args, **more)
@@ -457,8 +457,54 @@ def test_products_of_what_turns_began_from_count(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(aligned_coupled, "_MAX_TURNS", 1)
     _, both = solve_aligned_coupled(scene)
     (spent, _), (own, _) = turns
-    assert [after for _, after in turns] == [False, False]
+    assert all(error > 0.0 for _, error in turns)
     assert both is not None and both.products == spent + own
+
+
+@pytest.mark.parametrize(
+    ("errors", "kept"),
+    [
+        ((0.0,), 0),
+        ((0.3, 0.0), 1),
+        ((0.2, 0.3), 0),
+        ((0.3, 0.2), 1),
+        ((0.3, np.inf), 0),
+        ((np.inf, 0.3), 1),
+        ((np.inf, np.inf), 1),
+        ((0.3, None), 0),
+        ((np.inf, None), 1),
+    ],
+)
+def test_the_nearer_end_of_both_starts_is_kept(
+    monkeypatch: pytest.MonkeyPatch, errors: tuple[float | None, ...], kept: int
+) -> None:
+    """Settled ones (0) are at their end; with infinite ones there is no pressure, with None already at the start."""
+    scene = replace(BALL, mesh=Mesh((0.7, 0.7), (24, 24)), discretisation="aligned")
+    left, found, begin = list(errors), [], aligned_coupled._from_own_cells
+
+    def ended(_: Scene, __: Any, state: Any) -> Any:
+        error = left.pop(0)
+        assert error is not None
+        found.append((state.contact, state.rolling if error < np.inf else None))
+        return *found[-1], error
+
+    def begun(*args: Any) -> Any:
+        state = begin(*args)
+        if left[0] is not None:
+            return state
+        left.pop(0)
+        found.append((state.contact, None))
+        return state.contact
+
+    monkeypatch.setattr(aligned_coupled, "_turns", ended)
+    monkeypatch.setattr(aligned_coupled, "_from_own_cells", begun)
+    contact, rolling = solve_aligned_coupled(scene)
+    assert not left and contact is found[kept][0]
+    if found[kept][1] is None:
+        assert rolling is None
+    else:
+        np.testing.assert_array_equal(rolling.q, found[kept][1].q)
+        assert rolling.products == sum(r.products for _, r in found if r is not None)
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ combination of the last ones (`mixing.py`). It may also alternate for ever betwe
 rows move with them. The positions of the rows are therefore frozen after `_MOVING` turns, or when they come near. The
 pressure on the frozen rows then depends linearly on that of the mesh's own cells. A border cell may still alternate
 between two states: where a turn gains next to nothing, `LARGEST_ERROR` suffices. If turns from the coarser mesh's
-solution do not settle, they start again from that on the mesh's own cells. If they do not settle then, the proof
-reports it.
+solution do not settle, they start again from that on the mesh's own cells. If they do not settle then, the nearer end
+of both is kept, and the proof reports it.
 """
 
 from __future__ import annotations
@@ -70,18 +70,15 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     """
     scene = replace(scene, spin_point=0.0)  # of the starts alone, which are not aligned
     influence = influence_of(scene)
-    spent: RollingSolution | None = None
     begun = _from_coarser_mesh(scene, influence)
-    if begun is not None:
-        contact, rolling, settled = _turns(scene, influence, begun)
-        if rolling is not None and settled:
-            return contact, rolling
-        spent = rolling
-    own = _from_own_cells(scene, influence)
-    if isinstance(own, NormalContact):
-        return own, None
-    contact, rolling, _ = _turns(scene, influence, own)
-    return contact, rolling.after(spent) if rolling is not None and spent is not None else rolling
+    ends = [_turns(scene, influence, begun)] if begun is not None else []
+    if not (ends and ends[0][2] == 0.0):
+        own = _from_own_cells(scene, influence)
+        ends.insert(0, (own, None, np.inf) if isinstance(own, NormalContact) else _turns(scene, influence, own))
+    (contact, rolling, _), *other = sorted(ends, key=lambda end: end[2])
+    for _, spent, _ in other:
+        rolling = rolling.after(spent) if rolling is not None and spent is not None else rolling
+    return contact, rolling
 
 
 def _from_coarser_mesh(scene: Scene, influence: Influence) -> _State | None:
@@ -125,26 +122,27 @@ def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContac
     return _State(contact, first.after(replace(rolling, coarser=coarse)), np.zeros(scene.mesh.cells))
 
 
-def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalContact, RollingSolution | None, bool]:
-    """Contact and tractions after turns from `state`, and whether these settled.
+def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalContact, RollingSolution | None, float]:
+    """Contact and tractions after turns from `state`, and the error that is left: none (0) if these settled.
 
-    Tractions are None if the pressure has no solution.
+    Tractions are None, the error infinite, if the pressure has no solution.
     """
     contact, rolling, lift = state.contact, state.rolling, state.lift
     own, gap = scene.tolerance, initial_gap(scene)
     enough = min(_ENOUGH, _OF_TOLERANCE * max(own.normal, own.tangential))
     began_without = not lift.any()
-    mixing, error, settled, tolerance = Mixing(), np.inf, False, own
+    mixing, error, tolerance = Mixing(), np.inf, own
     resting: AlignedContact | None = None  # contact whose row positions are kept
-    for turn in range(_MAX_TURNS):
+    for turn in range(_MAX_TURNS + 1):
         box = contact.box.wider(_ROOM, scene.mesh.cells)
         change = -lift
         change[box.slices] += contact.lift(rolling.q, box)
         touched = contact.solution.p > 0.0
         before, error = error, float(np.ptp(change[touched])) / max(abs(contact.solution.approach), 1e-300)
         near = turn > 0 and error <= (enough if error < _LITTLE * before else LARGEST_ERROR)
-        settled = near and tolerance == own
-        if settled:
+        if near and tolerance == own:
+            return contact, rolling, 0.0
+        if turn == _MAX_TURNS:
             break
         if near or turn == _MAX_TURNS - 1 or _GAIN * error <= enough:
             tolerance = own
@@ -155,7 +153,7 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalCon
         pressure = solve_pressure(replace(scene, tolerance=tolerance), influence, gap + lift, contact.solution.p)
         pressure = pressure.after(contact.solution)
         if pressure.edge or not pressure.converged:
-            return NormalContact(scene, influence, pressure), None, False
+            return NormalContact(scene, influence, pressure), None, np.inf
         freeze = resting is None and ((turn >= _MOVING and error <= _NEAR) or turn == _LONGEST)
         if freeze:
             resting = contact
@@ -166,7 +164,7 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalCon
         guess = _carried_over(contact, rolling.q, following)
         rolling = solve_rolling(following, scene, guess, tolerance.tangential).after(rolling)
         contact = following
-    return contact, rolling, settled
+    return contact, rolling, error
 
 
 def _carried_over(contact: NormalContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:
