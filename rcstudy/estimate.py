@@ -388,9 +388,10 @@ class _Case:
 
     def add_lift_at_edges(self, bars: dict[str, float]) -> None:
         """Add what `aligned` misses of the lift by tractions at the edges of the contact (`pulled.py`)."""
-        parts = pulled.at_edges(self.hidden.pull, self.per_radius, self.slipping) if self.aligned else {}
-        for name in bars:
-            bars[name] += parts[name] * self.scales[name] if name in parts else 0.0
+        if self.aligned:
+            parts = pulled.at_edges(self.hidden.pull, self.per_radius, self.slipping)
+            for name in parts.keys() & bars.keys():
+                bars[name] += parts[name] * self.scales[name]
 
     def add_pole_of_spin(self, bars: dict[str, float], *, few_cells: bool = False) -> None:
         """Add what `aligned` misses of forces, moment, power around a pole of spin within the slip zone (`_AT_POLE`).

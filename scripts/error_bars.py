@@ -339,7 +339,7 @@ def sliding_scene(rng: np.random.Generator, discretisation: str) -> Scene:
 
 
 def pulled_scene(rng: np.random.Generator, discretisation: str) -> Scene:
-    """A body under a rigid ball, with so much friction that it pulls at the pressure; 0.1 to 10 of full slip."""
+    """A body under a rigid ball, pressure pulled at by friction; 0.1 to 10 times the creepage of full slip."""
     nu = rng.uniform(0.0, 0.4)
     layers = (Layer(_power(rng, 2.0, 4.0), rng.uniform(0.0, 0.4), _power(rng, -1.0, 0.3)),)
     scene = Scene(

@@ -438,9 +438,9 @@ def test_products_of_what_turns_began_from_count(monkeypatch: pytest.MonkeyPatch
     take_turns, solve = aligned_coupled._turns, aligned_coupled.solve_rolling
 
     def noted_turns(*args: Any) -> Any:
-        contact, rolling, error = take_turns(*args)
-        turns.append((rolling.products, error))
-        return contact, rolling, error
+        end = take_turns(*args)
+        turns.append((end.rolling.products, end.error))
+        return end
 
     def noted(*args: Any, **more: Any) -> Any:
         found = solve(*args, **more)
@@ -486,7 +486,7 @@ def test_the_nearer_end_of_both_starts_is_kept(
         error = left.pop(0)
         assert error is not None
         found.append((state.contact, state.rolling if error < np.inf else None))
-        return *found[-1], error
+        return aligned_coupled._End(*found[-1], error)
 
     def begun(*args: Any) -> Any:
         state = begin(*args)

@@ -12,7 +12,7 @@ mesh's own cells and costs much less.
 
 At high friction turns gain less. Plain substitution may converge slowly or oscillate, so each turn starts from a
 combination of the last ones (`mixing.py`). It may also alternate for ever between two sets of cells in contact, as the
-rows move with them. The positions of the rows are therefore frozen after `_MOVING` turns, or when they come near. The
+rows move with them. The positions of the rows are therefore frozen after `_MOVING` turns, once these come near. The
 pressure on the frozen rows then depends linearly on that of the mesh's own cells. A border cell may still alternate
 between two states: where a turn gains next to nothing, `LARGEST_ERROR` suffices. If turns from the coarser mesh's
 solution do not settle, they start again from that on the mesh's own cells. If they do not settle then, the nearer end
@@ -22,6 +22,7 @@ of both is kept, and the proof reports it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -62,6 +63,17 @@ class _State:
     lift: np.ndarray
 
 
+class _End(NamedTuple):
+    """Where turns ended, and the error that is left: 0 if they settled.
+
+    Tractions are None, the error infinite, if the pressure has no solution.
+    """
+
+    contact: NormalContact
+    rolling: RollingSolution | None
+    error: float
+
+
 def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution | None]:
     """Pressure and tractions of `scene` under full coupling, on aligned cells.
 
@@ -71,14 +83,17 @@ def solve_aligned_coupled(scene: Scene) -> tuple[NormalContact, RollingSolution 
     scene = replace(scene, spin_point=0.0)  # of the starts alone, which are not aligned
     influence = influence_of(scene)
     begun = _from_coarser_mesh(scene, influence)
-    ends = [_turns(scene, influence, begun)] if begun is not None else []
-    if not (ends and ends[0][2] == 0.0):
-        own = _from_own_cells(scene, influence)
-        ends.insert(0, (own, None, np.inf) if isinstance(own, NormalContact) else _turns(scene, influence, own))
-    (contact, rolling, _), *other = sorted(ends, key=lambda end: end[2])
-    for _, spent, _ in other:
-        rolling = rolling.after(spent) if rolling is not None and spent is not None else rolling
-    return contact, rolling
+    first = _turns(scene, influence, begun) if begun is not None else None
+    if first is not None and first.error == 0.0:
+        return first.contact, first.rolling
+    own = _from_own_cells(scene, influence)
+    again = _End(own, None, np.inf) if isinstance(own, NormalContact) else _turns(scene, influence, own)
+    if first is None:
+        return again.contact, again.rolling
+    nearer, other = sorted((again, first), key=lambda end: end.error)
+    if nearer.rolling is None or other.rolling is None:
+        return nearer.contact, nearer.rolling
+    return nearer.contact, nearer.rolling.after(other.rolling)
 
 
 def _from_coarser_mesh(scene: Scene, influence: Influence) -> _State | None:
@@ -122,11 +137,8 @@ def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContac
     return _State(contact, first.after(replace(rolling, coarser=coarse)), np.zeros(scene.mesh.cells))
 
 
-def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalContact, RollingSolution | None, float]:
-    """Contact and tractions after turns from `state`, and the error that is left: none (0) if these settled.
-
-    Tractions are None, the error infinite, if the pressure has no solution.
-    """
+def _turns(scene: Scene, influence: Influence, state: _State) -> _End:
+    """Turns from `state` to their end."""
     contact, rolling, lift = state.contact, state.rolling, state.lift
     own, gap = scene.tolerance, initial_gap(scene)
     enough = min(_ENOUGH, _OF_TOLERANCE * max(own.normal, own.tangential))
@@ -141,7 +153,7 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalCon
         before, error = error, float(np.ptp(change[touched])) / max(abs(contact.solution.approach), 1e-300)
         near = turn > 0 and error <= (enough if error < _LITTLE * before else LARGEST_ERROR)
         if near and tolerance == own:
-            return contact, rolling, 0.0
+            return _End(contact, rolling, 0.0)
         if turn == _MAX_TURNS:
             break
         if near or turn == _MAX_TURNS - 1 or _GAIN * error <= enough:
@@ -153,7 +165,7 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalCon
         pressure = solve_pressure(replace(scene, tolerance=tolerance), influence, gap + lift, contact.solution.p)
         pressure = pressure.after(contact.solution)
         if pressure.edge or not pressure.converged:
-            return NormalContact(scene, influence, pressure), None, np.inf
+            return _End(NormalContact(scene, influence, pressure), None, np.inf)
         freeze = resting is None and ((turn >= _MOVING and error <= _NEAR) or turn == _LONGEST)
         if freeze:
             resting = contact
@@ -164,7 +176,7 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> tuple[NormalCon
         guess = _carried_over(contact, rolling.q, following)
         rolling = solve_rolling(following, scene, guess, tolerance.tangential).after(rolling)
         contact = following
-    return contact, rolling, error
+    return _End(contact, rolling, error)
 
 
 def _carried_over(contact: NormalContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:
