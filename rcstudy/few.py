@@ -73,7 +73,7 @@ KALKER: dict[str, Law] = {
 }
 KALKER_ALIKE = KALKER | {"force_x": Law(0.8, 0.05, 1.2, 0.19)}
 ALIGNED: dict[str, Law] = {
-    "force_x": Law(0.85, 0.125, 4.0, 0.118),
+    "force_x": Law(0.85, 0.1, 4.0, 0.092),
     "force_y": Law(0.85, 0.185, 3.6, 0.055),
     "moment_z": Law(0.85, 0.19, 2.6, 0.022),
     "pressure_max": Law(1.0, 0.55, 4.0, 0.026),
@@ -85,7 +85,7 @@ ALIGNED: dict[str, Law] = {
     "friction_power": Law(0.75, 0.155, 3.8, 0.08),
 }
 ALIGNED_ALIKE: dict[str, Law] = {
-    "force_x": Law(0.65, 0.1, 2.5, 0.0),
+    "force_x": Law(0.65, 0.08, 2.5, 0.0),
     "force_y": Law(0.85, 0.15, 3.1, 0.022),
     "moment_z": Law(0.85, 0.17, 3.0, 0.022),
     "pressure_max": Law(1.0, 0.55, 4.0, 0.016),

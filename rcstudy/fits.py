@@ -27,7 +27,9 @@ Constants of `aligned` were set on 5900 random contacts, 600 of them wild, those
 `scripts/error_bars.py`, with one or two coarser meshes, such that 95 in 100 bars hold and, as far as that leaves room,
 none is more than five times the error in the median. Those of `COUPLED` were set on 1800 and 1500 fully coupled
 contacts, those without a coarser mesh on 560 (`aligned`: and 300). The reference was `aligned` on cells four times
-finer (eight times without a coarser mesh); checked on others (results/error_bars.md).
+finer (eight times without a coarser mesh); checked on others (results/error_bars.md). 4200 others showed bars with
+`aligned` to be wider than these shares need: constants were lowered where 95 in 100 hold nevertheless, kind by kind, on
+these and on 4200 more (docs/experiments.md).
 """
 
 from __future__ import annotations
@@ -108,27 +110,27 @@ FITS: dict[str, Fit] = {
 
 # cells aligned with the edge of the contact (`mechanics/aligned.py`) have less noise and gain more from a finer mesh
 ALIGNED: dict[str, Fit] = {
-    "force_x": Fit(0.35, 0.0, 0.04, (0.06, 3.0), rest=0.005, excess=0.045, coupled=0.0056),
-    "force_y": Fit(0.42, 0.0, 0.034, (0.13, 2.5), rest=0.02, excess=0.035, coupled=0.004, order=1.75),
-    "moment_z": Fit(0.25, 0.0095, 0.048, (0.08, 2.0), stick=0.25, rest=0.0105, excess=0.063),
+    "force_x": Fit(0.22, 0.0, 0.04, (0.06, 3.0), rest=0.005, excess=0.045, coupled=0.005),
+    "force_y": Fit(0.28, 0.0, 0.034, (0.13, 2.5), rest=0.02, excess=0.035, coupled=0.0026, order=1.75),
+    "moment_z": Fit(0.23, 0.0073, 0.048, (0.08, 2.0), stick=0.25, rest=0.009, excess=0.063),
     "pressure_max": Fit(0.05, 0.0, 0.07, (0.0, 1.0), rest=0.0238, excess=0.11, order=2.0),
-    "contact_area": Fit(0.052, 0.0, 0.13, (0.0, 1.0), rest=0.027, excess=0.55),
-    "slip_area": Fit(0.23, 0.085, 0.0, (0.22, 1.5), slip=0.35, excess=0.5),
-    "contact_radius": Fit(0.052, 0.0, 0.06, (0.0, 1.0), rest=0.0135, excess=0.55),
+    "contact_area": Fit(0.06, 0.0, 0.13, (0.0, 1.0), rest=0.027, excess=0.55),
+    "slip_area": Fit(0.17, 0.085, 0.0, (0.22, 1.5), slip=0.35, excess=0.5),
+    "contact_radius": Fit(0.06, 0.0, 0.06, (0.0, 1.0), rest=0.0135, excess=0.55),
     "approach": Fit(0.115, 0.0, 0.0, (0.05, 1.5), rest=0.0195, excess=0.115),
-    "traction_max": Fit(0.18, 0.013, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.005, excess=1.3),
-    "friction_power": Fit(0.25, 0.0035, 0.12, (0.0, 1.0), slip=2.0, rest=0.01, excess=0.04, coupled=0.007, order=1.75),
+    "traction_max": Fit(0.145, 0.0115, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.009, excess=1.3),
+    "friction_power": Fit(0.21, 0.002, 0.12, (0.0, 1.0), slip=2.0, rest=0.0065, excess=0.04, coupled=0.004, order=1.75),
 }
 # quasi-identical bodies: without slip by pressure tractions rise from zero at the leading edge, and errors are smaller
 ALIKE = ALIGNED | {
     "force_x": Fit(0.18, 0.002, 0.04, (0.06, 3.0), stick=1.0, rest=0.008),
-    "moment_z": Fit(0.105, 0.016, 0.048, (0.08, 2.0), stick=0.4, rest=0.0045, excess=0.7),
-    "pressure_max": Fit(0.036, 0.0, 0.07, (0.0, 1.0), rest=0.0265, excess=0.086, order=2.0),
-    "contact_area": Fit(0.053, 0.0, 0.13, (0.0, 1.0), rest=0.037, excess=0.63),
-    "slip_area": Fit(0.095, 0.057, 0.0, (0.22, 1.5), stick=-0.3, slip=0.75, excess=0.34),
-    "contact_radius": Fit(0.053, 0.0, 0.06, (0.0, 1.0), rest=0.0185, excess=0.63),
-    "traction_max": Fit(0.4, 0.025, 0.16, (0.25, 2.0), stick=1.0, slip=-0.9, rest=0.007, excess=0.8),
-    "friction_power": Fit(0.185, 0.016, 0.12, (0.0, 1.0), stick=0.15, rest=0.0018),
+    "moment_z": Fit(0.19, 0.019, 0.048, (0.08, 2.0), stick=0.4, rest=0.005, excess=0.7),
+    "pressure_max": Fit(0.036, 0.0, 0.07, (0.0, 1.0), rest=0.034, excess=0.086, order=2.0),
+    "contact_area": Fit(0.042, 0.0, 0.13, (0.0, 1.0), rest=0.037, excess=0.63),
+    "slip_area": Fit(0.17, 0.054, 0.0, (0.22, 1.5), stick=-0.3, slip=0.75, excess=0.34),
+    "contact_radius": Fit(0.042, 0.0, 0.06, (0.0, 1.0), rest=0.0185, excess=0.63),
+    "traction_max": Fit(0.5, 0.0175, 0.16, (0.25, 2.0), stick=1.0, slip=-0.9, rest=0.007, excess=0.8),
+    "friction_power": Fit(0.31, 0.015, 0.12, (0.0, 1.0), stick=0.15, rest=0.0011),
 }
 # largest values under full coupling, which may be those of a cusp (`mechanics/cusps.py`)
 COUPLED: dict[str, dict[str, Fit]] = {
@@ -137,9 +139,9 @@ COUPLED: dict[str, dict[str, Fit]] = {
         "traction_max": Fit(0.6, 0.9, 1.0, (0.5, 1.9), stick=1.2, slip=-0.7, coupled=0.5),
     },
     "aligned": {
-        "pressure_max": Fit(0.036, 0.0, 0.07, (0.0, 1.0), rest=0.03, excess=0.05, coupled=0.0028, order=2.0),
+        "pressure_max": Fit(0.02, 0.0, 0.07, (0.0, 1.0), rest=0.0235, excess=0.05, coupled=0.0022, order=2.0),
         "traction_max": Fit(
-            0.6, 0.013, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.0035, excess=0.02, coupled=0.08
+            0.6, 0.0115, 0.16, (0.25, 2.0), stick=1.0, slip=-1.0, rest=0.003, excess=0.02, coupled=0.07
         ),
     },
 }

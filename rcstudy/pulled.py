@@ -12,7 +12,7 @@ are therefore of first order in 1/N, N being the number of cells a radius. Those
 Constants were set on 316 round and elliptic contacts under rigid bodies, a third of them layered, half of them in full
 slip, pull 0.3 to 2, on 24 to 64 cells along the window; limits were extrapolated from `aligned` on 160 and 320 cells.
 Of 342 others, pull 0.16 to 1.6 and 24 to 72 cells, bars were held in 73 of 100 areas with `aligned` (50 above a pull of
-1), 82 approaches (44), 84 largest pressures and 81 powers where some cells stick. It is 94, 98, 95 and 95 now; with
+1), 82 approaches (44), 84 largest pressures and 81 powers where some cells stick. It is 94, 98, 95 and 94 now; with
 `kalker`, which lacks a part of the peaks only, 95 to 100.
 """
 
@@ -40,7 +40,7 @@ _BY_STRONG = {
 }
 # The same per pull up to 1, times N, and times the root of the part that sticks: what slips everywhere has forces and
 # power that follow from the load.
-_OF_STICK = {"friction_power": 0.04, "force_x": 0.025}
+_OF_STICK = {"friction_power": 0.04, "force_x": 0.03}
 # What bars with `kalker` are short of per pull up to 1, and those of all peaks per pull beyond `_STRONG` (up to 1),
 # where some cells stick.
 _OF_KALKER = {"pressure_max": 0.6, "approach": 0.6}

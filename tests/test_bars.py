@@ -35,7 +35,7 @@ HIDDEN = [
             "force_x": 0.9 * 2.0,
             "force_y": 0.9 * 1.0,
             "moment_z": 0.9 * 0.5,
-            "friction_power": 0.5 * (3.0 * (0.005 + 0.01 * 0.8) + 0.001),
+            "friction_power": 0.4 * (3.0 * (0.005 + 0.01 * 0.8) + 0.001),
             "traction_max": 0.5 * 3.0 / 1.0,
             "slip_area": 0.4 * 0.02,
         },
@@ -43,7 +43,7 @@ HIDDEN = [
     (
         Hidden(by_layers=0.01),
         {
-            "force_x": 0.3,
+            "force_x": 0.26,
             "force_y": 0.1,
             "moment_z": 0.085 * 0.8,
             "friction_power": (0.34 + 0.7 * (1.0 - MIDDLING["slip_area"]) ** 4) * (0.005 + 0.01 * 0.8),
@@ -223,7 +223,7 @@ def test_fit_to_the_number_of_cells() -> None:
     assert fit.by_cells(8.0, 6.0) == pytest.approx(0.3 * 8.0 / 6.0, rel=1e-12)
 
 
-@pytest.mark.parametrize(("discretisation", "times"), [("kalker", 1.15), ("aligned", 1.4)])
+@pytest.mark.parametrize(("discretisation", "times"), [("kalker", 1.15), ("aligned", 1.2)])
 def test_one_coarser_mesh_of_few_cells_tells_less(discretisation: Any, times: float) -> None:
     """Of contacts of fewer than six cells a radius; a second coarser one makes up for it. By cells it is less."""
     scene = steel(Mesh((0.1, 0.1), (24, 24)), creepage=Creepage(0.003), discretisation=discretisation)
@@ -298,7 +298,7 @@ def test_estimate_where_all_cells_slip(
     levels = [MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "force_y": 1.0, "friction_power": 0.2}] * 2
     scene = replace(scene, creepage=Creepage(0.003, 1e-9))  # no force vanishes by symmetry
     plain, found = (error_estimates(scene, round(100 * np.pi), levels, Hidden(least_slip=n)) for n in (1.0, least))
-    strip, forces = left * 10.0**-1.5, 0.04 if discretisation == "aligned" and counterbody is None else 0.0
+    strip, forces = left * 10.0**-1.5, 0.03 if discretisation == "aligned" and counterbody is None else 0.0
     assert plain["slip_area_error"] == plain["contact_area_error"]
     expected = {"slip_area_error": 0.22 * strip, "force_x_error": forces * strip * 100.0 * scene.friction}
     expected["force_y_error"] = expected["force_x_error"]
@@ -370,7 +370,7 @@ def test_estimate_of_slip_where_cells_show_none() -> None:
     assert hidden["slip_area_error"] - 0.14 * 0.01 == pytest.approx(alone, rel=1e-6)
     assert hidden["friction_power_error"] == pytest.approx((0.3 * CELL) ** 1.5 * 0.3, rel=1e-9)
     assert hidden["force_x_error"] - shown["force_x_error"] == pytest.approx(0.036 * CELL * 20.0, rel=1e-9)
-    assert hidden["traction_max_error"] == shown["traction_max_error"] > 0.12 * 50.0
+    assert hidden["traction_max_error"] == shown["traction_max_error"] > 0.105 * 50.0
 
 
 def test_estimate_of_the_largest_traction_where_cells_show_little_slip() -> None:
@@ -394,8 +394,8 @@ def test_narrow_slip_zones_of_aligned_cells_turn_into_visible_ones() -> None:
 
     limit = 0.3 * CELL
     assert bar(0.0) == bar(0.5 * limit) == pytest.approx(bar(limit), rel=1e-9)
-    assert bar(limit) - bar(2.0 * limit) == pytest.approx(0.12 * 50.0 * (1.0 - 1.0 / 8.0), rel=1e-9)
-    assert bar(2.0 * limit) - bar(3.0 * limit) == pytest.approx(0.12 * 50.0 * (1.0 / 8.0 - 1.0 / 27.0), rel=1e-9)
+    assert bar(limit) - bar(2.0 * limit) == pytest.approx(0.105 * 50.0 * (1.0 - 1.0 / 8.0), rel=1e-9)
+    assert bar(2.0 * limit) - bar(3.0 * limit) == pytest.approx(0.105 * 50.0 * (1.0 / 8.0 - 1.0 / 27.0), rel=1e-9)
 
 
 @pytest.mark.parametrize(("friction", "creepage"), [(1e130, 0.003), (0.3, 1e-110)])
@@ -404,7 +404,7 @@ def test_slip_zones_of_next_to_no_width_have_an_estimate(friction: float, creepa
     scene = steel(Mesh((0.9, 0.9), (24, 24)), creepage=Creepage(creepage), friction=friction, discretisation="aligned")
     scalars = solved(scene).scalars
     assert 0.0 < scalars["slip_area"] < 1e-100
-    assert scalars["traction_max_error"] > 0.12 * scalars["traction_max"] > 0.0
+    assert scalars["traction_max_error"] > 0.105 * scalars["traction_max"] > 0.0
 
 
 @pytest.mark.parametrize(("difference", "counts"), [(0.3, 0.3 / (math.pi * 0.2)), (3.0, 2.0)])
@@ -419,7 +419,7 @@ def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts:
             error_estimates(either, 314, [level] * 2, Hidden(skin=skin)) for skin in ((0.0, 0.01), (difference, 0.01))
         )
         part = 3.0 / math.pi * 0.01 / level["contact_radius"] * counts * 0.8
-        for name, scale in (("force_x", 0.7 * 0.2 * scene.load), ("slip_area", 0.7)):
+        for name, scale in (("force_x", 0.5 * 0.2 * scene.load), ("slip_area", 0.5)):
             added = math.sqrt(found[f"{name}_error"] ** 2 - plain[f"{name}_error"] ** 2)
             assert added == pytest.approx(part * scale if discretisation == "aligned" else 0.0, rel=1e-6)
         turned = 0.06 * part / 0.8 * 20.0
@@ -723,7 +723,25 @@ def test_estimate_of_forces_where_pressure_decides_which_way_surfaces_slip() -> 
                 for part in (0.0, turning)
             )
             part = math.sqrt(found["force_x_error"] ** 2 - plain["force_x_error"] ** 2) / (0.2 * scene.load)
-            assert part == pytest.approx(0.5 * CELL**1.75 * counts if discretisation == "aligned" else 0.0, rel=1e-6)
+            assert part == pytest.approx(0.45 * CELL**1.75 * counts if discretisation == "aligned" else 0.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("peak", "part"), [(200.0, 1.0 / (1.0 + (0.5 / 0.8) ** 2)), (230.0, 0.5), (900.0, 0.39024390)])
+def test_powers_at_edges_are_less_in_doubt_under_peaked_pressures(peak: float, part: float) -> None:
+    """Of slip by pressure and in slip zones at the leading edge; by excess of the pressure's exponent, at most 1."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.02), counterbody=None, discretisation="aligned")
+    slip = Unseen(doubtful_force=3.0, doubtful_power=0.5)
+    added = []
+    for pressure in (150.0, peak):  # Hertz's is 1.5 times the mean one, of 100 N on an area of 1
+        levels = [MIDDLING | FORCES | {"pressure_max": pressure}] * 2
+        of_pressure = Hidden(by_pressure=0.05)
+        none, all_slip, unseen = (
+            error_estimates(scene, 314, levels, hidden)["friction_power_error"]
+            for hidden in (Hidden(), of_pressure, Hidden(slip=slip))
+        )
+        added.append((math.sqrt(all_slip**2 - none**2), unseen - none))
+    assert added[1] == pytest.approx([part * power for power in added[0]], rel=1e-6)
+    assert min(added[0]) > 0.0
 
 
 def test_forces_on_one_cell_are_no_further_off_than_the_friction_force() -> None:

@@ -130,8 +130,8 @@ def test_estimate_of_what_turns_about_a_pole() -> None:
 
     outside, unit = bars(0.03), 314 / np.pi
     scales = np.array([100.0, 100.0, 25.0])
-    assert bars(0.0) - outside == pytest.approx(0.12 * scales * [1.0, 1.0, 0.1] / unit)
-    there = 0.12 * math.sqrt(1.0 - 0.6**2) * scales * [1.0, 1.0, 0.7] / unit
+    assert bars(0.0) - outside == pytest.approx(0.14 * scales * [1.0, 1.0, 0.1] / unit)
+    there = 0.14 * math.sqrt(1.0 - 0.6**2) * scales * [1.0, 1.0, 0.7] / unit
     assert bars(0.015) - outside == pytest.approx(there)
     # spin alone has the power of its moment
     assert power[1] == pytest.approx(0.1 * bars(0.0)[2])
@@ -140,10 +140,10 @@ def test_estimate_of_what_turns_about_a_pole() -> None:
         area = 0.2 * (0.8 + 0.2 * slips)
         far = bars(0.03, area)[2]
         bars(lateral, area)
-        of_moment = 0.012 * math.sqrt(1.0 - away**2) * slips * 25.0 / unit
+        of_moment = 0.014 * math.sqrt(1.0 - away**2) * slips * 25.0 / unit
         assert power[-1] == pytest.approx(0.1 * (slips * (1.0 - away) * far + of_moment))
     half, far = bars(0.0, 0.9 * 0.2), bars(0.03, 0.9 * 0.2)
-    assert half - far == pytest.approx(0.06 * scales * [1.0, 1.0, 0.1] / unit)
+    assert half - far == pytest.approx(0.07 * scales * [1.0, 1.0, 0.1] / unit)
     assert bars(0.0, 0.8 * 0.2) == pytest.approx(bars(0.03, 0.8 * 0.2))
     assert bars(0.0, discretisation="kalker") == pytest.approx(bars(0.03, discretisation="kalker"))
 
@@ -169,7 +169,7 @@ def test_estimate_of_what_turns_about_a_pole_on_long_cells() -> None:
         dx = 2.0 * a[0] / along
         known = per_radius**-2.0
         long = max(known, dx / a[0] * min(dx / a[1], 5.0)) - (0.0 if meshes > 1 else known)
-        assert of_pole == pytest.approx(0.12 * load * long, rel=1e-2)
+        assert of_pole == pytest.approx(0.14 * load * long, rel=1e-2)
 
 
 @pytest.mark.parametrize(("cells", "aspect"), [((24, 24), 1.0), ((20, 60), 4.5), ((10, 44), 20.0)])

@@ -45,7 +45,7 @@ def test_of_strong_pull(pull: float, weak: float, strong: float) -> None:
         },
         rel=1e-12,
     )
-    for name, part in (("force_x", 0.025), ("friction_power", 0.04)):
+    for name, part in (("force_x", 0.03), ("friction_power", 0.04)):
         more = at_edges(pull, 16.0, 0.75)[name] - found[name]
         assert more == pytest.approx(part * min(pull, 1.0) * 0.5 / 16.0, rel=1e-12)
 
