@@ -97,15 +97,15 @@ _OF_SLIP_BY_PRESSURE = 0.026
 # being Dundurs' constant, is 1 or more. (Of 1040 contacts of steel on rigid or aluminium bodies with friction 0.01 to
 # 0.2, 6 to 20 cells a radius, 37 to 99 in 100 bars hold without it where this is above 1, all with it.)
 _OF_TURNED_SLIP = 0.06
-# This power and that in slip zones at the leading edge (`_OF_POWER`) are less in doubt where pressures rise less
-# steeply at the edge than Hertz's, as peaked ones on films do: by 1 + (m/`_STEEP_EDGES`)^2, m being the excess of their
-# exponent over Hertz's (`peaked`), at most 1. (600 contacts on nearly incompressible films: bars are 7 times the error
-# in the median, 11 without it; 98 in 100 hold.)
-_STEEP_EDGES = 0.8
 # The same for the force along x, over the friction force, times N^(7/4), if slip by pressure is more than a few times
 # the rigid slip. (Of 300 contacts 3 to 14 cells across under rigid bodies or aluminium, friction 0.01 to 0.2, 82 in 100
 # bars hold without it, a third to three quarters where |beta|/(pi mu) is above 1.)
 _OF_TURNED_FORCE, _OF_RIGID_SLIP = 0.45, 4.0
+# The powers on slip by pressure and in slip zones at the leading edge (`_OF_POWER`) are less in doubt where pressures
+# rise less steeply at the edge than Hertz's, as peaked ones on films do: by 1 + (m/`_STEEP_EDGES`)^2, m being the
+# excess of their exponent over Hertz's (`peaked`), at most 1. (600 contacts on nearly incompressible films: bars are 7
+# times the error in the median, 11 without it; 98 in 100 hold.)
+_STEEP_EDGES = 0.8
 # Errors of forces with `aligned` over their scale, times N^2, where all slips around a pole of spin in the middle of
 # the contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are
 # as large times its distance from the centre, and this part of the radius. (480 contacts by spin and lateral creepage,
