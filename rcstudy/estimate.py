@@ -13,6 +13,8 @@ contact. Here the other contributions are added:
 - The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
   with `kalker`, is a known error (`balance_power`).
 - Estimates of forces along y and of moments fall with the creepages where bodies slip by pressure (`_BY_CREEPAGE`).
+- What pressure, not creepage, makes surfaces slip has parts of its own (`pressed.py`), edges under strong friction, too
+  (`pulled.py`).
 - All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`hidden.py`):
   layers and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins, the
   pole of spin.
@@ -26,7 +28,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-from rcstudy import few, pulled
+from rcstudy import few, pressed, pulled
 from rcstudy.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.hidden import Hidden
 from rcstudy.mechanics.normal import semi_axes_in_cells
@@ -89,23 +91,6 @@ _OF_CORRECTION, _OF_POWER = 0.9, 0.4
 # multiple of the force that these cause where all sticks, over the friction force, to the power `_FALLING`. (Without it
 # 97 to 98 in 100 bars hold in contacts that hardly slip, and are more than six times the error.)
 _BY_CREEPAGE, _FALLING = 2.0, 1.0 / 3.0
-# Error of the power of tractions on slip by pressure with `aligned`, over friction force times `by_pressure`, times
-# N^(3/2). The power is what this and that of the creepages leave, which may cancel. (Set on 420 random contacts and the
-# paper's; without it bars hold for 81 in 100 contacts that hardly slip, with it for 96.)
-_OF_SLIP_BY_PRESSURE = 0.026
-# What is added to it where pressure rather than friction decides which way surfaces slip: where |beta|/(pi mu), beta
-# being Dundurs' constant, is 1 or more. (Of 1040 contacts of steel on rigid or aluminium bodies with friction 0.01 to
-# 0.2, 6 to 20 cells a radius, 37 to 99 in 100 bars hold without it where this is above 1, all with it.)
-_OF_TURNED_SLIP = 0.06
-# The same for the force along x, over the friction force, times N^(7/4), if slip by pressure is more than a few times
-# the rigid slip. (Of 300 contacts 3 to 14 cells across under rigid bodies or aluminium, friction 0.01 to 0.2, 82 in 100
-# bars hold without it, a third to three quarters where |beta|/(pi mu) is above 1.)
-_OF_TURNED_FORCE, _OF_RIGID_SLIP = 0.45, 4.0
-# The powers on slip by pressure and in slip zones at the leading edge (`_OF_POWER`) are less in doubt where pressures
-# rise less steeply at the edge than Hertz's, as peaked ones on films do: by 1 + (m/`_STEEP_EDGES`)^2, m being the
-# excess of their exponent over Hertz's (`peaked`), at most 1. (600 contacts on nearly incompressible films: bars are 7
-# times the error in the median, 11 without it; 98 in 100 hold.)
-_STEEP_EDGES = 0.8
 # Errors of forces with `aligned` over their scale, times N^2, where all slips around a pole of spin in the middle of
 # the contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are
 # as large times its distance from the centre, and this part of the radius. (480 contacts by spin and lateral creepage,
@@ -196,6 +181,7 @@ def error_estimates(
             case.add_pole_of_spin(bars, few_cells=True)
         else:
             case.add_lift_at_edges(bars)
+            case.add_slip_without_creepage(bars)
             case.add_what_slips(bars, len(levels))
             case.raise_largest_traction(bars)
             case.add_unseen_slip(bars)
@@ -222,7 +208,9 @@ class _Case:
             force = min(force, few.BY_TRACTION * largest * finest["contact_area"])
         self.creepage = scene.creepage or Creepage()
         self.fastest = self.creepage.fastest(finest["contact_radius"])  # largest rigid slip, about
-        slip = self.fastest + (0.0 if self.aligned else few.BY_PRESSURE * self.hidden.by_pressure)
+        slip = self.fastest
+        if not self.aligned:
+            slip += few.BY_PRESSURE * pressed.of_edges(self.peaked) * hidden.by_pressure
         self.power = max(force * slip, abs(finest.get("friction_power", 0.0)))
         moment = force * finest["contact_radius"]
         self.scales = finest | {"force_x": force, "force_y": force, "moment_z": moment, "friction_power": self.power}
@@ -248,11 +236,6 @@ class _Case:
         Largest pressures are m + 1 times the mean ones. m is 1 and 2 on thin compressible and incompressible films.
         """
         return max(self.finest["pressure_max"] * self.finest["contact_area"] / self.scene.load - 1.5, 0.0)
-
-    @cached_property
-    def of_edges(self) -> float:
-        """Factor on errors of the power of slip by pressure, which is fastest where pressure rises steeply at edges."""
-        return 1.0 / (1.0 + (min(self.peaked, 1.0) / _STEEP_EDGES) ** 2)
 
     @cached_property
     def of_small_creepage(self) -> float:
@@ -384,16 +367,28 @@ class _Case:
     def add_slip_by_pressure(self, bars: dict[str, float]) -> None:
         """Add what `aligned` misses of the power of tractions on slip by pressure, in quadrature."""
         if self.aligned and "friction_power" in bars:
-            factor = _OF_SLIP_BY_PRESSURE + _OF_TURNED_SLIP * min(self.hidden.turning, 1.0) ** 2
-            part = factor * self.of_edges * self.per_radius**-1.5 * self.hidden.by_pressure
-            bars["friction_power"] = math.hypot(bars["friction_power"], part * self.scales["force_x"])
+            over_force = pressed.power(self.hidden, self.fastest, self.per_radius, self.peaked)
+            bars["friction_power"] = math.hypot(bars["friction_power"], over_force * self.scales["force_x"])
 
     def add_turned_force(self, bars: dict[str, float]) -> None:
-        """Add what `aligned` misses of the force along x where pressure decides which way surfaces slip."""
-        if self.aligned and self.hidden.by_pressure > 0.0:
-            counts = self.hidden.by_pressure / (self.hidden.by_pressure + _OF_RIGID_SLIP * self.fastest)
-            part = _OF_TURNED_FORCE * counts * min(self.hidden.turning, 1.0) ** 4 * self.per_radius**-1.75
-            bars["force_x"] = math.hypot(bars["force_x"], min(part, 1.0) * self.scales["force_x"])
+        """Add what `aligned` misses of forces where pressure decides which way surfaces slip."""
+        if self.aligned and "force_x" in bars:
+            bars["force_y"] *= pressed.turned_across(self.hidden)
+            part = pressed.turned_force(self.hidden, self.fastest, self.per_radius)
+            bars["force_x"] = math.hypot(bars["force_x"], part * self.scales["force_x"])
+
+    def add_slip_without_creepage(self, bars: dict[str, float]) -> None:
+        """Add what is missed where pressure alone makes surfaces slip (`pressed.py`)."""
+        scene, hidden, scale = self.scene, self.hidden, self.scales["force_x"]
+        limited = scale / force if (force := scene.friction * scene.load) > 0.0 else 1.0
+        for name, factor in pressed.wider(hidden, scene.discretisation, self.fastest).items():
+            if name in bars:
+                bars[name] *= factor
+        parts = pressed.missed_on_films(hidden, scene, self.finest, limited)
+        part = pressed.force_without_creepage(hidden, scene.discretisation, self.fastest, self.per_radius)
+        parts["force_x"] = parts.get("force_x", 0.0) + part * scale
+        for name in parts.keys() & bars.keys():
+            bars[name] += parts[name]
 
     def add_lift_at_edges(self, bars: dict[str, float]) -> None:
         """Add what `aligned` misses of the lift by tractions at the edges of the contact (`pulled.py`)."""
@@ -492,7 +487,8 @@ class _Case:
         bars["force_x"] += _OF_CORRECTION * abs(slip.force_x)
         bars["force_y"] += _OF_CORRECTION * abs(slip.force_y)
         bars["moment_z"] += _OF_CORRECTION * abs(slip.moment_z)
-        bars["friction_power"] += _OF_POWER * (slip.doubtful_force * self.fastest + slip.doubtful_power) * self.of_edges
+        power = slip.doubtful_force * self.fastest + slip.doubtful_power
+        bars["friction_power"] += _OF_POWER * pressed.of_edges(self.peaked) * power
         if not self.at_peak:
             bars["traction_max"] += 0.5 * slip.doubtful_force / self.finest["contact_area"]
         bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.doubtful_area

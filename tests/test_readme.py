@@ -66,6 +66,7 @@ CONTACTS = {
     "wild": "extreme: ellipses to 1000:1, six layers, skins",
     "rubber": "nearly incompressible films of 1 MPa to 1 GPa on stiff bodies",
     "pulled": "rigid ball, friction of 0.4 to 7, full coupling",
+    "pressed": "no creepage: slip by pressure alone, films and up to three layers",
 }
 
 

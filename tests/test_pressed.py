@@ -1,0 +1,130 @@
+"""Error bars of what pressure, not creepage, makes surfaces slip (`pressed.py`)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import rcstudy
+from rcstudy import pressed
+from rcstudy.estimate import error_estimates
+from rcstudy.hidden import Hidden
+from rcstudy.mechanics.missed import Missed
+from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
+
+STEEL = Material(210000.0, 0.3)
+
+
+def test_powers_are_less_in_doubt_under_peaked_pressures() -> None:
+    """By the excess of the pressure's exponent over Hertz's, at most 1."""
+    assert pressed.of_edges(0.0) == 1.0
+    assert pressed.of_edges(0.8) == pytest.approx(0.5)
+    assert pressed.of_edges(7.0) == pressed.of_edges(1.0) == pytest.approx(1.0 / (1.0 + 1.25**2))
+
+
+@pytest.mark.parametrize(("fastest", "alone"), [(0.0, 1.0), (0.001, 0.25), (0.02, 1.0 / 441.0)])
+def test_power_of_slip_by_pressure(fastest: float, alone: float) -> None:
+    """Twice as much without creepage; on 16 cells a radius, times 64."""
+    hidden = Hidden(by_pressure=0.02, turning=0.5)
+    expected = (0.026 * (1.0 + alone) + 0.06 * 0.25) / 64.0 * 0.02
+    assert pressed.power(hidden, fastest, 16.0, 0.0) == pytest.approx(expected, rel=1e-12)
+    assert pressed.power(hidden, fastest, 16.0, 0.8) == pytest.approx(0.5 * expected, rel=1e-12)
+    assert pressed.power(Hidden(), fastest, 16.0, 0.0) == 0.0
+
+
+def test_forces_across_are_less_sure_where_pressure_turns_slip() -> None:
+    """With `aligned` only, by the square of |beta|/(pi mu), which is 1 at most."""
+    assert pressed.turned_across(Hidden()) == 1.0
+    assert pressed.turned_across(Hidden(turning=0.5)) == pytest.approx(1.15)
+    assert pressed.turned_across(Hidden(turning=9.0)) == pytest.approx(1.6)
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002, 0.002))
+    level = {"force_x": 10.0, "force_y": 9.0, "moment_z": 1.0, "friction_power": 0.1, "traction_max": 200.0}
+    level |= {"slip_area": 0.1, "contact_area": 0.2, "contact_radius": 0.25, "pressure_max": 700.0, "approach": 1e-3}
+    for discretisation, factor in (("aligned", 1.6), ("kalker", 1.0)):
+        scene = replace(scene, discretisation=discretisation)  # type: ignore[arg-type]
+        plain, found = (
+            error_estimates(scene, 314, [level] * 2, Hidden(turning=t))["force_y_error"] for t in (0.0, 9.0)
+        )
+        assert found == pytest.approx(factor * plain)
+
+
+@pytest.mark.parametrize(("discretisation", "part"), [("kalker", 0.3), ("aligned", 0.014)])
+def test_force_without_creepage(discretisation: str, part: float) -> None:
+    hidden = Hidden(by_pressure=0.02)
+    assert pressed.force_without_creepage(hidden, discretisation, 0.0, 16.0) == pytest.approx(part / 64.0)
+    some = pressed.force_without_creepage(hidden, discretisation, 0.001, 16.0)  # 20 times this is that by pressure
+    assert some == pytest.approx(0.25 * part / 64.0)
+    assert pressed.force_without_creepage(Hidden(), discretisation, 0.0, 16.0) == 0.0
+
+
+def test_films_hide_forces_only_where_tractions_are_far_below_their_bound() -> None:
+    hidden = Hidden(by_pressure=0.02, missed=Missed(slip=0.05))
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (24, 24)), friction=0.25)
+    scalars = {"pressure_max": 800.0, "slip_area": 0.038, "contact_area": 0.2}
+    found = pressed.missed_on_films(hidden, scene, scalars, 0.0)
+    lost = 0.05 * 100.0 * 0.9
+    force_and_power = {"force_x": 0.2 * lost, "friction_power": 0.03 * lost * 0.02}
+    others = {"traction_max": 0.3 * 0.05 * 800.0, "slip_area": 0.3 * 0.05 / 0.25 * 0.2}
+    assert found == pytest.approx(force_and_power | others)
+    half = pressed.missed_on_films(hidden, scene, scalars, 0.1)
+    assert half == pytest.approx({name: 0.5 * value for name, value in found.items()})
+    assert pressed.missed_on_films(hidden, scene, scalars, 0.2) == {}
+
+
+def test_largest_tractions_without_creepage_have_wider_bars() -> None:
+    """No longer where the bodies creep at a hundredth of the slip by pressure."""
+    hidden = Hidden(by_pressure=0.02)
+    assert pressed.wider(hidden, "aligned", 0.0) == {"traction_max": 1.4}
+    assert pressed.wider(hidden, "kalker", 0.0) == {"traction_max": 1.3, "slip_area": 1.25}
+    assert pressed.wider(hidden, "kalker", 0.0002)["slip_area"] == pytest.approx(1.0 + 0.25 / 21.0**2)
+    assert pressed.wider(Hidden(), "aligned", 0.0) == {"traction_max": 1.0}
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_have_what_pressure_alone_adds(discretisation: str) -> None:
+    """Forces, power and largest traction of a contact without creepage; none of them is lost without friction."""
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (24, 24)), creepage=Creepage())
+    scene = replace(scene, discretisation=discretisation)  # type: ignore[arg-type]
+    level = {"force_x": 0.1, "force_y": 0.0, "moment_z": 0.0, "friction_power": 1e-6, "traction_max": 0.2}
+    level |= {"slip_area": 0.0, "contact_area": 0.2, "contact_radius": 0.25, "pressure_max": 700.0, "approach": 1e-3}
+    hidden = Hidden(by_pressure=0.02, slip_shown=False, largest_of_cells=0.2)
+    lost = hidden._replace(missed=Missed(slip=0.05))
+    plain, found = (error_estimates(scene, 314, [level] * 2, h) for h in (hidden, lost))
+    limited = 2.0 * 0.2 * 0.2 / (scene.friction * scene.load)
+    counts = 1.0 - limited / 0.2
+    # what is missed of slip by pressure counts for what was found as well, in quadrature
+    assert found["force_x_error"] - plain["force_x_error"] >= 0.2 * 0.05 * 100.0 * counts
+    of_traction = 0.3 * 0.05 * 700.0 * counts
+    if discretisation == "aligned":  # on `kalker` cells the bar of nearly no slip may be larger
+        assert found["traction_max_error"] - plain["traction_max_error"] == pytest.approx(of_traction)
+    assert found["traction_max_error"] >= of_traction
+    assert found["friction_power_error"] > plain["friction_power_error"]
+    nil = replace(scene, friction=1e-200, load=1e-200)
+    assert error_estimates(nil, 314, [level] * 2, lost)["force_x_error"] >= 0.0
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_on_a_thin_film_without_creepage(discretisation: str) -> None:
+    """On steel under a ball of the same, 0.08 cells thick: cells find a tenth of the force, or less."""
+
+    def contact(cells: int, discretisation: str):
+        return rcstudy.solve(
+            {
+                "substrate": {"E": 210000, "nu": 0.3},
+                "counterbody": {"E": 210000, "nu": 0.3},
+                "layers": [{"E": 8650, "nu": 0.49, "thickness": 0.012}],
+                "radius": 50,
+                "load": 4900,
+                "friction": 0.4,
+                "creepage": {"longitudinal": 0.0},
+                "discretisation": discretisation,
+                "mesh": {"size": [3.0, 3.0], "cells": [cells, cells]},
+            }
+        )
+
+    found, finer = contact(19, discretisation), contact(76, "aligned")
+    for name in ("force_x", "friction_power"):
+        assert abs(float(found[name] - finer[name])) < float(found[f"{name}_error"]), name
+    assert abs(float(found.force_x)) < 0.15 * abs(float(finer.force_x))
