@@ -58,12 +58,16 @@ def of_edges(peaked: float) -> float:
     return 1.0 / (1.0 + (min(peaked, 1.0) / _STEEP_EDGES) ** 2)
 
 
-def _alone(hidden: Hidden, fastest: float, multiple: float = _MOSTLY) -> float:
-    """1 where nothing but pressure makes surfaces slip, 0 if it does not; `fastest`: largest rigid slip."""
+def _share(hidden: Hidden, fastest: float, multiple: float) -> float:
+    """Slip by the largest pressure over itself and this `multiple` of the largest rigid slip, `fastest`; 0 without."""
     if hidden.by_pressure == 0.0:
         return 0.0
-    share: float = hidden.by_pressure / (hidden.by_pressure + multiple * fastest)
-    return share**2
+    return hidden.by_pressure / (hidden.by_pressure + multiple * fastest)
+
+
+def _alone(hidden: Hidden, fastest: float, multiple: float = _MOSTLY) -> float:
+    """1 where nothing but pressure makes surfaces slip, 0 if it does not; arguments as in `_share`."""
+    return _share(hidden, fastest, multiple) ** 2
 
 
 def power(hidden: Hidden, fastest: float, per_radius: float, peaked: float) -> float:
@@ -74,9 +78,7 @@ def power(hidden: Hidden, fastest: float, per_radius: float, peaked: float) -> f
 
 def turned_force(hidden: Hidden, fastest: float, per_radius: float) -> float:
     """Error of the force along x with `aligned`, over its scale, where pressure decides which way surfaces slip."""
-    if hidden.by_pressure == 0.0:
-        return 0.0
-    counts = hidden.by_pressure / (hidden.by_pressure + _OF_RIGID_SLIP * fastest)
+    counts = _share(hidden, fastest, _OF_RIGID_SLIP)
     return min(_OF_TURNED_FORCE * counts * min(hidden.turning, 1.0) ** 4 * per_radius**-1.75, 1.0)
 
 

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
+from contacts import solved, steel
 
-import rcstudy
 from rcstudy import pressed
 from rcstudy.estimate import error_estimates
 from rcstudy.hidden import Hidden
 from rcstudy.mechanics.missed import Missed
-from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
+from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
 
-STEEL = Material(210000.0, 0.3)
+LEVEL = {"contact_area": 0.2, "contact_radius": 0.25, "pressure_max": 700.0, "approach": 1e-3}
+
+
+def under_a_rigid_ball(**more: Any) -> Scene:
+    return steel(Mesh((1.0, 1.0), (24, 24)), counterbody=None, tolerance=Tolerance(), **more)
 
 
 def test_powers_are_less_in_doubt_under_peaked_pressures() -> None:
@@ -38,11 +43,10 @@ def test_forces_across_are_less_sure_where_pressure_turns_slip() -> None:
     assert pressed.turned_across(Hidden()) == 1.0
     assert pressed.turned_across(Hidden(turning=0.5)) == pytest.approx(1.15)
     assert pressed.turned_across(Hidden(turning=9.0)) == pytest.approx(1.6)
-    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002, 0.002))
-    level = {"force_x": 10.0, "force_y": 9.0, "moment_z": 1.0, "friction_power": 0.1, "traction_max": 200.0}
-    level |= {"slip_area": 0.1, "contact_area": 0.2, "contact_radius": 0.25, "pressure_max": 700.0, "approach": 1e-3}
+    level = LEVEL | {"force_x": 10.0, "force_y": 9.0, "moment_z": 1.0, "friction_power": 0.1}
+    level |= {"slip_area": 0.1, "traction_max": 200.0}
     for discretisation, factor in (("aligned", 1.6), ("kalker", 1.0)):
-        scene = replace(scene, discretisation=discretisation)  # type: ignore[arg-type]
+        scene = under_a_rigid_ball(creepage=Creepage(0.002, 0.002), discretisation=discretisation)
         plain, found = (
             error_estimates(scene, 314, [level] * 2, Hidden(turning=t))["force_y_error"] for t in (0.0, 9.0)
         )
@@ -60,7 +64,7 @@ def test_force_without_creepage(discretisation: str, part: float) -> None:
 
 def test_films_hide_forces_only_where_tractions_are_far_below_their_bound() -> None:
     hidden = Hidden(by_pressure=0.02, missed=Missed(slip=0.05))
-    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (24, 24)), friction=0.25)
+    scene = under_a_rigid_ball(friction=0.25)
     scalars = {"pressure_max": 800.0, "slip_area": 0.038, "contact_area": 0.2}
     found = pressed.missed_on_films(hidden, scene, scalars, 0.0)
     lost = 0.05 * 100.0 * 0.9
@@ -84,10 +88,9 @@ def test_largest_tractions_without_creepage_have_wider_bars() -> None:
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_bars_have_what_pressure_alone_adds(discretisation: str) -> None:
     """Forces, power and largest traction of a contact without creepage; none of them is lost without friction."""
-    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (24, 24)), creepage=Creepage())
-    scene = replace(scene, discretisation=discretisation)  # type: ignore[arg-type]
-    level = {"force_x": 0.1, "force_y": 0.0, "moment_z": 0.0, "friction_power": 1e-6, "traction_max": 0.2}
-    level |= {"slip_area": 0.0, "contact_area": 0.2, "contact_radius": 0.25, "pressure_max": 700.0, "approach": 1e-3}
+    scene = under_a_rigid_ball(creepage=Creepage(), discretisation=discretisation)
+    level = LEVEL | {"force_x": 0.1, "force_y": 0.0, "moment_z": 0.0, "friction_power": 1e-6}
+    level |= {"slip_area": 0.0, "traction_max": 0.2}
     hidden = Hidden(by_pressure=0.02, slip_shown=False, largest_of_cells=0.2)
     lost = hidden._replace(missed=Missed(slip=0.05))
     plain, found = (error_estimates(scene, 314, [level] * 2, h) for h in (hidden, lost))
@@ -109,22 +112,10 @@ def test_bars_have_what_pressure_alone_adds(discretisation: str) -> None:
 def test_bars_on_a_thin_film_without_creepage(discretisation: str) -> None:
     """On steel under a ball of the same, 0.08 cells thick: cells find a tenth of the force, or less."""
 
-    def contact(cells: int, discretisation: str):
-        return rcstudy.solve(
-            {
-                "substrate": {"E": 210000, "nu": 0.3},
-                "counterbody": {"E": 210000, "nu": 0.3},
-                "layers": [{"E": 8650, "nu": 0.49, "thickness": 0.012}],
-                "radius": 50,
-                "load": 4900,
-                "friction": 0.4,
-                "creepage": {"longitudinal": 0.0},
-                "discretisation": discretisation,
-                "mesh": {"size": [3.0, 3.0], "cells": [cells, cells]},
-            }
-        )
-
-    found, finer = contact(19, discretisation), contact(76, "aligned")
+    more: dict[str, Any] = {"layers": (Layer(8650.0, 0.49, 0.012),), "load": 4900.0, "friction": 0.4}
+    more |= {"creepage": Creepage(), "tolerance": Tolerance()}
+    found = solved(steel(Mesh((3.0, 3.0), (19, 19)), discretisation=discretisation, **more)).scalars
+    finer = solved(steel(Mesh((3.0, 3.0), (76, 76)), discretisation="aligned", **more)).scalars
     for name in ("force_x", "friction_power"):
-        assert abs(float(found[name] - finer[name])) < float(found[f"{name}_error"]), name
-    assert abs(float(found.force_x)) < 0.15 * abs(float(finer.force_x))
+        assert abs(found[name] - finer[name]) < found[f"{name}_error"], name
+    assert abs(found["force_x"]) < 0.15 * abs(finer["force_x"])
