@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import logging
 import multiprocessing
 import os
 import signal
@@ -168,7 +169,7 @@ class Pool:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         _widen(theirs)
-        process = context.Process(target=_work, args=(theirs, self._preload), daemon=True)
+        process = context.Process(target=_work, args=(theirs, self._preload, bool(self._workers)), daemon=True)
         # Ctrl-C goes to every process of the terminal, and only this one is to handle it. Starting multiprocessing's
         # resource tracker unblocks interrupts again, so that comes first.
         resource_tracker.ensure_running()
@@ -290,8 +291,13 @@ class _Outbox:
                 self.send()
 
 
-def _work(connection: Connection, preload: str) -> None:
-    """Main loop of a worker: receives `solve`, then scenes, sends results; until it is killed or the parent is gone."""
+def _work(connection: Connection, preload: str, quiet: bool) -> None:
+    """Main loop of a worker: receives `solve`, then scenes, sends results; until it is killed or the parent is gone.
+
+    `quiet`: another worker warns of what concerns all of them.
+    """
+    if quiet:
+        logging.getLogger("rcstudy").setLevel(logging.ERROR)
     for number in _ENDS:  # where they could not be blocked from the start
         signal.signal(number, signal.SIG_IGN)
     if preload:

@@ -131,3 +131,43 @@ def test_everyone_has_a_turn_where_nothing_can_be_written(tmp_path):
     (tmp_path / "cache").write_text("a file")
     assert jit._CompileLock(str(tmp_path / "cache")).take()
     assert jit._CompileLock(str(tmp_path / "cache")).take()
+
+
+NOTHING_TO_WRITE_TO = """
+import numpy as np
+from numba.core import caching
+
+caching.CompileResultCacheImpl._locator_classes = []
+from rcstudy.mechanics.jit import seconds_of_compiling
+from rcstudy.mechanics.kernels.arrays import bounds, norm2
+
+assert seconds_of_compiling() == 0.0
+assert norm2(np.ones((2, 2))) == 2.0
+first = seconds_of_compiling()
+assert first > 0.0
+assert norm2(np.ones((2, 2))) == 2.0
+assert seconds_of_compiling() == first
+assert bounds(np.ones((2, 3), dtype=bool)) == (0, 2, 0, 3)
+"""
+
+
+@compiled
+def test_kernels_are_compiled_where_they_cannot_be_kept_and_that_is_told_once():
+    """In a container without a home, from a package that only root may write to, every sweep ended in a traceback."""
+    done = subprocess.run(
+        [sys.executable, "-c", NOTHING_TO_WRITE_TO], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("compiled kernels cannot be kept") and "NUMBA_CACHE_DIR" in line
+
+
+def test_time_of_kernels_that_kernels_call_counts_once(monkeypatch):
+    clock, now = jit._Clock(), iter([1.0, 2.0, 7.0, 20.0, 23.0])
+    monkeypatch.setattr(jit.time, "perf_counter", lambda: next(now))
+    with clock.running(), clock.running():  # from 1 and, within that, from 2
+        pass
+    assert clock.seconds == 6.0
+    with clock.running():
+        pass
+    assert clock.seconds == 9.0

@@ -4,23 +4,28 @@
 ``cache`` keeps the machine code between processes. Numba recompiles a kernel only if its own file has changed; kernels
 never call kernels in another file, so an edited callee cannot leave a stale caller in the cache. Numba does not check
 its cache files. Here each has a checksum, and a damaged file counts as missing; a file that cannot be written is left
-out. If several processes miss the same kernel, one compiles it and the others wait.
+out. If several processes miss the same kernel, one compiles it and the others wait. Where Numba finds no folder that
+can be written to, every process compiles what it needs, and says so.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
+import logging
 import os
 import pickle
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.runtime import rtsys
+
+log = logging.getLogger("rcstudy")
 
 F = TypeVar("F", bound=Callable[..., Any])
 _DIGEST = hashlib.sha256().digest_size
@@ -155,30 +160,75 @@ class _Quick(FunctionCache):
             return self._load_overload(sig, target_context)
 
 
-def _in_turn(compiling: Callable[[Any], Any], files: _CheckedFiles) -> Callable[[Any], Any]:
+class _Clock:
+    """Time that this process has spent on loading and compiling kernels (s), including those that kernels call."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self._depth = 0
+
+    @contextlib.contextmanager
+    def running(self) -> Iterator[None]:
+        """Count the time in the block, once if blocks are nested."""
+        begun = time.perf_counter()
+        self._depth += 1
+        try:
+            yield
+        finally:
+            self._depth -= 1
+            if self._depth == 0:
+                self.seconds += time.perf_counter() - begun
+
+
+_clock = _Clock()
+
+
+def seconds_of_compiling() -> float:
+    """Wall time (s) that this process has spent so far on loading or compiling kernels: no part of any solve."""
+    return _clock.seconds
+
+
+def _in_turn(compiling: Callable[[Any], Any], files: _CheckedFiles | None) -> Callable[[Any], Any]:
     """A version of `compiling`, which loads a kernel from `files` or compiles it, that gives the lock back at its end.
 
     Saving is not the place to do so: it is not reached if compiling is interrupted, and all other processes would then
-    wait for this one.
+    wait for this one. The time is counted (`seconds_of_compiling`).
     """
 
     def compiling_in_turn(signature: Any) -> Any:
         try:
-            return compiling(signature)
+            with _clock.running():
+                return compiling(signature)
         finally:
-            files.give_back()
+            if files is not None:
+                files.give_back()
 
     return compiling_in_turn
 
 
+@functools.cache
+def _tell_that_nothing_is_kept() -> None:
+    """Warn, once in a process, that it has to compile all kernels that it needs."""
+    log.warning(
+        "compiled kernels cannot be kept, so each process compiles them, which takes up to a minute: "
+        "set NUMBA_CACHE_DIR to a folder that can be written to"
+    )
+
+
 def jit(function: F) -> F:
     """Compile `function` in nopython mode, cached on disk, with strict IEEE arithmetic, releasing the GIL."""
-    compiled: Any = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)
+    flags: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
+    try:
+        compiled: Any = numba.njit(cache=True, **flags)(function)
+    except RuntimeError:  # neither NUMBA_CACHE_DIR nor the package's folder nor the user's can be written to
+        _tell_that_nothing_is_kept()
+        compiled = numba.njit(**flags)(function)
     cache = getattr(compiled, "_cache", None)
     if type(cache) is FunctionCache:
         cache.__class__ = _Quick
     files = getattr(cache, "_cache_file", None)
     if type(files) is IndexDataCacheFile:
         files.__class__ = _CheckedFiles
-        compiled.compile = _in_turn(compiled.compile, cast(_CheckedFiles, files))
+    if hasattr(compiled, "compile"):  # not with the JIT disabled
+        compiled.compile = _in_turn(compiled.compile, files if isinstance(files, _CheckedFiles) else None)
     return cast(F, compiled)
