@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from studies import BASE, load_text
@@ -24,6 +25,7 @@ from synthetic import (
     case_axis,
     creepage_axis,
     grid_cases,
+    made_up_result,
     make_grid,
     make_study,
     modulus_axis,
@@ -93,6 +95,26 @@ def texts(figure: Figure) -> str:
     """All texts of a figure, drawn before so that what cannot be drawn fails."""
     figure.draw_without_rendering()
     return "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+@pytest.mark.parametrize(("values", "every"), [(30, 1), (31, 2), (101, 4)])
+def test_markers_and_bars_of_long_curves_do_not_hide_one_another(tmp_path: Path, values: int, every: int) -> None:
+    """Of a hundred values panels were black; a case between gaps has a marker nevertheless, as no line shows it."""
+    grid = make_grid("g", number_axis("load", np.linspace(50.0, 100.0, values).tolist(), "N"))
+    made = assemble(make_study(), (grid, grid_cases(grid, SCENE)))
+    for k in (4, 6):
+        case = made.results[k][0]
+        made.results[k] = (case, made_up_result(case.scene, Status.NOT_CONVERGED))
+    with synthetic_tree(tmp_path, made) as tree, style():
+        figure = overview_figure(grids(tree)["g"])
+        words = texts(figure)
+        line = figure.axes[1].lines[0]
+        (bars,) = [c for c in figure.axes[1].collections if isinstance(c, LineCollection)]
+    marked = line.get_markevery()
+    assert set(marked) == {*range(0, values, every), 5} and len(line.get_xdata()) == values
+    assert len(bars.get_segments()) == len(marked)
+    assert ("One point in" in words) is (every > 1)
+    assert every == 1 or f"One point in {every} has a marker. Estimated discretisation errors as bars at" in words
 
 
 @pytest.mark.parametrize("first", [True, False])

@@ -47,6 +47,7 @@ _CURVE = 3  # values of a creepage from which on curves are drawn along it, what
 
 _MARKERS = 6.0, 2.8  # sizes of the markers of the first line and, where there are many, of the last, points
 _SMALLER = 1.2  # difference of the sizes of the markers of two lines, at most, points
+_MARKED = 30  # values along a curve up to which each has a marker and an error bar: more would hide one another
 _ASIDE = 0.09  # distance of the points of two lines over a label, in distances of labels
 _LETTERS = 20  # of the numbers or words of all ticks along x for which panels have room
 _ACROSS = 28  # digits that are as wide as a panel
@@ -91,11 +92,13 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
     for ax in axes.flat[len(names) :]:
         ax.set_visible(False)
     looks = _looks(grid, along, len(lines))
+    every = -(-len(x) // _MARKED) if grid.numeric(along) else 1
     for k, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
         for cases, look, aside in zip(shown, looks, _asides(grid, along, len(lines)), strict=True):
             values, bars = _values(cases, name)
-            ax.plot(x[order] + aside, values, **look)
-            ax.errorbar(x[order] + aside, values, bars, fmt="none", ecolor=look["color"], elinewidth=0.8)
+            at = _marked(values, every)
+            ax.plot(x[order] + aside, values, markevery=at, **look)
+            ax.errorbar(x[order][at] + aside, values[at], bars[:, at], fmt="none", ecolor=look["color"], elinewidth=0.8)
         # cases that are not solved leave gaps at the ends of the axis, too
         ax.update_datalim([(x.min(), 0.0), (x.max(), 0.0)], updatey=False)
         ax.autoscale_view()
@@ -110,10 +113,11 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
         words = [_lines_label(f"{grid.name_of(across)} = {value}") for value in grid.axis_values(across)]
         legend(figure, {words[at]: look for at, look in zip(lines, looks, strict=True)}, **LINE_SPACING)
     has_bars = bool(solved) and any(f"{name}_error" in grid for name in names)
-    errors = "Estimated discretisation errors as bars." if has_bars else ""
+    marked = f"One point in {every} has a marker." if every > 1 else ""
+    errors = f"Estimated discretisation errors as bars{' at markers' if marked else ''}." if has_bars else ""
     places = {across: lines, along: range(len(x))}
     drawn = grid.at({axis: places.get(axis, [0]) for axis in grid.axes})
-    caption(figure, _caption(drawn, errors, _remarks(grid, drawn, along, across, zero)))
+    caption(figure, _caption(drawn, marked, errors, _remarks(grid, drawn, along, across, zero)))
     return figure
 
 
@@ -126,6 +130,14 @@ def _values(cases: Sequence[CaseView], name: str) -> tuple[np.ndarray, np.ndarra
     errors = np.nan_to_num([measures.slip_ratio_error(case) for case in cases])
     # a share is neither below 0 nor above 1, whatever its error
     return values, np.clip([np.fmin(errors, values), np.fmin(errors, 1.0 - values)], 0.0, None)
+
+
+def _marked(values: np.ndarray, every: int) -> list[int]:
+    """Places of the markers: one in `every`, and those between gaps, which no line shows."""
+    gaps = np.concatenate([[True], ~np.isfinite(values), [True]])
+    alone = ~gaps[1:-1] & gaps[:-2] & gaps[2:]
+    alone[::every] = True
+    return np.flatnonzero(alone).tolist()
 
 
 def _vanishes(cases: Iterable[CaseView], name: str) -> bool:
