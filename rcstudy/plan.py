@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from rcstudy.build import scene_hertz
@@ -15,6 +15,7 @@ from rcstudy.result import VARIABLES
 from rcstudy.settings import unit_as_written
 from rcstudy.spec import OutputsSpec
 from rcstudy.study import Study
+from rcstudy.threads import available_memory
 
 # Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025 with
 # kernels compiled, on 32 to 256 cells a side: bare, one soft, one very soft and two layers, with and without an elastic
@@ -103,6 +104,26 @@ def _traction_bytes(scene: Scene, cells: float) -> float:
     return cells * (COUPLED_CELL_BYTES if scene.is_coupled else TRACTION_CELL_BYTES)
 
 
+def _held_bytes(group: Sequence[Case], cells: float) -> float:
+    """What a worker holds for cases that share a normal problem, with so many `cells` in contact."""
+    window = WINDOW_CELL_BYTES * math.prod(group[0].scene.mesh.cells)
+    return window + PRESSURE_CELL_BYTES * cells + max(_traction_bytes(case.scene, cells) for case in group)
+
+
+def lack_of_memory(cases: Iterable[Case], workers: int) -> str:
+    """A warning if so many `workers` may need more memory than there is for the largest of `cases`; empty if not."""
+    memory = available_memory()
+    room = memory / workers - PROCESS_BYTES
+    # few studies have windows so large that the size of their contacts has to be estimated
+    most_cells = room / (WINDOW_CELL_BYTES + PRESSURE_CELL_BYTES + COUPLED_CELL_BYTES)
+    large = [case for case in cases if math.prod(case.scene.mesh.cells) > most_cells]
+    held = max((_held_bytes([case], contact_cells(case.scene)) for case in large), default=0.0)
+    if held <= room:
+        return ""
+    each = f"{in_bytes(PROCESS_BYTES + held)} of memory" + (f" for each of {workers} workers" if workers > 1 else "")
+    return f"the largest cases need about {each}, and there are {in_bytes(memory)}: the system may end what takes more"
+
+
 def _cell_bytes(cases: Sequence[Case], outputs: OutputsSpec) -> int:
     """Raw size of all fields of one cell in a grid: with tractions if any of its `cases` has them."""
     if not outputs.fields:
@@ -134,9 +155,7 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
         cells = contact_cells(group[0].scene)
         in_contact |= dict.fromkeys((case.key for case in group), cells)
         seconds += _pressure_seconds(cells) + sum(_traction_seconds(case.scene, cells) for case in group)
-        tractions = max(_traction_bytes(case.scene, cells) for case in group)
-        window = WINDOW_CELL_BYTES * math.prod(group[0].scene.mesh.cells)
-        held = max(held, window + PRESSURE_CELL_BYTES * cells + tractions)
+        held = max(held, _held_bytes(group, cells))
         filled += cells * sum(cell_bytes[case.grid] for case in group)
     stored = {grid: _most_cells(cases, study.outputs, in_contact) for grid, cases in of_grid.items()}
     fields = float(sum(len(cases) * stored[grid] * cell_bytes[grid] for grid, cases in of_grid.items()))
@@ -189,6 +208,8 @@ def plan_report(study: Study) -> str:
             _WIDTH,
         ),
     ]
+    if lacking := lack_of_memory(expansion.cases, 1):
+        lines += ["", textwrap.fill(lacking, _WIDTH)]
     return "\n".join(lines)
 
 

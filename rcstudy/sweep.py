@@ -112,6 +112,7 @@ def run(
     interrupted. A cube that was there before then stays as it was, and the results so far are kept beside it.
     """
     from rcstudy.cases import expand
+    from rcstudy.plan import lack_of_memory
 
     started = time.monotonic()
     if workers is not None and workers < 1:
@@ -158,6 +159,8 @@ def run(
                 say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
             if pending and scheduler is not None:
                 cluster.check(scheduler)
+            elif lacking := lack_of_memory(pending, workers or threads.available_cores()):
+                say(lacking)
             store.expect(case.key for case in pending)
             with _interrupts(cases, store) as check_interrupts, contextlib.ExitStack() as making:
                 cube = None if shard else making.enter_context(Assembly(summary.output, study, expansion, store))
@@ -168,7 +171,7 @@ def run(
                     if cube is not None:
                         cube.begin()
 
-                results = _results(pending, workers, scheduler, processes, packing, say)
+                results = _announced(_results(pending, workers, scheduler, processes, packing, say), patiently)
                 with contextlib.closing(results):
                     _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube, meanwhile)
                 summary.failures = failures(expansion, cases, store.index)
@@ -311,6 +314,19 @@ def _keep_all(
         kept(store.flush)
     finally:
         reporter.end()
+
+
+def _announced(
+    results: Generator[tuple[Case, Result | Packed], None, None],
+    patiently: Callable[[str], contextlib.AbstractContextManager[None]],
+) -> Generator[tuple[Case, Result | Packed], None, None]:
+    """The `results`, after a word on why the first one takes long, if it does."""
+    with contextlib.closing(results):
+        with patiently("no case is solved yet: kernels used here for the first time are compiled, for up to a minute"):
+            first = next(results, None)
+        if first is not None:
+            yield first
+            yield from results
 
 
 def _results(

@@ -1,14 +1,17 @@
-"""One thread per process: cases run side by side in processes, so threads of numerical libraries only slow them down.
+"""Processors and memory that a process may use, and one thread per process.
 
-The variables are read when the libraries are first imported, so they are set before that: in the command line's
-entry, and in the environment in which worker processes start. Importing rcstudy as a library sets nothing.
+Cases run side by side in processes, so threads of numerical libraries only slow them down. The variables are read when
+the libraries are first imported, so they are set before that: in the command line's entry, and in the environment in
+which worker processes start. Importing rcstudy as a library sets nothing.
 """
 
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 from collections.abc import Iterator
+from pathlib import Path
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -18,6 +21,16 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def available_memory() -> float:
+    """Memory (bytes) that processes here may have in all: the machine's, or their group's limit; inf if not known."""
+    limits = [math.inf]
+    with contextlib.suppress(AttributeError, ValueError, OSError):  # not on every system
+        limits.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
+    with contextlib.suppress(OSError, ValueError):  # of containers; "max" where there is none
+        limits.append(float(Path("/sys/fs/cgroup/memory.max").read_text()))
+    return min(limit for limit in limits if limit > 0.0)
 
 
 def limit_threads() -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 import struct
 from collections.abc import Iterator, Sequence
@@ -106,12 +107,12 @@ def _entries(data: bytes, at: int) -> Iterator[tuple[str, int, int]]:
 
 
 def unit_paths(folder: Path) -> list[Path]:
-    """Files of `folder` that are called units, in the order in which they were written."""
+    """Files of `folder` that are called units, in the order in which they were written; folders are none."""
     if not folder.is_dir():
         return []
-    return sorted(
-        (path for path in folder.iterdir() if path.name.endswith(SUFFIX)), key=lambda p: (number_of(p), p.name)
-    )
+    with os.scandir(folder) as inside:
+        names = [entry.name for entry in inside if entry.name.endswith(SUFFIX) and not entry.is_dir()]
+    return sorted((folder / name for name in names), key=lambda p: (number_of(p), p.name))
 
 
 def number_of(path: Path) -> int:

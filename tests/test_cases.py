@@ -14,6 +14,7 @@ import pytest
 from studies import BASE, CONFIGS, load_text
 
 from rcstudy import cases as cases_module
+from rcstudy import plan
 from rcstudy.cases import case_key, expand, layer_set, normal_problem, scene_record
 from rcstudy.mechanics.exact import contact_modulus, hertz_contact
 from rcstudy.mechanics.normal import estimated_contact
@@ -375,6 +376,22 @@ def test_plan_says_what_relative_values_are_over(study):
     assert "2  rigid, steel (counterbody_E 2 Es, counterbody_nu 0.3)" in report
     axes = "{load: [100, 50], thickness: [0.5 a, 1 a], modulus: [2 Es]}"
     assert "2  0.5 a, 1 a\n" in plan_report(study(f"  g: {{axes: {axes}}}\n"))
+
+
+def test_plan_and_sweep_say_when_memory_may_not_do(study, monkeypatch):
+    """Of 43 GB on a machine of 23 GB nothing was said."""
+    large = study("  g: {axes: {mesh.cells: [[64, 64], [1024, 512]]}}\n")
+    expansion = expand(large)
+    needed = estimate(large, expansion).worker_bytes
+    for memory, workers, said in ((needed, 1, False), (0.99 * needed, 1, True), (2.0 * needed, 2, False)):
+        monkeypatch.setattr(plan, "available_memory", lambda memory=memory: memory)
+        assert bool(plan.lack_of_memory(expansion.cases, workers)) is said
+    monkeypatch.setattr(plan, "available_memory", lambda: 1.9 * needed)
+    assert "for each of 2 workers, and there are" in plan.lack_of_memory(expansion.cases, 2)
+    assert "the largest cases need" not in plan_report(large)
+    monkeypatch.setattr(plan, "available_memory", lambda: 3e8)
+    words = " ".join(plan_report(large).split())
+    assert "the largest cases need about" in words and "of memory, and there are 300 MB" in words
 
 
 def test_plan_breaks_no_line_within_a_word(study):

@@ -380,6 +380,19 @@ def test_a_damaged_unit_is_set_aside(sweeps: Sweeps, damage: str) -> None:
     assert sweeps.run() == []
 
 
+def test_a_folder_called_like_a_unit_is_left_alone(sweeps: Sweeps) -> None:
+    """The cube, it was said, could not be written: is a directory."""
+    sweeps.run(5)
+    inside = sweeps.units / "000000-aaaaaaaaaaaa.unit" / "inside"
+    inside.parent.mkdir()
+    inside.touch()
+    assert "total        14         5         0         9" in report(sweeps.study, sweeps.output)
+    assert len(sweeps.run()) == CASES - 5
+    assert inside.exists()
+    assert sweeps.run() == []
+    assert len(sweeps.run(fresh=True)) == CASES
+
+
 def test_every_flipped_bit_is_found(sweeps: Sweeps) -> None:
     path = one_unit(sweeps)
     data = path.read_bytes()
@@ -446,6 +459,23 @@ def test_a_long_look_at_a_cube_is_told(sweeps: Sweeps, monkeypatch: pytest.Monke
         sweeps.write(SWEPT + f"# edited {quiet}\n")
         sweeps.run(progress=progress.Silent() if quiet else progress.Lines(io.StringIO()))
         assert (text in sweeps.told) is not quiet
+
+
+@pytest.mark.parametrize(("quiet", "late", "told"), [(False, 0.0, True), (False, 60.0, False), (True, 0.0, False)])
+def test_a_first_case_that_takes_long_is_told(
+    sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch, quiet: bool, late: float, told: bool
+) -> None:
+    """Kernels are compiled for up to a minute on a new machine, and nothing was shown meanwhile."""
+    monkeypatch.setattr(progress, "LATE_SECONDS", late)
+    said: list[str] = []
+
+    def slow(scenes: Sequence[Scene]) -> Iterator[Result]:
+        time.sleep(0.2)
+        yield from map(synthetic.made_up_result, scenes)
+
+    shown = progress.Silent() if quiet else progress.Lines(io.StringIO())
+    sweep.run(sweeps.study, sweeps.output, workers=1, solve=slow, tell=said.append, progress=shown)
+    assert sum(line.startswith("no case is solved yet") for line in said) == told
 
 
 @pytest.mark.parametrize(
@@ -955,7 +985,7 @@ def test_a_merge_looks_into_the_fields_of_units_from_elsewhere(sweeps: Sweeps, t
         merge(sweeps.study, sweeps.output, [tmp_path / "elsewhere"])
     (unit,) = unit_paths(tmp_path / "elsewhere")
     unit.unlink()
-    unit.mkdir()  # and cannot be read
+    unit.symlink_to(tmp_path / "nothing")  # which cannot be read
     with pytest.raises(UserError, match=f"{unit.name}: "):
         merge(sweeps.study, sweeps.output, [tmp_path / "elsewhere"])
 
