@@ -203,9 +203,9 @@ def run(
     """
     check_formats(formats)
     if not study.outputs.fields:
-        raise UserError(f"{study.path}: outputs.fields: errors of pressure and tractions need the fields: true")
+        study.refuse("outputs", "fields", allowed="errors of pressure and tractions need the fields: true")
     if study.outputs.crop != "none":
-        raise UserError(f"{study.path}: outputs.crop: errors of pressure and tractions need the whole window: none")
+        study.refuse("outputs", "crop", allowed="errors of pressure and tractions need the whole window: none")
     rolling = {(c.scene, margin_of(c, study)) for c in expand(study).cases if c.scene.creepage is not None}
     problems = Counter(problem(*solved) for solved in rolling)
     if max(problems.values(), default=0) < 2:

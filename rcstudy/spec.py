@@ -370,7 +370,11 @@ def _known_keys(model: type[Spec], word: str, own: Sequence[str]) -> str:
     """What is allowed instead of the key `word` of `model`, `own` besides."""
     if model is SceneSpec and word in ("coating", *keys_of(CoatingSpec)):
         return f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys_of(model))}"
-    return suggest(word, (*own, *keys_of(model)))
+    known = (*own, *keys_of(model))
+    first, space, _ = word.partition(" ")
+    if space and first in known:
+        return f"a ': ' is missing after {first}"
+    return suggest(word, known)
 
 
 def scene_of_case(node: Node, problems: Problems) -> Node:

@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Never
 
 from rcstudy.build import BuildError, build, parts_of, window_problem
 from rcstudy.errors import UserError
@@ -39,6 +39,13 @@ class Study:
     def size(self) -> int:
         """Number of cases of all grids."""
         return sum(grid.size for grid in self.grids)
+
+    def refuse(self, *location: str, allowed: str) -> Never:
+        """Raise UserError: a command cannot use the value at this `location` (keys); `allowed` says what it can."""
+        problems = Problems(str(self.path))
+        problems.add(find(parse(self.text, problems), location), allowed)
+        problems.check()
+        raise AssertionError  # never reached: there is a problem
 
 
 def load_study(path: str | Path) -> Study:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from contacts import STEEL
-from studies import BASE, CONFIGS
+from studies import BASE, CONFIGS, load_text
 from typer.testing import CliRunner
 from workers import made_up
 
@@ -619,6 +619,33 @@ def test_figures_say_how_many_cases_of_another_method_are_proven():
     with style():
         words = " ".join(text.get_text().replace("\n", " ") for text in quantities_figure(rows).texts)
     assert "relative to its own value" in words and "paper-cg" not in words
+
+
+def test_a_single_tolerance_has_points_and_no_lines():
+    """The caption spoke of lines, and of numbers that were not there."""
+    papers = [row(n, 1e-5, 0.4, method="paper-cg", status="proof failed") for n in (16, 32)]
+    rows = [*papers, *(row(n, 1e-5, 0.16 / n) for n in (16, 32))]
+    for drawn, said in (
+        (papers, "A point for each mesh, tolerance: 1e-05"),
+        (rows, "A point for each mesh (numbers: cells along a side), tolerance: 1e-05"),
+        ([*rows, row(32, 1e-3, 0.16)], "A line for each mesh (numbers: cells along a side), its points from"),
+    ):
+        with style():
+            words = " ".join(text.get_text().replace("\n", " ") for text in tolerances_figure(drawn).texts)
+        assert said in words
+
+
+@pytest.mark.parametrize(
+    ("outputs", "said"),
+    [
+        ("fields: false", "outputs.fields: false: errors of pressure and tractions need the fields: true"),
+        ("crop: contact", "outputs.crop: contact: errors of pressure and tractions need the whole window: none"),
+    ],
+)
+def test_a_study_that_stores_too_little_is_refused_where_it_says_so(tmp_path, outputs, said):
+    study = load_text(tmp_path, f"outputs: {{{outputs}}}\n{BASE}  g: {{axes: {{load: [1]}}}}\n")
+    with pytest.raises(UserError, match=rf"\.yaml:1:{11 + outputs.index(' ') + 1}: {said}$"):
+        accuracy.run(study, tmp_path / "out")
 
 
 def test_a_quantity_without_errors_has_no_line_in_the_legend():

@@ -533,7 +533,7 @@ def test_figures_of_another_value_of_an_axis(folder: Path, monkeypatch: pytest.M
     assert run("figures", "c.nc", "--formats", "png").exit_code == 0
     first = next(text for text in drawn if text.startswith("product: "))
     drawn.clear()
-    for value in ("420000", "2 Es"):
+    for value in ("420000", "2 Es", "2Es"):
         done = run("figures", "c.nc", "--formats", "png", "--at", f"modulus={value}")
         assert done.exit_code == 0, done.output
     found = [text for text in drawn if text.startswith("product: ")]

@@ -383,6 +383,10 @@ def test_units_are_explained(refused):
             "axes: {load: {first: 1, last: 1, count: 3}}",
             "8:37: grids.g.axes.load.last: 1: must be different from first",
         ),
+        (
+            "axes: {load: {first: 1, last: 1.0000000000000002, count: 90}}",
+            "8:37: grids.g.axes.load.last: 1.0000000000000002: must be farther from first: 90 values between them",
+        ),
         ("axes: {load: {first: 1 N, last: 2, count: 3}}", "8:28: grids.g.axes.load.first: 1 N: a number; numbers are"),
         (
             "axes: {thickness: {first: 1 mm, last: 2, count: 3}}",

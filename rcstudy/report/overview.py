@@ -42,6 +42,7 @@ _TITLE = 2.0  # width of a map's title, inches: no more than its panel's
 _NARROW = 1.85  # the same where all panels have numbers beside them
 
 _WORDS = {name: f"{name} creepage" for name in ("longitudinal", "lateral")}
+_WORDS |= {"normal": "tolerance of the pressure", "tangential": "tolerance of the tractions"}
 _CREEPAGES = ("longitudinal", "lateral", "spin")
 _CURVE = 3  # values of a creepage from which on curves are drawn along it, whatever other axes there are
 

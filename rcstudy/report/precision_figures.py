@@ -157,10 +157,12 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     each = _by_scheme({name: ", ".join(map(str, found)) for name, found in tolerances.items()})
     both = explained(t for found in tolerances.values() for t in found)
+    shown = "A line" if any(len(found) > 1 for found in tolerances.values()) else "A point"
+    shown += " for each mesh (numbers: cells along a side)" if "kalker" in tolerances else " for each mesh"
+    points = ", its points from the loosest tolerance to the tightest but the reference's" * shown.startswith("A line")
     caption(
         figure,
-        "A line for each mesh (numbers: cells along a side), its points from the loosest tolerance to the tightest but "
-        f"the reference's: {each}.{both} "
+        f"{shown}{points or ', tolerance'}: {each}.{both} "
         f"Medians over the problems with {shown_coupling(usable)} coupling. {proven(usable)}",
     )
     return figure

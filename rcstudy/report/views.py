@@ -90,6 +90,7 @@ class GridView:
             return None
         for i in range(self.dataset.sizes[axis]):
             names = {self.written(axis, i), self.value(axis, i)}
+            names |= {name.replace(" ", "") for name in names}
             if text in names or (self.numeric(axis) and _is_number(text, float(self.small(axis).values[i]))):
                 return self.at({axis: [i]})
         return None
