@@ -67,6 +67,7 @@ def test_limits_of_the_proof_are_wider_only_where_something_is_coupled(discretis
     assert bool(proof.failures(missed, coupled_scene)) == (discretisation == "kalker")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", SCENES)
 def test_against_turns(name: str) -> None:
     """To 1e-7 of the largest pressure: coefficients agree to 2e-8."""

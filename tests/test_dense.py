@@ -726,6 +726,7 @@ def layered_contact() -> tuple[NormalContact, naive.Bodies]:
     return solve_normal(scene), bodies
 
 
+@pytest.mark.heavy
 def test_displacements_of_a_contact() -> None:
     """Slip by pressure, displacement by tractions along and across the surface: to 1e-7 (the coefficients)."""
     contact, bodies = layered_contact()

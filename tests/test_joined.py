@@ -46,6 +46,7 @@ def test_joined(told: tuple[Layer, ...], joined: tuple[Layer, ...]) -> None:
     assert layer_set(scene) == layer_set(scene.joined)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("coupling", ["one-way", "full"])
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 @pytest.mark.parametrize("counterbody", [None, STEEL])

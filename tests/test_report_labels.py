@@ -269,6 +269,7 @@ def sizes(figure: Figure) -> list[tuple[float, float]]:
         warnings.simplefilter("error")
         for _ in range(2):
             engine.execute(figure)
+        figure.set_layout_engine(None)  # as `save` does
         figure.draw_without_rendering()
     for legend in figure.legends:
         box = legend.get_window_extent()
