@@ -35,11 +35,7 @@ _WIDER = 1.05  # largest expected width of the contact on a finer mesh over that
 _ROOM = 1.19  # width within the outermost cells, over that of the contact on the coarse mesh, that holds any contact
 _STEP = 1.03  # width of a window over that of one that was found too small
 _STEPS = 24  # largest number of those: to twice the width
-# Layers thinner than the first part of the Hertz radius change less than rounding does (the approach); soft ones than
-# the second times the substrate's modulus over theirs. (Rounding changes approaches by 2e-16 times that ratio over the
-# part: 1e-4 at this limit; measured with films 5 to 2e9 times softer, 1e-9 to 1e-5 of the radius thick. Beyond that
-# ratio contacts are far larger than Hertz's, and no larger part is asked for.)
-_THINNEST, _THINNEST_SOFT, _THINNEST_OF_ALL = 1e-9, 2e-12, 4e-3
+_THINNEST = 1e-9  # layers thinner than this part of the Hertz radius change less than rounding does (the approach)
 _THICKEST = 1e100  # mm: squares of all lengths are to be in the range of floating point numbers
 _ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # placeholder for a mesh that is not known yet
 
@@ -209,7 +205,7 @@ def build_without_mesh(parts: Parts) -> Scene:
         layers = _coating(coating["layer_count"], thickness, modulus, nu, es)
     else:
         layers = tuple(_layer(spec, es, a) for spec in parts["layers"])
-    if reason := _thickness_problem(layers, substrate, a):
+    if reason := _thickness_problem(layers, a):
         raise BuildError(reason, {"layers": reason} if parts["layers"] else None)
     creepage = parts["creepage"]
     scene = Scene(
@@ -232,14 +228,12 @@ def build_without_mesh(parts: Parts) -> Scene:
     return scene
 
 
-def _thickness_problem(layers: tuple[Layer, ...], substrate: Material, a: float) -> str:
+def _thickness_problem(layers: tuple[Layer, ...], a: float) -> str:
     """What is wrong with the thickness of a layer under a contact of Hertz radius `a` (mm); "" if nothing."""
-    for layer in layers:
-        h, least = layer.thickness, max(_THINNEST, min(_THINNEST_SOFT * substrate.E / layer.E, _THINNEST_OF_ALL))
-        if h < least * a:
-            part = f"{least:.2g} of the Hertz radius, {least * a:.2g} mm"
-            soft = f" (of {layer.E:.6g} MPa)" if least > _THINNEST else ""
-            return f"a layer of {h:.6g} mm{soft}: must not be thinner than {part}"
+    for h in (layer.thickness for layer in layers):
+        if h < _THINNEST * a:
+            least = f"{_THINNEST:g} of the Hertz radius, {_THINNEST * a:.2g} mm"
+            return f"a layer of {h:.6g} mm: must not be thinner than {least}"
         if h > _THICKEST:
             return f"a layer of {h:.6g} mm: must not be thicker than {_THICKEST:g} mm"
     return ""

@@ -473,12 +473,8 @@ def test_units_are_explained(refused):
         ),
         ("axes: {counterbody.E: [5]}", "8:30: scene.counterbody.nu: missing: a number from 0 to 0.5"),
         (
-            "coating: {modulus: 1 Es}, axes: {thickness: [0.1, 1e-12 a]}",
+            "coating: {modulus: 1}, axes: {thickness: [0.1, 1e-12 a]}",
             "8:3: grids.g: a layer of 2.5329e-13 mm: must not be thinner than 1e-09 of the Hertz radius",
-        ),
-        (
-            "axes: {modulus: [21, 2.1], thickness: [0.1, 1e-7 a]}",
-            "8:3: grids.g: a layer of 2.5329e-08 mm (of 2.1 MPa): must not be thinner than 2e-07 of the Hertz radius",
         ),
         (
             "coating: {modulus: 1, thickness: 1e150}, axes: {load: [100]}",
@@ -786,7 +782,7 @@ def test_scene_from_mapping_of_no_mapping():
             "8:3: grids.g: materials, radius or load too extreme for a window to be fitted to the contact",
         ),
         (
-            "scene: {layers: [{E: 1e-17 Es, nu: 0.5, thickness: 1e-2}], mesh: {size: auto}}, axes: {friction: [1]}",
+            "scene: {layers: [{E: 1e-17 Es, nu: 0.5, thickness: 1e-8}], mesh: {size: auto}}, axes: {friction: [1]}",
             "8:3: grids.g: materials, radius or load too extreme for a window to be fitted to the contact",
         ),
         (
