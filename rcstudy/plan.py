@@ -112,15 +112,20 @@ def _held_bytes(group: Sequence[Case], cells: float) -> float:
 
 def lack_of_memory(cases: Iterable[Case], workers: int) -> str:
     """A warning if so many `workers` may need more memory than there is for the largest of `cases`; empty if not."""
-    memory = available_memory()
-    room = memory / workers - PROCESS_BYTES
     # few studies have windows so large that the size of their contacts has to be estimated
+    room = available_memory() / workers - PROCESS_BYTES
     most_cells = room / (WINDOW_CELL_BYTES + PRESSURE_CELL_BYTES + COUPLED_CELL_BYTES)
     large = [case for case in cases if math.prod(case.scene.mesh.cells) > most_cells]
     held = max((_held_bytes([case], contact_cells(case.scene)) for case in large), default=0.0)
-    if held <= room:
+    return _beyond_memory(PROCESS_BYTES + held, workers)
+
+
+def _beyond_memory(worker_bytes: float, workers: int) -> str:
+    """A warning if `workers` that hold so much each may need more than there is; empty if not."""
+    memory = available_memory()
+    if worker_bytes * workers <= memory:
         return ""
-    each = f"{in_bytes(PROCESS_BYTES + held)} of memory" + (f" for each of {workers} workers" if workers > 1 else "")
+    each = f"{in_bytes(worker_bytes)} of memory" + (f" for each of {workers} workers" if workers > 1 else "")
     return f"the largest cases need about {each}, and there are {in_bytes(memory)}: the system may end what takes more"
 
 
@@ -208,7 +213,7 @@ def plan_report(study: Study) -> str:
             _WIDTH,
         ),
     ]
-    if lacking := lack_of_memory(expansion.cases, 1):
+    if lacking := _beyond_memory(total.worker_bytes, 1):
         lines += ["", textwrap.fill(lacking, _WIDTH)]
     return "\n".join(lines)
 

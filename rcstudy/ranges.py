@@ -79,10 +79,10 @@ def spread(node: Node, problems: Problems, *, plain: bool) -> Node:
         problems.add(node.value["last"], "must be different from first")
     elif spec.spacing == "log" and not min(values) > 0.0 and not max(values) < 0.0:
         problems.add(node.value["spacing"], "must be linear, unless first and last are both above 0, or both below")
-    elif len({str(value) for value in spec.values()}) < spec.count:
+    elif len(set(map(str, found := spec.values()))) < spec.count:
         problems.add(node.value["last"], f"must be farther from first: {spec.count} values between them look alike")
     else:
-        entries = [_entry(node, k, value) for k, value in enumerate(spec.values())]
+        entries = [_entry(node, k, value) for k, value in enumerate(found)]
     return replace(node, value=entries, size=1 + len(entries))
 
 

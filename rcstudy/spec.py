@@ -370,11 +370,13 @@ def _known_keys(model: type[Spec], word: str, own: Sequence[str]) -> str:
     """What is allowed instead of the key `word` of `model`, `own` besides."""
     if model is SceneSpec and word in ("coating", *keys_of(CoatingSpec)):
         return f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys_of(model))}"
-    known = (*own, *keys_of(model))
+    return _known(word, (*own, *keys_of(model)))
+
+
+def _known(word: str, keys: Sequence[str]) -> str:
+    """What is allowed instead of the key `word`: one of `keys`, or one of them with the colon that was forgotten."""
     first, space, _ = word.partition(" ")
-    if space and first in known:
-        return f"a ': ' is missing after {first}"
-    return suggest(word, known)
+    return f"a ': ' is missing after {first}" if space and first in keys else suggest(word, keys)
 
 
 def scene_of_case(node: Node, problems: Problems) -> Node:
@@ -384,7 +386,7 @@ def scene_of_case(node: Node, problems: Problems) -> Node:
     unknown = [key for key in node.value if key not in allowed]
     for key in unknown:
         hint = f"did you mean coating: {{{key}: ...}}? " if key in keys_of(CoatingSpec) else ""
-        problems.add(node.value[key].at_key(), hint + suggest("" if hint else key, allowed), value="unknown key")
+        problems.add(node.value[key].at_key(), hint + _known("" if hint else key, allowed), value="unknown key")
     return without(node, (*own, *unknown))
 
 

@@ -27,6 +27,7 @@ def refused(tmp_path):
         ("# nothing\n", "1:1: the file is empty"),
         ("- 1\n", "1:1: [1]: a mapping with keys study,"),
         ("text\n", "1:1: text: a mapping with keys study,"),
+        (BASE + "  g: {cases: [{label: a, load 3}]}\n", "8:26: grids.g.cases[0].load 3: unknown key: a ': ' is"),
         (BASE + "  g: {scene: {load 3}}\n", "8:15: grids.g.scene.load 3: unknown key: a ': ' is missing after"),
         (BASE + "---\n" + BASE, "8:1: second document: one document a file"),
         ("%YAML 1.1\n---\nstudy: s\n", "2:1: %YAML directive: YAML 1.2"),

@@ -78,7 +78,7 @@ def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) 
     The tables start at 5e-5 of the thinnest layer, where the functions have reached their limits to working precision.
     """
     thin = min(layer.thickness for layer in layers)
-    high, low = math.log(_HIGH / thin), math.log(_lowest(substrate, layers, r_max))
+    high, low = math.log(_HIGH / thin), math.log(_lowest(substrate, layers, thin, r_max))
     # rounded up to a length that transforms fast: these are few, so that most stacks share the kernels of `hankel.py`
     n = good_length(math.ceil((high - low) / _LOG_STEP))
     log_alpha = high + _LOG_STEP * np.arange(1 - n, 1)
@@ -94,14 +94,13 @@ def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) 
     return RadialTables(float(log_r[0]), _LOG_STEP, kernel, running_integral(area, _LOG_STEP) + below)
 
 
-def _lowest(substrate: Material, layers: tuple[Layer, ...], r_max: float) -> float:
-    """Lower end (1/mm) of the range of alpha for distances up to `r_max` (mm).
+def _lowest(substrate: Material, layers: tuple[Layer, ...], thin: float, r_max: float) -> float:
+    """Lower end (1/mm) of the range of alpha for distances up to `r_max` (mm); `thin`: the least thickness h (mm).
 
     The transform takes the range to repeat itself. The image of the highest alpha, about 1/h of the thinnest layer,
     adds a constant at all distances: sqrt(low h/_HIGH)/h times the layer's compliance, where that of the substrate over
     the distance counts. (It was 4 % of the approach under a film of 1 MPa and 3e-10 mm on steel.)
     """
-    thin = min(layer.thickness for layer in layers)
     softest = max(1.0, *(substrate.E / layer.E for layer in layers))
     low = _LOW / sum(layer.thickness for layer in layers)
     image = softest * r_max / thin * math.sqrt(low * thin / _HIGH)

@@ -157,13 +157,14 @@ def tolerances_figure(rows: Sequence[Row]) -> Figure | None:
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     each = _by_scheme({name: ", ".join(map(str, found)) for name, found in tolerances.items()})
     both = explained(t for found in tolerances.values() for t in found)
-    shown = "A line" if any(len(found) > 1 for found in tolerances.values()) else "A point"
-    shown += " for each mesh (numbers: cells along a side)" if "kalker" in tolerances else " for each mesh"
-    points = ", its points from the loosest tolerance to the tightest but the reference's" * shown.startswith("A line")
+    numbers = " (numbers: cells along a side)" if "kalker" in tolerances else ""
+    shown = f"A point for each mesh{numbers}, tolerance"
+    if any(len(found) > 1 for found in tolerances.values()):
+        order = "from the loosest tolerance to the tightest but the reference's"
+        shown = f"A line for each mesh{numbers}, its points {order}"
     caption(
         figure,
-        f"{shown}{points or ', tolerance'}: {each}.{both} "
-        f"Medians over the problems with {shown_coupling(usable)} coupling. {proven(usable)}",
+        f"{shown}: {each}.{both} Medians over the problems with {shown_coupling(usable)} coupling. {proven(usable)}",
     )
     return figure
 
