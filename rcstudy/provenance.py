@@ -36,7 +36,7 @@ def collect() -> dict[str, str | int | float]:
         "machine_cores": available_cores(),
         "machine_os": platform.platform(),
     }
-    revision = _git_revision()
+    revision = _git_revision(Path(__file__).resolve().parent)
     if revision:
         found["git_revision"] = revision
     return found
@@ -73,9 +73,8 @@ def _cpu() -> str:
     return platform.processor() or platform.machine() or "unknown"
 
 
-def _git_revision() -> str | None:
-    package = Path(__file__).resolve().parent
-
+@functools.cache  # that of the modules as they were loaded, three processes of git
+def _git_revision(package: Path) -> str | None:
     def git(*arguments: str) -> str | None:
         try:
             done = subprocess.run(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import time
 from collections.abc import Iterable, Mapping
@@ -63,6 +64,12 @@ def _record(packer: Packer, case: Case, result: Result) -> Record:
 
 def content(path: Path) -> dict[str, object]:
     """All attributes and values of a cube by path, as bytes where they are numbers; fields as they are compressed."""
+    state = path.stat()
+    return _content(path, state.st_ino, state.st_mtime_ns, state.st_size)
+
+
+@functools.lru_cache(maxsize=16)  # one cube is what many are held against
+def _content(path: Path, *state: int) -> dict[str, object]:
     found: dict[str, object] = {}
 
     def take(name: str, node: h5py.Group | h5py.Dataset) -> None:

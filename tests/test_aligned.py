@@ -151,6 +151,7 @@ def test_every_row_begins_theta_behind_its_edge_and_carries_its_force():
     assert contact.area == pytest.approx(np.pi * a * a, rel=0.005)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("cut", range(5))
 @pytest.mark.parametrize("end", ["front", "back", "a row", "a row before"])
 def test_rows_that_there_is_no_room_for_are_not_taken(end: str, cut: int) -> None:
@@ -204,6 +205,7 @@ def test_pressure_on_rows_is_not_more_concentrated_than_it_is(
     assert abs(np.mean(moved)) < 0.05
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("radius", [(50.0, 50.0), (100.0, 30.0)])
 def test_largest_pressure(radius: tuple[float, float]) -> None:
     """Hertz: a sixth of what the largest one of the cells is too large by, 0.025 ((dx/a)^2 + (dy/b)^2)."""
@@ -569,6 +571,7 @@ def test_friction_power_on_a_rigid_plane():
     assert abs(np.mean(found)) < 0.004
 
 
+@pytest.mark.heavy
 def test_moment_of_a_contact_that_slides_and_spins():
     """Tractions mu p against the rigid slip, beside which that by tractions is nothing: int mu p (x n_y - y n_x).
 
@@ -738,6 +741,7 @@ def test_full_coupling_under_aligned_cells():
         assert coarse[key] == pytest.approx(fine[key], rel=0.01)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("radii", "room"), [((50.0, 50.0), 2.5e-3), ((50.0, 20.0), 3.5e-3), ((10.0, 100.0), 1.4e-2)])
 def test_contact_area_on_any_mesh(radii, room):
     """Of Hertzian contacts with semi-axes of 2 to 18 cells, wherever edges fall between cells; rows alone do worse."""

@@ -148,6 +148,7 @@ def test_estimate_of_pressure_at_the_rim() -> None:
         assert plain["traction_max_error"] < 100.0 * 1.2 - 50.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 @pytest.mark.parametrize(
     ("creepage", "counterbody", "none"),

@@ -226,16 +226,16 @@ def start_long_sweep(folder: Path, workers: str, prepare: Callable[[], None] = h
 
 
 @pytest.mark.parametrize(
-    ("prepare", "end"),
+    ("workers", "prepare", "end"),
     [
-        (heeding, signal.SIGINT),
-        (heeding, signal.SIGTERM),
-        (heeding, signal.SIGHUP),
-        (in_the_background, signal.SIGTERM),
-        (in_the_background, signal.SIGHUP),
+        ("1", heeding, signal.SIGINT),
+        ("1", heeding, signal.SIGHUP),
+        ("1", in_the_background, signal.SIGTERM),
+        ("2", heeding, signal.SIGINT),
+        ("2", heeding, signal.SIGTERM),
+        ("2", in_the_background, signal.SIGHUP),
     ],
 )
-@pytest.mark.parametrize("workers", ["1", "2"])
 def test_ctrl_c(tmp_path: Path, workers: str, prepare: Callable[[], None], end: signal.Signals) -> None:
     """To the whole process group, as terminals and batch systems do it, once the sweep says that it solves."""
     sweep = start_long_sweep(tmp_path, workers, prepare)

@@ -147,6 +147,7 @@ def test_pressure_depends_on_the_compliances_sum_alone() -> None:
 # --- rolling, homogeneous ---
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("cells", [64, pytest.param(128, marks=heavy)])
 @pytest.mark.parametrize("fraction", [0.3, 0.7, 1.3])
 def test_long_contact_is_carters(cells: int, fraction: float) -> None:
@@ -278,6 +279,7 @@ def test_linear_creepage_coefficients_of_a_circle() -> None:
 # --- layers: limits ---
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("counterbody", [None, STEEL, Material(70000.0, 0.2)])
 @pytest.mark.parametrize("thicknesses", [(0.1,), (0.001, 3.0, 0.02)])
 def test_layers_of_the_substrates_material_change_nothing(
@@ -293,6 +295,7 @@ def test_layers_of_the_substrates_material_change_nothing(
     assert layered.scalars["approach"] == pytest.approx(bare.scalars["approach"], rel=1e-10)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("part", [1e-9, 1e-8, 1e-7])
 @pytest.mark.parametrize(("modulus", "nu"), [(1.0, 0.0), (10.0, 0.4)])
 def test_very_thin_soft_films_add_their_own_compression(modulus: float, nu: float, part: float) -> None:
@@ -309,6 +312,7 @@ def test_very_thin_soft_films_add_their_own_compression(modulus: float, nu: floa
     assert added == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("layer", [Layer(STEEL.E, 0.1 + 0.2, 0.05), Layer(0.5 * STEEL.E, 0.3, 1e-12)])
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_layers_that_are_next_to_nothing_change_next_to_nothing(layer: Layer, discretisation: str) -> None:
@@ -326,6 +330,7 @@ SOFT = Material(105000.0, 0.35)
 RIGID_A = hertz_of(counterbody=None).a[0]
 
 
+@pytest.mark.heavy
 def test_vanishing_layer_leaves_the_substrate() -> None:
     """h -> 0: forces and approach differ from the substrate's by O(h); tenfold thinner, tenfold less (within 10 %)."""
     scene = steel(window((RIGID_A, RIGID_A), (20, 20), 5), counterbody=None, creepage=MIXED)
@@ -625,6 +630,7 @@ def test_two_equal_incompressible_bodies_are_one_of_half_the_stiffness() -> None
     assert single.scalars["approach"] == pytest.approx(pair.scalars["approach"], rel=1e-9)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("coupling", ["one-way", "full"])
 @pytest.mark.parametrize(("top", "base"), [(0.5, 0.3), (0.3, 0.5), (0.5, 0.5)])
 def test_incompressible_materials(top: float, base: float, coupling: str) -> None:

@@ -431,6 +431,7 @@ def test_a_contact_that_did_not_converge_is_not_refused_for_its_window(monkeypat
     assert solve_scene(BALL).status == Status.NOT_CONVERGED
 
 
+@pytest.mark.heavy
 def test_products_of_what_turns_began_from_count(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those on the coarser mesh, and those of turns that did not settle, before others from the mesh's own cells."""
     scene = replace(BALL, mesh=Mesh((0.7, 0.7), (24, 24)), discretisation="aligned")
@@ -462,6 +463,7 @@ def test_products_of_what_turns_began_from_count(monkeypatch: pytest.MonkeyPatch
     assert both is not None and both.products == spent + own
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("errors", "kept"),
     [

@@ -589,6 +589,7 @@ def test_preconditioner_leaves_out_what_nothing_needs(
         np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("slipping", "beyond", "share"), [(0.0, 0.1, 0.3), (0.5, 0.1, 0.24), (1.0, 0.1, 0.24), (1.0, 30.0, 0.8)]
 )
@@ -968,6 +969,7 @@ def displacements(name: str) -> tuple[np.ndarray, np.ndarray]:
     return out[0], out[1]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["oblong", "equal", "with holes", "layered", "one row"])
 @pytest.mark.parametrize("tolerance", [1e300, 0.3, 0.1, 0.03])
 def test_papers_method(name: str, tolerance: float, monkeypatch: pytest.MonkeyPatch) -> None:

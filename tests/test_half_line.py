@@ -50,6 +50,7 @@ def by_cells(response: Callable[[np.ndarray], np.ndarray], t: np.ndarray) -> np.
 # --- the numbers ---
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("tractions", [False, True])
 @pytest.mark.parametrize("spacing", [0.02, 0.1])
 @pytest.mark.parametrize("name", STACKS)
@@ -238,6 +239,7 @@ def test_areas_on_soft_layers_a_few_cells_thick(cells: int, modulus: float, thic
     assert found["contact_area"] == pytest.approx(fine, rel=4e-3)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("coupling", get_args(Coupling))
 def test_plates_on_a_few_cells(coupling: Coupling) -> None:
     """Thousands of times as stiff and a tenth of a cell to a cell thick: edges that layers move crossed once."""

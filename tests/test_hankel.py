@@ -68,6 +68,7 @@ def test_running_integral_converges():
     assert errors[1] <= 1e-2 * errors[0] <= 1e-6
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("spacing", [(0.03, 0.03), (0.03, 0.02)])
 def test_coefficients_do_not_depend_on_what_else_was_asked_for(spacing):
     """Grown in any order or made at once, wide or long: the same bits."""
@@ -92,6 +93,7 @@ def test_coefficients_around_a_torus(padded, shape):
     assert influence.around(padded, ahead=1).shape[1:] == (shape[0] + 1, shape[1])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("shape", [(40, 40), (3, 30), (30, 3)])
 def test_square_cells_are_like_cells_that_are_nearly_square(shape):
     """Square cells are taken from their mirror images, others are not: 1e-8 of the largest.

@@ -24,6 +24,7 @@ from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("creepage", [1e-3, 1e-5, 1e-6])
 @pytest.mark.parametrize("tolerance", [Tolerance(), TIGHT])
 def test_vanishing_creepage(creepage, tolerance):
@@ -40,6 +41,7 @@ def test_nearly_round_ellipse(ratio):
     assert h.a == pytest.approx(c.a, rel=2e-8)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("ratio", [1e3, 1e5])
 def test_very_thick_layer(ratio):
     """A layer of 1e3 to 1e5 radii is its own half-space, but for the far field that settles the approach (1/ratio)."""
@@ -260,6 +262,7 @@ def test_estimate_of_a_traction_where_the_pressure_is_largest():
     assert there["traction_max_error"] == 0.5 * there["pressure_max_error"]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_estimates_where_friction_is_more_than_is_needed(discretisation):
     """Once nothing slips more of it changes neither numbers nor bars; and what creepages put in must go somewhere.
@@ -401,6 +404,7 @@ def test_fitted_window_holds_what_friction_moves(direction):
     assert 1.1 * 20 / 1.35 < reach < 19.5  # it fills the window, or nearly so
 
 
+@pytest.mark.heavy
 def test_fitted_windows_without_what_moves_them():
     """One way, without creepage and for bodies that pressure does not move the window is that without friction."""
 
@@ -542,6 +546,7 @@ def test_little_friction_on_a_skin(friction, coupling, discretisation):
     assert result.scalars["approach"] == pytest.approx(plain["approach"], rel=1e-3)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("coupling", ["one-way", "full"])
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_next_to_no_friction(coupling, discretisation):

@@ -316,7 +316,7 @@ ATTRIBUTES: list[object] = [
 
 
 @settings(
-    max_examples=40, deadline=None, phases=[Phase.generate], derandomize=True, suppress_health_check=list(HealthCheck)
+    max_examples=25, deadline=None, phases=[Phase.generate], derandomize=True, suppress_health_check=list(HealthCheck)
 )
 @given(data=st.data())
 def test_mutated_cubes(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], data: st.DataObject) -> None:

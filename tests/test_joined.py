@@ -65,6 +65,7 @@ def test_results_are_those_of_the_body(counterbody: Material | None, discretisat
     assert not replace(scene, counterbody=STEEL, coupling="full", layers=layers((STEEL, 0.1))).is_coupled
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_results_go_over_into_those_of_the_body(discretisation: str) -> None:
     """A thousandth stiffer, a layer of whatever thickness changes forces as little."""

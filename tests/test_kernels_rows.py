@@ -334,6 +334,7 @@ def test_row_profile(cells: int, back: float, front: float) -> None:
     assert np.isnan(knots[n:]).all()
 
 
+@pytest.mark.heavy
 def test_row_bounds_are_above_nothing() -> None:
     """Whatever the pressures are: where parabolas fall below nothing, too."""
     rng = np.random.default_rng(8)

@@ -68,6 +68,7 @@ def missed(growth: float, slips: int, v: float) -> tuple[float, float]:
     return w - 2.0 * (c[3] + log * c[4] + c[5] / growth), w
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("growth", "creepage", "slips"), [(0.2, -10.0, 0), (0.2, 0.0, 0), (0.25, -5.0, 1), (0.3, 5.0, 1), (0.35, 0.0, 1)]
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
 import json
 import os
@@ -12,7 +13,9 @@ import socket
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import ClassVar
 
 import cubes
 import h5py
@@ -58,11 +61,21 @@ class Solver:
             yield synthetic.made_up_result(scene, Status.NOT_CONVERGED if failed else Status.SOLVED)
 
 
+@functools.cache
+def read_once(text: str) -> Study:
+    """To read a study takes longer than most of these sweeps."""
+    return study_from_text(text, "study.yaml")
+
+
 class Sweeps:
     """Sweeps of one study in one folder, each with a solver and what it was told."""
 
-    def __init__(self, folder: Path) -> None:
+    made: ClassVar[dict[str, Path]] = {}
+    """Cubes made in one go, by the texts of their studies, for all tests."""
+
+    def __init__(self, folder: Path, elsewhere: Path) -> None:
         self.folder = folder
+        self.elsewhere = elsewhere
         self.output = folder / "c.nc"
         self.units = units_folder(self.output)
         self.told: list[str] = []
@@ -73,7 +86,8 @@ class Sweeps:
 
     @property
     def study(self) -> Study:
-        return load_study(self.folder / "study.yaml")
+        path = self.folder / "study.yaml"
+        return replace(read_once(path.read_text()), path=path)
 
     def run(self, most: int = 10**9, fails: Sequence[float] = (), **options: object) -> list[Scene]:
         """The scenes that were solved; an interrupt comes after `most`."""
@@ -86,16 +100,25 @@ class Sweeps:
         return solver.solved
 
     def uninterrupted(self) -> Path:
-        """The cube of the study as it is now, made in one go elsewhere."""
-        path = self.folder / "elsewhere" / "c.nc"
-        sweep.run(self.study, path, workers=1, solve=workers.made_up, fresh=True)
-        return path
+        """The cube of the study as it is now, made in one go elsewhere; not to be changed."""
+        text = self.study.text
+        if text not in self.made:
+            path = self.elsewhere / f"{len(self.made)}.nc"
+            sweep.run(self.study, path, workers=1, solve=workers.made_up)
+            self.made[text] = path
+        return self.made[text]
 
 
 @pytest.fixture
-def sweeps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Sweeps:
+def sweeps(tmp_path: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> Sweeps:
     monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))  # else a busy machine makes more units than a quick one
-    return Sweeps(tmp_path)
+    return Sweeps(tmp_path, elsewhere)
+
+
+@pytest.fixture(scope="module")
+def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    yield tmp_path_factory.mktemp("elsewhere")
+    Sweeps.made.clear()
 
 
 # resuming

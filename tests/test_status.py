@@ -147,6 +147,7 @@ def test_tolerance_of_the_pressure_below_rounding_is_refused(monkeypatch: pytest
             assert 30 < solution.iterations < 400
 
 
+@pytest.mark.heavy
 def test_tractions_short_of_their_tolerance_are_not_converged() -> None:
     """The same for the tractions; the numbers are kept for inspection."""
     result = solve_scene(replace(SCENE, tolerance=Tolerance(1e-9, 1e-30)))
