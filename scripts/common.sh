@@ -87,8 +87,10 @@ install_lock() {
     if { [ $# -gt 1 ] && is_installed "$2"; } || is_installed "$1"; then return 0; fi
     say "Installing the packages of $1 into .venv"
     rm -f "$stamp"
-    pip_install --require-hashes --only-binary :all: --requirement "$1" ||
+    pip_install --no-compile --require-hashes --only-binary :all: --requirement "$1" ||
         die "The packages could not be installed: see pip's message above"
+    # on all processors, where pip takes one; a file that no Python of this version can read is no loss
+    "$python" -m compileall -qq -j 0 "$venv/lib" || true
     pip_install --no-deps --no-build-isolation --editable . ||
         die "The project could not be installed: see pip's message above"
     printf '%s\n' "$wanted" >"$stamp"

@@ -337,20 +337,22 @@ def test_text_that_an_output_cannot_encode(tmp_path: Path) -> None:
 @pytest.mark.heavy
 @pytest.mark.parametrize("elsewhere", ["2>&-", "2>/dev/full", ">&- 2>&- <&-"])
 def test_messages_that_nobody_takes_change_nothing(elsewhere: str, tmp_path: Path) -> None:
+    hard = "{method: paper-cg, creepage: {longitudinal: 0.001}, tolerance: {tangential: 1.0e-12}}"
+    load_text(
+        tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n  h:\n    scene: {hard}\n    axes: {{load: [50]}}\n"
+    )
+    assert run(tmp_path, f"$R sweep s.yaml --workers 1 {elsewhere}").returncode == 3
     load_text(tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n")
-    assert run(tmp_path, f"$R sweep s.yaml --workers 1 {elsewhere}").returncode == 0
     assert run(tmp_path, f"$R sweep s.yaml --workers 2 --fresh {elsewhere}").returncode == 0
     assert run(tmp_path, f"$R sweep none.yaml --workers 1 {elsewhere}").returncode == 2
-    hard = "{method: paper-cg, creepage: {longitudinal: 0.001}, tolerance: {tangential: 1.0e-12}}"
-    load_text(tmp_path, f"{BASE}  g:\n    scene: {hard}\n    axes: {{load: [50]}}\n")
-    assert run(tmp_path, f"$R sweep s.yaml --workers 1 {elsewhere}").returncode == 3
 
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("command", ["tables", "figures --formats png", "figures --formats pdf"])
 def test_a_disk_that_is_full(command: str, tmp_path: Path) -> None:
     """It is the output that is at fault, and nothing is left of it; files are limited to a kilobyte in its place."""
-    sweep.run(load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    study = load_text(tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n")
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
     done = run(tmp_path, f"ulimit -f 1; $R {command} c.nc -o out")
     assert done.returncode == 2
     said = done.stderr.splitlines()[-1]  # the first figures of a machine say that fonts are not cached either
@@ -361,7 +363,8 @@ def test_a_disk_that_is_full(command: str, tmp_path: Path) -> None:
 
 def test_figures_need_no_backend_for_screens(tmp_path: Path) -> None:
     """One that is set and not there was taken for damage of the cube."""
-    sweep.run(load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    study = load_text(tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n")
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
     done = run(tmp_path, "MPLBACKEND=nowhere $R figures c.nc -o figures --formats png")
     assert (done.returncode, done.stderr) == (0, "")
     assert list((tmp_path / "figures").glob("*.png"))

@@ -150,8 +150,10 @@ def failing(scenes: Sequence[Scene]) -> Iterator[Result]:
         yield Result(Status.NOT_CONVERGED, "out of patience")
 
 
-@pytest.mark.parametrize("change", ["number", "status", "key"])
-@pytest.mark.parametrize("command", ["show", "compare", "tables"])
+@pytest.mark.parametrize(
+    ("command", "change"),
+    [("show", "number"), ("show", "status"), ("show", "key"), ("compare", "key"), ("tables", "number")],
+)
 def test_changed_numbers_are_told(tmp_path: Path, command: str, change: str) -> None:
     """By the checksum of each grid, where there are several; the cube as it was written is told nothing of."""
     path = synthetic.write(tmp_path / "c.nc", synthetic.several())
