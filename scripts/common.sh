@@ -95,3 +95,33 @@ install_lock() {
         die "The project could not be installed: see pip's message above"
     printf '%s\n' "$wanted" >"$stamp"
 }
+
+# use_background: from now on one process at a time may run in the background, and `scratch` is a folder; neither
+# outlives the script.
+use_background() {
+    scratch=$(mktemp -d)
+    background=""
+    trap clean_up EXIT
+    trap 'exit 130' INT
+    trap 'exit 143' TERM
+}
+
+clean_up() {
+    [ -z "$background" ] || kill "$background" 2>/dev/null || true
+    [ -z "$background" ] || wait "$background" || true
+    rm -rf "$scratch"
+}
+
+# begin COMMAND...: runs it in the background; what it says is kept for `finish`
+begin() {
+    "$@" >"$scratch/background.log" 2>&1 &
+    background=$!
+}
+
+# finish: waits for what was begun and shows what it has said; its exit code
+finish() {
+    wait "$background" && ended_with=0 || ended_with=$?
+    background=""
+    cat "$scratch/background.log"
+    return "$ended_with"
+}

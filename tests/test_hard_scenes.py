@@ -880,7 +880,7 @@ def test_contacts_that_stick_on_all_cells_have_error_bars(discretisation, creepa
                     Mesh((0.82, 0.82), (cells, cells)), friction=0.3, creepage=direction, discretisation=discretisation
                 )
             ).scalars
-            for cells in (24, 240)
+            for cells in (24, 320)
         )
         for name in ("force_x", "force_y", "moment_z", "traction_max", "slip_area", "friction_power"):
             assert abs(coarse[name] - fine[name]) <= coarse[f"{name}_error"] + fine[f"{name}_error"]

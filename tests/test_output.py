@@ -25,6 +25,8 @@ from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result
 from rcstudy.status import report
 
+LOADS = f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n"
+
 
 def interrupted_after(most: int) -> pool.Solve:
     """A solver that solves so many cases and is interrupted then."""
@@ -338,11 +340,9 @@ def test_text_that_an_output_cannot_encode(tmp_path: Path) -> None:
 @pytest.mark.parametrize("elsewhere", ["2>&-", "2>/dev/full", ">&- 2>&- <&-"])
 def test_messages_that_nobody_takes_change_nothing(elsewhere: str, tmp_path: Path) -> None:
     hard = "{method: paper-cg, creepage: {longitudinal: 0.001}, tolerance: {tangential: 1.0e-12}}"
-    load_text(
-        tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n  h:\n    scene: {hard}\n    axes: {{load: [50]}}\n"
-    )
+    load_text(tmp_path, f"{LOADS}  h:\n    scene: {hard}\n    axes: {{load: [50]}}\n")
     assert run(tmp_path, f"$R sweep s.yaml --workers 1 {elsewhere}").returncode == 3
-    load_text(tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n")
+    load_text(tmp_path, LOADS)
     assert run(tmp_path, f"$R sweep s.yaml --workers 2 --fresh {elsewhere}").returncode == 0
     assert run(tmp_path, f"$R sweep none.yaml --workers 1 {elsewhere}").returncode == 2
 
@@ -351,7 +351,7 @@ def test_messages_that_nobody_takes_change_nothing(elsewhere: str, tmp_path: Pat
 @pytest.mark.parametrize("command", ["tables", "figures --formats png", "figures --formats pdf"])
 def test_a_disk_that_is_full(command: str, tmp_path: Path) -> None:
     """It is the output that is at fault, and nothing is left of it; files are limited to a kilobyte in its place."""
-    study = load_text(tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n")
+    study = load_text(tmp_path, LOADS)
     sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
     done = run(tmp_path, f"ulimit -f 1; $R {command} c.nc -o out")
     assert done.returncode == 2
@@ -363,7 +363,7 @@ def test_a_disk_that_is_full(command: str, tmp_path: Path) -> None:
 
 def test_figures_need_no_backend_for_screens(tmp_path: Path) -> None:
     """One that is set and not there was taken for damage of the cube."""
-    study = load_text(tmp_path, f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n")
+    study = load_text(tmp_path, LOADS)
     sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
     done = run(tmp_path, "MPLBACKEND=nowhere $R figures c.nc -o figures --formats png")
     assert (done.returncode, done.stderr) == (0, "")

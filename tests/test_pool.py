@@ -82,7 +82,6 @@ def test_a_result_arrives_while_the_next_case_is_being_solved(batches, tmp_path,
     assert time.monotonic() - start < 55.0
 
 
-@pytest.mark.heavy
 def test_workers_that_wait_for_work_solve_what_they_are_given_and_discard_it(batches, tmp_path, monkeypatch):
     monkeypatch.setenv("NOTES", str(tmp_path))
     with pool.Pool("rcstudy.solve") as those:

@@ -12,10 +12,9 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
 
 import cubes
 import h5py
@@ -70,12 +69,9 @@ def read_once(text: str) -> Study:
 class Sweeps:
     """Sweeps of one study in one folder, each with a solver and what it was told."""
 
-    made: ClassVar[dict[str, Path]] = {}
-    """Cubes made in one go, by the texts of their studies, for all tests."""
-
-    def __init__(self, folder: Path, elsewhere: Path) -> None:
+    def __init__(self, folder: Path, in_one_go: Callable[[str], Path]) -> None:
         self.folder = folder
-        self.elsewhere = elsewhere
+        self.in_one_go = in_one_go
         self.output = folder / "c.nc"
         self.units = units_folder(self.output)
         self.told: list[str] = []
@@ -101,24 +97,28 @@ class Sweeps:
 
     def uninterrupted(self) -> Path:
         """The cube of the study as it is now, made in one go elsewhere; not to be changed."""
-        text = self.study.text
-        if text not in self.made:
-            path = self.elsewhere / f"{len(self.made)}.nc"
-            sweep.run(self.study, path, workers=1, solve=workers.made_up)
-            self.made[text] = path
-        return self.made[text]
+        return self.in_one_go(self.study.text)
 
 
 @pytest.fixture
-def sweeps(tmp_path: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> Sweeps:
+def sweeps(tmp_path: Path, in_one_go: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch) -> Sweeps:
     monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))  # else a busy machine makes more units than a quick one
-    return Sweeps(tmp_path, elsewhere)
+    return Sweeps(tmp_path, in_one_go)
 
 
 @pytest.fixture(scope="module")
-def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    yield tmp_path_factory.mktemp("elsewhere")
-    Sweeps.made.clear()
+def in_one_go(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Makes the cube of a study's text, once for all tests."""
+    folder = tmp_path_factory.mktemp("elsewhere")
+
+    @functools.cache
+    def made(text: str) -> Path:
+        study = read_once(text)
+        path = folder / f"{study.sha256}.nc"
+        sweep.run(study, path, workers=1, solve=workers.made_up)
+        return path
+
+    return made
 
 
 # resuming
