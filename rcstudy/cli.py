@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from rcstudy.sweep import Summary
 
-_OTHER_FORMATS = (".csv", ".txt", ".yaml", ".yml", ".json", ".png", ".pdf")
+_OTHER_FORMATS = ".csv .txt .md .tex .yaml .yml .json .png .pdf .svg .jpg .npz .npy .zarr .gz"  # suffixes refused
 _SHOWN_FAILURES = 10
 _WORKERS_PER_CORE = 2  # at most: more only take memory and time
 
@@ -45,7 +45,7 @@ app = typer.Typer(
 )
 
 _P = ParamSpec("_P")
-SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="Study file (YAML).")]
+SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", readable=False, help="Study file (YAML).")]
 
 
 def _named(text: str | Path) -> Path:
@@ -68,7 +68,7 @@ Unlock = Annotated[
     bool,
     typer.Option("--unlock", help="Continue despite another machine's lock; only if its process is certainly dead."),
 ]
-CubePath = Annotated[Path, typer.Argument(metavar="CUBE", help="Cube written by sweep (.nc).")]
+CubePath = Annotated[Path, typer.Argument(metavar="CUBE", readable=False, help="Cube written by sweep (.nc).")]
 
 
 def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
@@ -222,7 +222,7 @@ def _cube_target(spec: Path, output: Path | None) -> Path:
     Reports it to the user if the folder has to be made.
     """
     target = _target(spec, output)
-    if target.suffix.lower() in _OTHER_FORMATS:
+    if target.suffix.lower() in _OTHER_FORMATS.split():
         raise UserError(f"--output: {target}: a cube is a netCDF file: its name must not end with {target.suffix}")
     if not target.parent.exists():
         _say(f"{target.parent}: a new folder, which is made for the cube")
@@ -392,14 +392,14 @@ def show(
 @_guarded
 def compare(
     cube: CubePath,
-    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="Cube to compare with.")],
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", readable=False, help="Cube to compare with.")],
     rtol: Annotated[
         list[str] | None,
         typer.Option(metavar="VARIABLE=VALUE", help="Relative tolerance of one variable; may be repeated."),
     ] = None,
     tolerances: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Tolerances by variable and case (YAML); --rtol overrides them."),
+        typer.Option(metavar="FILE", readable=False, help="Tolerances by variable, case (YAML); --rtol comes first."),
     ] = None,
     state_flips: Annotated[
         str | None,
@@ -477,7 +477,7 @@ def accuracy(
     spec: SpecPath,
     output: Annotated[Path, _output_option("Folder for the report.")] = Path("results/accuracy"),
     cube: Annotated[
-        Path | None, typer.Option("--cube", metavar="CUBE", help="Cube of this study; default: solve the study.")
+        Path | None, typer.Option("--cube", metavar="CUBE", readable=False, help="Its cube; default: solve the study.")
     ] = None,
 ) -> int:
     """Measure the errors of a study over meshes, tolerances and methods, and the cost of each."""

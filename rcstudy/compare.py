@@ -12,6 +12,8 @@ compared.
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -276,6 +278,8 @@ class _Grid:
         a, b = self.ours[name].values, self.theirs[name].values
         if b.dtype.kind not in "fiu":
             for index in zip(*np.nonzero(a.astype(str) != b.astype(str)), strict=True):
+                if name == LABEL and _same_words(str(a[index]), str(b[index])):
+                    continue
                 note = f"is {str(a[index])!r}, not {str(b[index])!r}"
                 self._add(index[: len(self.dims)], name, np.inf, 0.0, 1.0, note)
             return
@@ -411,6 +415,15 @@ def _worst(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
     """Difference and magnitude of the value (of one layer, say) that differs most over its own magnitude."""
     pairs = [(float(abs(x - y)), float(abs(y))) for x, y in zip(a, b, strict=True) if np.isfinite(y)]
     return max(pairs, key=lambda pair: _relative(*pair), default=(0.0, 0.0))
+
+
+def _same_words(one: str, other: str) -> bool:
+    """Whether labels such as `load=50, a` are alike, their numbers within what coordinates may differ by."""
+    parts, others = (re.split(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)", text) for text in (one, other))
+    return len(parts) == len(others) and all(
+        a == b or (at % 2 == 1 and math.isclose(float(a), float(b), rel_tol=COORDINATE_RTOL))
+        for at, (a, b) in enumerate(zip(parts, others, strict=True))
+    )
 
 
 def _relative(difference: float, scale: float) -> float:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rcstudy.errors import UserError
 from rcstudy.publish import make_folder
 from rcstudy.report.overview import case_maps, overview_figure
-from rcstudy.report.paper import AXES, is_paper_grid
+from rcstudy.report.paper import AXES, paper_grids
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.style import check_formats, log, save, style
 from rcstudy.report.views import GridView, grids
@@ -44,7 +44,7 @@ def make_figures(
         raise UserError(f"--along: {along}: --at gives it a single value: only one of the two may name an axis")
     formats = tuple(dict.fromkeys(formats))
     found = grids(tree)
-    paper = {name: grid for name, grid in found.items() if is_paper_grid(grid)}
+    paper = paper_grids(found)
     of_paper = {axis for grid in paper.values() for axis in grid.axes}
     for axis, value in (at or {}).items():
         found |= _held_at({name: grid for name, grid in found.items() if name not in paper}, axis, value, of_paper)

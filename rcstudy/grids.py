@@ -178,9 +178,10 @@ class GridReader:
             self.problems.add(self.node.at_key(), "exactly one of axes and cases", value=both)
             return None
         plan = None
-        if self.axes is not None and self.axes.is_mapping and self.axes.value:
+        sound = self.coating is None or (self.coating.is_mapping and self.coating.value)  # else each case told of it
+        if sound and self.axes is not None and self.axes.is_mapping and self.axes.value:
             plan = self._product(spec)
-        elif self.cases is not None and self.cases.is_list and self.cases.value:
+        elif sound and self.cases is not None and self.cases.is_list and self.cases.value:
             plan = self._list(spec)
         return plan if len(self.problems.found) == before else None
 

@@ -18,7 +18,7 @@ from rcstudy.quantities import Passing, Quantity, Relative, Whole, Words, above,
 from rcstudy.result import VARIABLES
 from rcstudy.settings import LENGTH, MODULUS, unit_of
 from rcstudy.yamlfile import parse
-from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, plain, suggest, without
+from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, plain, suggest, with_entry, without
 
 MAX_LAYERS = 50
 MAX_CELLS = 4096
@@ -401,7 +401,8 @@ def _axis_hint(model: type[Spec], location: Sequence[str | int], node: Node) -> 
 
 
 # stands for required settings of a scene that only the axes of a grid give
-_ANY = {"substrate": {"E": 1, "nu": 0}, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
+_ANY_BODY = {"E": 1, "nu": 0}
+_ANY = {"substrate": _ANY_BODY, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
 
 
 @lru_cache(maxsize=1)
@@ -428,6 +429,9 @@ def written_grid(text: str, name: str) -> tuple[Node, Node] | None:
     for place in (root, grid):
         given = place.value.get("scene")
         scene = scene if given is None else merge(scene, given)
+    body = scene.value.get("counterbody")
+    if body is not None and body.is_mapping:  # else it is rigid
+        scene = with_entry(scene, ("counterbody",), merge(from_python(_ANY_BODY), body))
     return scene, grid
 
 

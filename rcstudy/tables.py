@@ -15,7 +15,7 @@ from rcstudy.report import measures
 from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.listed import listed_settings
-from rcstudy.report.paper import MAPS, PaperCase, is_paper_grid, paper_cases, select
+from rcstudy.report.paper import MAPS, PaperCase, paper_cases, paper_grids, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
 from rcstudy.report.statements import comparisons_table, statements_table
@@ -65,7 +65,7 @@ def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
     out = Path(out)
     make_folder(out)
     cases = paper_cases(found)
-    others = [grid for grid in found.values() if not is_paper_grid(grid)]
+    others = [grid for name, grid in found.items() if name not in paper_grids(found)]
     paths: list[Path] = []
     if cases:
         maps = select(cases, MAPS)

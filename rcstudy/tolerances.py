@@ -120,10 +120,7 @@ def load_tolerances(path: Path | str) -> Tolerances:
         named = find(node, ("variables",))
         for name, value in named.value.items() if named is not node and named.is_mapping else ():
             if name not in TOLERABLE:
-                hint = suggest(name, TOLERABLE).partition("allowed")[0]
-                problems.add(
-                    value.at_key(), f"{hint}a field or number that has one", value="no variable with a tolerance"
-                )
+                problems.add(value.at_key(), suggest(name, TOLERABLE), value="no variable with a tolerance")
     problems.check()
     assert found is not None  # or there are problems
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from unittest.mock import Mock
 
 import pytest
@@ -20,7 +22,7 @@ from typer.testing import CliRunner, Result
 from workers import gone
 
 from rcstudy import __main__ as main_module
-from rcstudy import accuracy, cli, plan, progress, sweep, threads
+from rcstudy import accuracy, cli, cube, plan, progress, sweep, threads
 from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, is_interrupt
 from rcstudy.report import overview
@@ -444,16 +446,39 @@ def test_workers_are_at_most_two_for_each_processor(
     assert wanted == [given]
 
 
-@pytest.mark.parametrize("name", ["x.csv", "x.txt", "x.yaml", "x.YML", "x.json", "x.png", "x.pdf"])
+@pytest.mark.parametrize("name", ["x.csv", "x.txt", "x.yaml", "x.YML", "x.json", "x.png", "x.pdf", "x.tex", "x.nc.gz"])
 def test_names_of_other_formats_are_refused(folder: Path, name: str) -> None:
     """A cube was written into x.csv."""
     for command in ("sweep", "merge"):
         done = run(command, "quick.yaml", "-o", name)
         assert done.exit_code == EXIT_BAD_INPUT
         assert (
-            done.output.strip() == f"--output: {name}: a cube is a netCDF file: its name must not end with {name[1:]}"
+            done.output.strip()
+            == f"--output: {name}: a cube is a netCDF file: its name must not end with {Path(name).suffix}"
         )
     assert not Path(name).exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["plan s.yaml", "show s.nc", "compare s.nc s.nc", "compare s.nc s.nc --tolerances s.yaml", "accuracy s.yaml"],
+)
+def test_a_file_that_may_not_be_read_is_told_in_a_line(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, words: str
+) -> None:
+    """It was told as a wrong use of the command, in four lines; reading is what finds that it may not be."""
+
+    def refuse(*_: Any, **__: Any) -> Any:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    for name in ("s.yaml", "s.nc"):
+        Path(name).write_bytes(b"")
+    monkeypatch.setattr(os, "access", lambda *_, **__: False)
+    monkeypatch.setattr(Path, "open", refuse)
+    monkeypatch.setattr(cube, "foreign_content", refuse)
+    done = run(*words.split())
+    assert done.exit_code == EXIT_BAD_INPUT
+    assert re.fullmatch(r"s\.(yaml: cannot be read|nc: not a readable rcstudy cube): Permission denied\n", done.output)
 
 
 @pytest.mark.parametrize("command", ["sweep", "merge", "status", "accuracy", "figures", "tables", "failures"])

@@ -628,7 +628,7 @@ def test_tolerances_from_a_file(tmp_path: Path) -> None:
         ("variables: {force: 1}\n", "t.yaml:1:13: variables.force: no variable with a tolerance: did you mean force_"),
         (
             "cases: [{match: x}, {match: y, variables: {q: 1}}]\n",
-            "t.yaml:1:44: cases[1].variables.q: no variable with a tolerance: a field or number that has one",
+            "t.yaml:1:44: cases[1].variables.q: no variable with a tolerance: allowed: pressure, ",
         ),
         ("# nothing\n", "t.yaml:1:1: the file is empty: a mapping of tolerances, {} for the default"),
         ("state_flips: 1.5\n", "a whole number"),
@@ -741,3 +741,14 @@ def test_a_setting_is_not_measured_against_a_larger_one(tmp_path: Path, before: 
     found = outcome(tmp_path / "two.nc", tmp_path / "one.nc", Tolerances(default=1.0))
     told = [d.variable for d in found.bad] + found.structure
     assert told in ([variable] * 2, [f"g: {variable}: its values differ"])
+
+
+def test_labels_made_of_numbers_may_differ_as_these_may(tmp_path: Path) -> None:
+    """They were compared as words, where numbers may differ by 1e-9 of their value."""
+    for name, load in (("one", "100"), ("two", "100.00000005")):
+        text = f"{BASE}  g: {{axes: {{load: [50, {load}], friction: [0.1, 0.3]}}}}\n"
+        run(load_text(tmp_path, text), tmp_path / f"{name}.nc", workers=1, solve=made_up)
+    found = outcome(tmp_path / "two.nc", tmp_path / "one.nc")
+    assert found.bad == found.structure == []
+    with open_cube(tmp_path / "two.nc") as tree:
+        assert str(tree.to_dataset().label.values[1, 0]) == "load=100.00000005, friction=0.1"

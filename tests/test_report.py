@@ -656,6 +656,40 @@ def test_only_figures_the_cube_has_are_made_and_the_rest_named(
     assert skipped == {name.replace("_", " ") for name in AXES if name not in ("figure_3", "figure_4")}
 
 
+NAMED_LIKE_THE_PAPERS = """\
+study: s
+scene: {substrate: {E: 210000, nu: 0.3}, radius: 50, load: 100, mesh: {size: [2, 2], cells: [8, 8]}}
+grids:
+  figure_3_bare: {cases: [{label: plain}]}
+  figure_3: {axes: {load: [50, 100]}}
+  figure_4: {axes: {creepage: [{label: a, longitudinal: 0.001}]}}
+  figure_5: {axes: {creepage.spin: [0.001, 0.002]}}
+"""
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_grids_with_the_papers_names_but_other_axes_are_those_of_any_study(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The case without layers was the paper's by its name alone: not drawn, or without what tells its cases apart."""
+    run(load_text(tmp_path, NAMED_LIKE_THE_PAPERS), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree:
+        make_tables(tree, tmp_path)
+        with caplog.at_level(logging.WARNING, logger="rcstudy"):
+            paths = make_figures(tree, tmp_path / "out", formats=("png",))
+    assert [row["figure"] for row in read(tmp_path / "results.csv")] == ["4"]
+    others = [(row["grid"], row["case"]) for row in read(tmp_path / "results_of_other_grids.csv")]
+    loads = [("figure_3", "load=50"), ("figure_3", "load=100")]
+    assert others == [("figure_3_bare", "plain"), *loads, ("figure_5", "spin=0.001"), ("figure_5", "spin=0.002")]
+    assert {p.stem for p in paths} == {"figure_3_bare", "figure_3", "figure_4", "figure_5", "figure_5_maps"}
+    assert "figure 5 skipped: the cube has no grid figure_5 like the paper's, with axes creepage, mod" in caplog.text
+    several = NAMED_LIKE_THE_PAPERS.replace("[{label: plain}]", "[{label: one}, {label: two, load: 50}]")
+    run(load_text(tmp_path, several.replace("  figure_3: ", "  loads: ")), tmp_path / "t.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "t.nc") as tree:
+        make_tables(tree, tmp_path)
+    assert [row["case"] for row in read(tmp_path / "results_of_other_grids.csv")][:2] == ["one", "two"]
+
+
 def test_files_do_not_depend_on_the_run_or_on_the_users_style(tmp_path: Path) -> None:
     with synthetic_tree(tmp_path, small()) as tree:
         first = make_figures(tree, tmp_path / "one")
@@ -842,7 +876,7 @@ scene:
   mesh: {size: [2, 2], cells: [16, 16]}
 grids:
   product:
-    scene: {counterbody: {E: 1, nu: 0.2}}
+    scene: {counterbody: {nu: 0.2}}
     axes: {counterbody.E: [0.5 Es, 70000], mesh.cells: [[16, 16], [18, 20]]}
   bodies: {axes: {counterbody: [rigid, {label: steel, E: 1 Es, nu: 0.28}]}}
   listed:

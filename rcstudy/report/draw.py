@@ -30,6 +30,9 @@ ARROW = 0.165
 ARROWS_AT_MOST = 11
 """Approximate largest number of arrows across a panel."""
 
+LEAST_ARROW = 0.02
+"""Share of the largest traction above which it has an arrow: below it the direction means little."""
+
 CIRCLES = 44
 """Approximate largest number of circles across a panel: on finer meshes not every cell has a circle."""
 
@@ -208,7 +211,7 @@ def traction_map(
 
     Cells are coloured by |q| (MPa, `norm`); slip cells carry a filled circle, stick cells an open one (every
     `steps`-th cell along x and y, see `circle_steps`); arrows of equal length give the direction of the traction on a
-    coarser grid, at its true angle. Axes in mm.
+    coarser grid, at its true angle, where |q| is above `LEAST_ARROW` of its largest. Axes in mm.
     """
     from matplotlib.collections import EllipseCollection
 
@@ -316,7 +319,7 @@ def _arrows(
     shown: Window,
 ) -> None:
     size = np.hypot(qx, qy)
-    chosen = _chosen(case, steps) & contact & (size > 0.02 * size.max())
+    chosen = _chosen(case, steps) & contact & (size > LEAST_ARROW * size.max())
     pitches = shown.pitches(case, steps)
     length = min(0.62 * math.sqrt(math.prod(pitches)), 0.9 * min(pitches), _LONGEST * shown.longest)
     i, j = np.nonzero(chosen)

@@ -314,9 +314,10 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     values = np.unique(values[np.isfinite(values)])
     if not geometric(values):
         whole = bool(np.all(values == np.round(values)))
-        long = max((len(short_number(value)) for value in values), default=0) > _LONG
-        if whole or long:
-            ax.xaxis.set_major_locator(MaxNLocator(3 if long else 5, steps=[1, 2, 5, 10], integer=whole))
+        if values.size and (whole or _long(values)):
+            five, three = (MaxNLocator(bins, steps=[1, 2, 5, 10], integer=whole) for bins in (5, 3))
+            # the ticks' own numbers decide: those of a range in equal steps are long where the ticks' are not
+            ax.xaxis.set_major_locator(three if _long(five.tick_values(values[0], values[-1])) else five)
         return
     ax.set_xscale("log")
     log_ticks(ax.xaxis, (values[0], values[-1]))
@@ -325,6 +326,11 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     elif values[-1] < DECADE**2 * values[0]:
         ticks = ax.xaxis.get_major_locator().tick_values(values[0], values[-1])
         ax.xaxis.set_major_locator(FixedLocator(_apart(ticks, values[0], values[-1])))
+
+
+def _long(values: Iterable[float]) -> bool:
+    """Whether some number is so long that a panel has room for few of its kind."""
+    return max((len(short_number(value)) for value in values), default=0) > _LONG
 
 
 def _apart(ticks: Iterable[float], low: float, high: float) -> list[float]:

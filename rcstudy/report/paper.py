@@ -59,11 +59,17 @@ class PaperCase:
 Pair = tuple[PaperCase, PaperCase]
 
 
-def is_paper_grid(grid: GridView) -> bool:
-    """Whether `grid` is one of the paper's, by its name and its axes."""
-    if grid.name == BARE:
-        return True
-    return grid.name in AXES and frozenset(grid.axes) == AXES[grid.name]
+def paper_grids(found: Mapping[str, GridView]) -> dict[str, GridView]:
+    """Those of a cube's grids that are the paper's, by their names and axes.
+
+    One named as the uncoated case of Figure 3 is if it has a single case, and if no other grid is named `figure_3`.
+    """
+    papers = {name: grid for name, grid in found.items() if name in AXES and frozenset(grid.axes) == AXES[name]}
+    bare = found.get(BARE)
+    alone = "figure_3" in papers or "figure_3" not in found
+    if bare is not None and alone and (bare.axes, bare.shape) == (("case",), (1,)):
+        papers[BARE] = bare
+    return {name: grid for name, grid in found.items() if name in papers}
 
 
 def figure_number(grid: GridView) -> int:
@@ -96,7 +102,7 @@ def panel_letter(case: CaseView) -> str:
 
 def paper_cases(grids: Mapping[str, GridView]) -> list[PaperCase]:
     """All cases of the paper's figures in the cube, figure by figure."""
-    return [_paper_case(view) for grid in grids.values() if is_paper_grid(grid) for view in grid.cases()]
+    return [_paper_case(view) for grid in paper_grids(grids).values() for view in grid.cases()]
 
 
 def _paper_case(view: CaseView) -> PaperCase:

@@ -23,7 +23,7 @@ from rcstudy.report.layout import (
     share_limits,
 )
 from rcstudy.report.measures import on_x_axis, slip_ratio, slip_ratio_error, traction
-from rcstudy.report.paper import BARE, panel_letter
+from rcstudy.report.paper import AXES, BARE, panel_letter
 from rcstudy.report.style import BLUE, GREEN, LINES, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, traction_colours
 from rcstudy.report.views import CaseView, GridView, creepage_text
 from rcstudy.settings import unit_of
@@ -56,7 +56,7 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     if number == 3:
         return pressure_figure(grids.get(BARE), grids.get(name))
     if name not in grids:
-        raise UserError(f"the cube has no grid {name}")
+        raise UserError(f"the cube has no grid {name} like the paper's, with axes {', '.join(sorted(AXES[name]))}")
     if number in (5, 6):
         return lines_figure(number, grids[name])
     cases = list(grids[name].cases())
@@ -83,7 +83,8 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     """
     grid = layered or bare
     if grid is None:
-        raise UserError(f"the cube has neither grid {BARE} nor figure_3")
+        axes_of = ", ".join(sorted(AXES["figure_3"]))
+        raise UserError(f"the cube has no grid {BARE} or figure_3 like the paper's, of one case or with axes {axes_of}")
     groups: dict[str, list[CaseView]] = {}
     for case in layered.cases() if layered else ():
         groups.setdefault(panel_letter(case), []).append(case)
@@ -232,8 +233,9 @@ _TITLE_LINE = 0.145  # height of a line of a title, inches
 def maps_show(body: str = "coated body") -> str:
     """What maps of the traction on this body show, without the last full stop."""
     return (
-        f"Magnitude $|q|$ (colour) and direction (arrows) of the traction on the {body}. Rolling towards $+x$: the "
-        "leading edge is at $+x$. In each panel: area of slip over area of contact"
+        f"Magnitude $|q|$ (colour) and direction (arrows, where it is above {draw.LEAST_ARROW:.0%} of its largest) of "
+        f"the traction on the {body}. Rolling towards $+x$: the leading edge is at $+x$. In each panel: area of slip "
+        "over area of contact"
     )
 
 
