@@ -29,6 +29,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from rcstudy import few, pressed, pulled
+from rcstudy.elongated import OFF_POLE, Shape, shape
 from rcstudy.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.hidden import Hidden
 from rcstudy.mechanics.normal import semi_axes_in_cells
@@ -91,15 +92,6 @@ _OF_CORRECTION, _OF_POWER = 0.9, 0.4
 # multiple of the force that these cause where all sticks, over the friction force, to the power `_FALLING`. (Without it
 # 97 to 98 in 100 bars hold in contacts that hardly slip, and are more than six times the error.)
 _BY_CREEPAGE, _FALLING = 2.0, 1.0 / 3.0
-# Errors of forces with `aligned` over their scale, times N^2, where all slips around a pole of spin in the middle of
-# the contact: directions of tractions, which turn around it, depend on how it lies between cells. Those of moments are
-# as large times its distance from the centre, and this part of the radius. (480 contacts by spin and lateral creepage,
-# on 24 to 64 cells: forces within their bars in 95 and 97 of 100; in 87 and 81 of half of them without it.) The power
-# has the latter part, and all of the moment's error where the pole is in the middle. On cells that are long along x
-# tractions turn over within a cell in all rows within its length of the pole: 1/N^2 is then no less than that length
-# over the semi-axis along x, times that over the one along y, up to `_WITHIN_CELL`.
-_AT_POLE, _OFF_POLE, _WITHIN_CELL = 0.14, 0.1, 5.0
-_AROUND_POLE = 0.2  # part of the contact that sticks from which on the pole is taken to lie there
 # Forces and moments that vanish by symmetry, over their scales and what directions of slip are unsettled by: these need
 # not be symmetric. (49 such numbers of 720 contacts by spin or longitudinal creepage alone: at most 0.14, 11 beyond the
 # tolerance.)
@@ -179,6 +171,7 @@ def error_estimates(
             if case.at_peak:
                 bars["traction_max"] = scene.friction * bars["pressure_max"]
             case.add_pole_of_spin(bars, few_cells=True)
+            case.add_length(bars)
         else:
             case.add_lift_at_edges(bars)
             case.add_slip_without_creepage(bars)
@@ -188,6 +181,7 @@ def error_estimates(
             case.add_skin_at_edge(bars)
             case.add_slip_by_pressure(bars)
             case.add_pole_of_spin(bars)
+            case.add_length(bars)
             case.balance_power(bars)
     return {f"{name}_error": case.left_of_none(name) if case.vanishes(name) else bar for name, bar in bars.items()}
 
@@ -236,6 +230,11 @@ class _Case:
         Largest pressures are m + 1 times the mean ones. m is 1 and 2 on thin compressible and incompressible films.
         """
         return max(self.finest["pressure_max"] * self.finest["contact_area"] / self.scene.load - 1.5, 0.0)
+
+    @cached_property
+    def shape(self) -> Shape:
+        """The shape of the contact."""
+        return shape(self.scene, self.per_radius)
 
     @cached_property
     def of_small_creepage(self) -> float:
@@ -332,7 +331,7 @@ class _Case:
         slip = finest["slip_area"]
         if self.all_slips:
             bars["slip_area"] = bars["contact_area"]
-            if self.creepage.pole < finest["contact_radius"]:
+            if self.shape.away < 1.0:
                 bars["slip_area"] += dx * dy  # a cell may stick around the pole of spin
             else:
                 self.add_strip_that_sticks(bars)
@@ -398,27 +397,34 @@ class _Case:
                 bars[name] += parts[name] * self.scales[name]
 
     def add_pole_of_spin(self, bars: dict[str, float], *, few_cells: bool = False) -> None:
-        """Add what `aligned` misses of forces, moment, power around a pole of spin within the slip zone (`_AT_POLE`).
+        """Add what is missed of forces, moment, power around a pole of spin within the slip zone (`elongated.py`).
 
-        `few_cells`: the bars follow from the laws of few cells, which have it but for long cells.
+        `few_cells`: the bars follow from the laws of few cells, which have it but for long cells, as those of `kalker`.
         """
-        away = self.creepage.pole / self.finest["contact_radius"]
-        if not self.aligned or away >= 1.0:
+        shape, spin = self.shape, abs(self.creepage.spin)
+        if shape.away >= 1.0 or "force_x" not in bars:
             return
-        (along, across), (dx, dy) = semi_axes_in_cells(self.scene), self.scene.mesh.spacing
-        mean, root = self.per_radius * min(along / across, across / along) ** -0.25, math.sqrt(along / across)
-        along, across = mean * root, mean / root  # of this contact
-        by_cells = self.per_radius**-2.0
-        by_length = max(min(dx / (dy * across), _WITHIN_CELL) / along - by_cells, 0.0)
-        slips = max(1.0 - (1.0 - self.slipping) / _AROUND_POLE, 0.0)
-        part = _AT_POLE * (by_length if few_cells else by_cells + by_length) * slips * math.sqrt(1.0 - away**2)
-        # the power is that of the moment about the pole
-        spin, of_moment = abs(self.creepage.spin), part * _OFF_POLE * self.scales["moment_z"]
-        about_pole = spin * bars["moment_z"] * slips * (1.0 - away)
-        bars["friction_power"] = max(bars["friction_power"], about_pole) + spin * of_moment
-        bars["force_x"] += part * self.scales["force_x"]
-        bars["force_y"] += part * self.scales["force_y"]
-        bars["moment_z"] += part * away * self.scales["moment_z"] + of_moment
+        by_cells, by_length = shape.at_pole(self.per_radius, self.slipping)
+        by_cells = 0.0 if few_cells or not self.aligned else by_cells
+        of_moment = (by_cells + by_length) * OFF_POLE * self.scales["moment_z"]
+        if self.aligned:  # the power is that of the moment about the pole
+            about_pole = spin * bars["moment_z"] * shape.slips_at_pole(self.slipping) * (1.0 - shape.away)
+            bars["friction_power"] = max(bars["friction_power"], about_pole) + spin * of_moment
+        for name, arm in (("force_x", 1.0), ("force_y", 1.0), ("moment_z", math.hypot(*self.creepage.pole))):
+            scale = self.scales["force_x"] * arm
+            bars[name] = math.hypot(bars[name] + by_cells * scale, by_length * scale)
+        bars["moment_z"] += of_moment
+
+    def add_length(self, bars: dict[str, float]) -> None:
+        """Add, in quadrature, what is missed in contacts that are long one way (`elongated.py`)."""
+        force = min(self.scales["force_x"], few.sticking_force(self.scene, self.finest["contact_radius"]))
+        errors = self.shape.of_length_first_order(self.slipping)
+        if self.aligned:
+            errors = self.shape.of_length(self.slipping, self.creepage, self.fastest, self.hidden.turning)
+        over_friction = self.finest["contact_area"] / (self.scene.friction * self.scene.load)
+        for name in errors.keys() & bars.keys():
+            scale = force * (over_friction if name == "slip_area" else 1.0)
+            bars[name] = math.hypot(bars[name], errors[name] * scale)
 
     def balance_power(self, bars: dict[str, float]) -> None:
         """Bound the power of quasi-identical bodies by its balance: friction takes the power of the creepages.

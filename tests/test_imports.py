@@ -31,6 +31,7 @@ ORDER = [
     "rcstudy.few",
     "rcstudy.hidden",
     "rcstudy.pulled",
+    "rcstudy.elongated",
     "rcstudy.pressed",
     "rcstudy.estimate",
     "rcstudy.solve",

@@ -76,9 +76,9 @@ class Creepage:
         return self.longitudinal * force_x + self.lateral * force_y + self.spin * moment
 
     @property
-    def pole(self) -> float:
-        """Distance (mm) from the origin of the pole of spin, where the rigid slip vanishes; infinite without spin."""
-        return self._translation / abs(self.spin) if self.spin else math.inf
+    def pole(self) -> tuple[float, float]:
+        """Place x, y (mm) of the pole of spin, where the rigid slip vanishes; infinitely far away without spin."""
+        return (-self.lateral / self.spin, self.longitudinal / self.spin) if self.spin else (math.inf, math.inf)
 
     @property
     def _translation(self) -> float:
