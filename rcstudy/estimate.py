@@ -28,8 +28,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-from rcstudy import few, pressed, pulled
-from rcstudy.elongated import OFF_POLE, Shape, shape
+from rcstudy import elongated, few, pressed, pulled
 from rcstudy.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.hidden import Hidden
 from rcstudy.mechanics.normal import semi_axes_in_cells
@@ -158,7 +157,8 @@ def error_estimates(
     if scene.is_coupled:
         fits = fits | COUPLED[scene.discretisation]
     hides = case.parts_hidden()
-    factors = {} if case.all_slips else pulled.of_peaks(case.hidden.pull, aligned=case.aligned)
+    factors = case.shape.of_edges if case.aligned else {}
+    factors |= {} if case.all_slips else pulled.of_peaks(case.hidden.pull, aligned=case.aligned)
     bars = {}
     for name, fit in fits.items():
         if name in levels[0]:
@@ -232,9 +232,9 @@ class _Case:
         return max(self.finest["pressure_max"] * self.finest["contact_area"] / self.scene.load - 1.5, 0.0)
 
     @cached_property
-    def shape(self) -> Shape:
+    def shape(self) -> elongated.Shape:
         """The shape of the contact."""
-        return shape(self.scene, self.per_radius)
+        return elongated.shape(self.scene, self.per_radius)
 
     @cached_property
     def of_small_creepage(self) -> float:
@@ -406,7 +406,7 @@ class _Case:
             return
         by_cells, by_length = shape.at_pole(self.per_radius, self.slipping)
         by_cells = 0.0 if few_cells or not self.aligned else by_cells
-        of_moment = (by_cells + by_length) * OFF_POLE * self.scales["moment_z"]
+        of_moment = (by_cells + by_length) * elongated.OFF_POLE * self.scales["moment_z"]
         if self.aligned:  # the power is that of the moment about the pole
             about_pole = spin * bars["moment_z"] * shape.slips_at_pole(self.slipping) * (1.0 - shape.away)
             bars["friction_power"] = max(bars["friction_power"], about_pole) + spin * of_moment

@@ -22,7 +22,8 @@ judged: `kalker` on cells four times finer still has a quarter of the error (`--
 - `sliding`: 0.8 to 1.5 times the creepage at which the last of the cells begins to slip;
 - `rubber`: nearly incompressible films of 1 MPa to 1 GPa on steel or stiffer bodies, 0.03 to 2.5 cells thick;
 - `pulled`: under rigid balls, friction times Dundurs' constant 0.2 to 1.2, full coupling;
-- `pressed`: without creepage, contacts of `mild`, `films` and `rubber` whose surfaces pressure alone makes slip.
+- `pressed`: without creepage, contacts of `mild`, `films` and `rubber` whose surfaces pressure alone makes slip;
+- `long`: bodies without layers in contacts 2 to 12 times as long one way, the pole of spin inside.
 
 Published: results/error_bars.md.
 """
@@ -30,6 +31,7 @@ Published: results/error_bars.md.
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -131,6 +133,28 @@ def alike_scene(rng: np.random.Generator, discretisation: str) -> Scene:
         tolerance=Tolerance(1e-6, 1e-6),
     )
     return _in_a_window(_creeping(scene, _direction(rng, 0.4), 10.0 ** rng.uniform(-1.5, 0.3)), rng)
+
+
+def long_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """Bodies without layers, a contact 2 to 12 times as long one way, and a pole of spin in it; window by `auto`.
+
+    From 0.03 to 5 times the spin of full slip; as many cells along as across, or not.
+    """
+    radius = tuple(rng.permutation([8.0, 8.0 * _power(rng, 0.5, 1.6)]).tolist())
+    counterbody = (STEEL, STEEL, None, Material(70000.0, 0.33))[rng.integers(4)]
+    cells = (int(rng.integers(12, 49)), int(rng.integers(12, 49)))
+    bare = Scene(STEEL, radius, 100.0, Mesh((1.0, 1.0), cells), (), counterbody, _power(rng, -1.0, 0.0))
+    ax, ay = estimated_contact(bare)
+    spin = bare.friction * math.sqrt(ax * ay / math.prod(radius)) / max(ax, ay) * _power(rng, -1.5, 0.7)
+    away, angle = math.sqrt(rng.random()), rng.uniform(0.0, 2.0 * math.pi)
+    creepage = Creepage(spin * away * ay * math.sin(angle), -spin * away * ax * math.cos(angle), spin)
+    return replace(
+        bare,
+        mesh=Mesh(fitted_size(bare, 1.25, cells), cells),
+        creepage=creepage,
+        discretisation=discretisation,  # type: ignore[arg-type]
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
 
 
 def unlike_scene(rng: np.random.Generator, discretisation: str) -> Scene:
@@ -457,6 +481,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "sliding": sliding_scene,
     "pulled": pulled_scene,
     "pressed": pressed_scene,
+    "long": long_scene,
 }
 
 

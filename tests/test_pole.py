@@ -13,7 +13,7 @@ from contacts import STEEL, hertz_of, steel
 from scipy.special import ellipe
 
 from rcstudy import few
-from rcstudy.elongated import shape
+from rcstudy.elongated import Shape, shape
 from rcstudy.estimate import error_estimates
 from rcstudy.mechanics.pole import _RISE, rise_at_pole
 from rcstudy.mechanics.scene import Creepage, Mesh, Scene
@@ -194,6 +194,58 @@ def test_the_pole_of_long_contacts_is_in_them_as_far_as_they_reach() -> None:
         assert found.away == pytest.approx(0.8)
         assert found.semi_axes == pytest.approx((a, b))
     assert shape(steel(mesh, radius=(5.0, 200.0), creepage=Creepage(0.01)), 8.0).at_pole(8.0, 1.0) == (0.0, 0.0)
+
+
+def test_estimate_of_what_long_cells_miss() -> None:
+    """It falls with their length, vanishes in round contacts and, but for slip by pressure, where all slips."""
+    creepage = Creepage(0.001, 0.0, 0.02)
+    step = (0.1, 0.02)
+
+    def parts(along: float, across: float, slipping: float = 0.5, turning: float = 0.0) -> dict[str, float]:
+        return Shape(along, across, step, creepage.pole).of_length(slipping, creepage, 0.006, turning)
+
+    long, a, b = parts(10.0, 10.0), 1.0, 0.2
+    length = (0.1 / b) ** 1.5 - (0.1 / a) ** 1.5
+    expected = {"force_y": 0.08, "moment_z": 0.04 * a, "friction_power": 0.065 * 0.006}
+    for name, part in expected.items():
+        assert long[name] == pytest.approx(0.5 * length * part)
+    assert long["slip_area"] == pytest.approx(0.1 * length * math.sqrt(0.5))
+    assert long["force_x"] == 0.0
+    assert parts(10.0, 10.0, 1.0, 0.3) == pytest.approx(dict.fromkeys(long, 0.0) | {"force_x": 0.05 * 0.3 * length})
+    assert not any(parts(10.0, 50.0).values())  # as wide as long
+    wide = parts(2.0, 50.0)  # 0.2 by 1 mm
+    moment = 0.3 * 0.5 * (1.0 - 0.2) * 0.02**2
+    known = {"force_y": 0.05 * 0.5 * 0.8 * 0.02**1.5, "moment_z": moment, "friction_power": 0.5 * 0.02 * moment}
+    assert wide == pytest.approx(known)
+    first_order = Shape(10.0, 10.0, step, creepage.pole).of_length_first_order(0.5)
+    part = (0.1 / b - 0.1 / a) * math.sqrt(0.5)
+    assert first_order == pytest.approx({"force_y": 0.3 * part, "moment_z": 0.2 * part * a})
+    assert not any(Shape(2.0, 50.0, step, creepage.pole).of_length_first_order(0.5).values())
+
+
+@pytest.mark.parametrize(("over", "factor"), [(1.0, 1.0), (2.0, 1.0), (4.5, 1.5), (30.0, 6.5**0.5)])
+def test_bars_of_edges_grow_with_the_length_of_contacts(over: float, factor: float) -> None:
+    for along, across in ((10.0 * over, 10.0), (10.0, 10.0 * over)):
+        found = Shape(along, across, (1.0, 1.0), (0.0, 0.0)).of_edges
+        assert found == pytest.approx({"contact_area": factor, "contact_radius": factor})
+
+
+@pytest.mark.heavy
+def test_bars_of_areas_of_long_contacts() -> None:
+    """Against Hertz; of aligned cells 70 in 100 held."""
+    rng = np.random.default_rng(5)
+    held: dict[str, list[bool]] = {"contact_area": [], "contact_radius": [], "pressure_max": []}
+    for _ in range(120):
+        radii = tuple(rng.permutation([8.0, 8.0 * 10.0 ** rng.uniform(0.7, 1.7)]).tolist())
+        hertz = hertz_of(radii)
+        cells = tuple(rng.integers(12, 41, 2).tolist())
+        mesh = Mesh((2.4 * hertz.a[0], 2.4 * hertz.a[1]), cells)
+        found = solve_scene(steel(mesh, radius=radii, discretisation="aligned")).scalars
+        area = math.pi * math.prod(hertz.a)
+        for name, value in (("contact_area", area), ("contact_radius", hertz.radius), ("pressure_max", hertz.p0)):
+            held[name].append(abs(found[name] - value) <= found[f"{name}_error"])
+    for name, within in held.items():
+        assert np.mean(within) >= 0.9, name
 
 
 @pytest.mark.heavy

@@ -233,9 +233,9 @@ _TITLE_LINE = 0.145  # height of a line of a title, inches
 def maps_show(body: str = "coated body") -> str:
     """What maps of the traction on this body show, without the last full stop."""
     return (
-        f"Magnitude $|q|$ (colour) and direction (arrows, where it is above {draw.LEAST_ARROW:.0%} of its largest) of "
-        f"the traction on the {body}. Rolling towards $+x$: the leading edge is at $+x$. In each panel: area of slip "
-        "over area of contact"
+        f"Magnitude $|q|$ (colour) and direction (arrows, where it is above {100 * draw.LEAST_ARROW:g} % of "
+        f"its largest) of the traction on the {body}. Rolling towards $+x$: the leading edge is at $+x$. In each "
+        "panel: area of slip over area of contact"
     )
 
 
