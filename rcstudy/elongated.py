@@ -40,6 +40,8 @@ _ROUND, _LONGEST = 2.0, 13.0
 # slip in less than 7 tenths of their area 94, 95, 92 and 92 in 100 forces along y, moments, powers and slip areas are
 # held, at most 3.5 bars off; 80, 81, 82, 88 and 7.7 without it. Of 599 others of unlike bodies and layers, of either
 # coupling, 96, 95, 97 and 95; 92, 89, 95 and 93.)
+# dx/b counts up to `_MOST`: errors are not larger than the friction force.
+_MOST = 4.0
 _LONG = {"force_y": 0.08, "moment_z": 0.04, "friction_power": 0.065, "slip_area": 0.1}
 _WIDE = {"force_y": 0.05, "moment_z": 0.3}
 _OF_MOMENT = 0.5  # power, over that of the moment on the spin, of contacts long along y
@@ -101,7 +103,7 @@ class Shape:
         """
         (a, b), (dx, dy), sticks = self.semi_axes, self.step, max(1.0 - slipping, 0.0)
         if a > b:
-            longer = (dx / b) ** 1.5 - (dx / a) ** 1.5
+            longer = max(min(dx / b, _MOST) ** 1.5 - (dx / a) ** 1.5, 0.0)
             sizes = {"force_y": 1.0, "moment_z": a, "friction_power": fastest}
             parts = {name: _LONG[name] * longer * sticks * size for name, size in sizes.items()}
             parts["slip_area"] = _LONG["slip_area"] * longer * math.sqrt(sticks)
@@ -114,7 +116,7 @@ class Shape:
     def of_length_first_order(self, slipping: float) -> dict[str, float]:
         """As `of_length`, with `kalker`."""
         (a, b), dx = self.semi_axes, self.step[0]
-        part = max(dx / b - dx / a, 0.0) * math.sqrt(max(1.0 - slipping, 0.0))
+        part = max(min(dx / b, _MOST) - dx / a, 0.0) * math.sqrt(max(1.0 - slipping, 0.0))
         return {"force_y": _LONG_KALKER["force_y"] * part, "moment_z": _LONG_KALKER["moment_z"] * part * a}
 
 

@@ -213,6 +213,9 @@ def test_estimate_of_what_long_cells_miss() -> None:
     assert long["force_x"] == 0.0
     assert parts(10.0, 10.0, 1.0, 0.3) == pytest.approx(dict.fromkeys(long, 0.0) | {"force_x": 0.05 * 0.3 * length})
     assert not any(parts(10.0, 50.0).values())  # as wide as long
+    assert parts(10.0, 0.5)["force_y"] == pytest.approx(
+        0.5 * 0.08 * (4.0**1.5 - 0.1**1.5)
+    )  # cells ten half widths long
     wide = parts(2.0, 50.0)  # 0.2 by 1 mm
     moment = 0.3 * 0.5 * (1.0 - 0.2) * 0.02**2
     known = {"force_y": 0.05 * 0.5 * 0.8 * 0.02**1.5, "moment_z": moment, "friction_power": 0.5 * 0.02 * moment}
