@@ -418,13 +418,13 @@ class _Case:
     def add_length(self, bars: dict[str, float]) -> None:
         """Add, in quadrature, what is missed in contacts that are long one way (`elongated.py`)."""
         force = min(self.scales["force_x"], few.sticking_force(self.scene, self.finest["contact_radius"]))
-        errors = self.shape.of_length_first_order(self.slipping)
-        if self.aligned:
-            errors = self.shape.of_length(self.slipping, self.creepage, self.fastest, self.hidden.turning)
+        if force == 0.0:
+            return
+        second_order = self.shape.of_length(self.slipping, self.creepage, self.fastest, self.hidden.turning)
+        errors = second_order if self.aligned else self.shape.of_length_first_order(self.slipping)
         over_friction = self.finest["contact_area"] / (self.scene.friction * self.scene.load)
         for name in errors.keys() & bars.keys():
-            scale = force * (over_friction if name == "slip_area" else 1.0)
-            bars[name] = math.hypot(bars[name], errors[name] * scale)
+            bars[name] = math.hypot(bars[name], errors[name] * force * (over_friction if name == "slip_area" else 1.0))
 
     def balance_power(self, bars: dict[str, float]) -> None:
         """Bound the power of quasi-identical bodies by its balance: friction takes the power of the creepages.
