@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass
 
 from rcstudy.mechanics.normal import semi_axes_in_cells
-from rcstudy.mechanics.scene import Creepage, Scene
+from rcstudy.mechanics.scene import Scene
 
 # Errors of forces over their scale, times N^2, where all slips around a pole of spin in the middle of the contact.
 # 1/N^2 is no less than the length of cells over the semi-axis that way, times that over the other one up to
@@ -80,14 +80,23 @@ class Shape:
         (a, b), (x, y) = self.semi_axes, self.pole
         return math.hypot(x / a, y / b)
 
-    def at_pole(self, per_radius: float, slipping: float) -> tuple[float, float]:
+    @property
+    def per_radius(self) -> float:
+        """N, cells per radius.
+
+        The geometric mean of half the number of cells across the narrower side, in cells, and of the mean of both
+        sides. A long contact with as many cells along either side has the N of a round one on square cells.
+        """
+        return math.sqrt(min(self.along, self.across)) * (self.along * self.across) ** 0.25
+
+    def at_pole(self, slipping: float) -> tuple[float, float]:
         """Errors of forces over their scale around a pole of spin, by 1/N^2 and by what the length of cells adds to it.
 
-        `per_radius`: N; `slipping`: part of the contact.
+        `slipping`: part of the contact.
         """
         if self.away >= 1.0:
             return 0.0, 0.0
-        (a, b), (dx, dy), by_cells = self.semi_axes, self.step, per_radius**-2.0
+        (a, b), (dx, dy), by_cells = self.semi_axes, self.step, self.per_radius**-2.0
         turned = max(min(dx / b, _WITHIN_CELL) * dx / a, min(dy / a, _WITHIN_CELL) * dy / b)
         around = _AT_POLE * self.slips_at_pole(slipping) * math.sqrt(1.0 - self.away**2)
         return around * by_cells, around * max(turned - by_cells, 0.0)
@@ -96,10 +105,10 @@ class Shape:
         """How far the pole of spin is in slip, from 0 to 1, in a contact of which the part `slipping` slips."""
         return max(1.0 - (1.0 - slipping) / _AROUND_POLE, 0.0)
 
-    def of_length(self, slipping: float, creepage: Creepage, fastest: float, turning: float) -> dict[str, float]:
+    def of_length(self, slipping: float, spin: float, fastest: float, turning: float) -> dict[str, float]:
         """Errors with `aligned`, over the force, of forces (-), moment (mm), power (-); over the area of the slip area.
 
-        `slipping`: part of the contact; `fastest`: largest rigid slip (-); `turning`: see `Hidden`.
+        `slipping`: part of the contact; `spin` in rad/mm; `fastest`: largest rigid slip (-); `turning`: see `Hidden`.
         """
         (a, b), (dx, dy), sticks = self.semi_axes, self.step, max(1.0 - slipping, 0.0)
         if a > b:
@@ -111,7 +120,7 @@ class Shape:
         part = (1.0 - a / b) * sticks
         force = _WIDE["force_y"] * part * (dy / b) ** 1.5
         moment = _WIDE["moment_z"] * part * (dy / b) ** 2 * b
-        return {"force_y": force, "moment_z": moment, "friction_power": _OF_MOMENT * abs(creepage.spin) * moment}
+        return {"force_y": force, "moment_z": moment, "friction_power": _OF_MOMENT * abs(spin) * moment}
 
     def of_length_first_order(self, slipping: float) -> dict[str, float]:
         """As `of_length`, with `kalker`."""
@@ -120,9 +129,9 @@ class Shape:
         return {"force_y": _LONG_KALKER["force_y"] * part, "moment_z": _LONG_KALKER["moment_z"] * part * a}
 
 
-def shape(scene: Scene, per_radius: float) -> Shape:
-    """The shape of a contact of N = `per_radius` cells per radius, if it is as long over wide as Hertz's."""
+def shape(scene: Scene, cells: float) -> Shape:
+    """The shape of a contact of `cells` cells, if it is as long over wide as Hertz's."""
     along, across = semi_axes_in_cells(scene)
-    mean, root = per_radius * min(along / across, across / along) ** -0.25, math.sqrt(along / across)
+    mean, root = math.sqrt(cells / math.pi), math.sqrt(along / across)
     pole = scene.creepage.pole if scene.creepage else (math.inf, math.inf)
     return Shape(mean * root, mean / root, scene.mesh.spacing, pole)

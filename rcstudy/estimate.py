@@ -31,7 +31,6 @@ from functools import cached_property
 from rcstudy import elongated, few, pressed, pulled
 from rcstudy.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.hidden import Hidden
-from rcstudy.mechanics.normal import semi_axes_in_cells
 from rcstudy.mechanics.scene import Creepage, Scene
 
 # With fewer cells per radius and only one coarser mesh the estimate by meshes is too small, as that mesh, of three to
@@ -131,16 +130,6 @@ _BEYOND, _BEYOND_ALIKE = 2.8, 1.0
 _IN_STRIP = 0.03
 
 
-def _cells_per_radius(scene: Scene, cells: int) -> float:
-    """N, cells per radius of a contact of `cells` cells as long as Hertz's is.
-
-    The geometric mean of half the number of cells across its narrower side, in cells, and of the mean of both sides. A
-    long contact with as many cells along either side has the N of a round one on square cells.
-    """
-    along, across = semi_axes_in_cells(scene)
-    return math.sqrt(cells / math.pi) * min(along / across, across / along) ** 0.25
-
-
 def error_estimates(
     scene: Scene,
     cells: int,
@@ -152,7 +141,7 @@ def error_estimates(
     `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact;
     `hidden`: errors that differences between the meshes do not show.
     """
-    case = _Case(scene, levels[0], hidden or Hidden(), _cells_per_radius(scene, cells))
+    case = _Case(scene, levels[0], hidden or Hidden(), elongated.shape(scene, cells))
     fits = (ALIGNED if scene.moves_by_pressure else ALIKE) if case.aligned else FITS
     if scene.is_coupled:
         fits = fits | COUPLED[scene.discretisation]
@@ -189,12 +178,13 @@ def error_estimates(
 class _Case:
     """One solution: scalars on its own mesh (`finest`), hidden errors, and the scales of its errors.
 
-    `per_radius`: N (`_cells_per_radius`). Methods with an argument `bars` (error bars by the names of the scalars)
-    change it in place.
+    `shape`: that of the contact. Methods with an argument `bars` (error bars by the names of the scalars) change it in
+    place.
     """
 
-    def __init__(self, scene: Scene, finest: dict[str, float], hidden: Hidden, per_radius: float) -> None:
-        self.scene, self.finest, self.hidden, self.per_radius = scene, finest, hidden, per_radius
+    def __init__(self, scene: Scene, finest: dict[str, float], hidden: Hidden, shape: elongated.Shape) -> None:
+        self.scene, self.finest, self.hidden = scene, finest, hidden
+        self.shape, self.per_radius = shape, shape.per_radius  # N
         self.aligned = scene.discretisation == "aligned"
         force = scene.friction * scene.load
         if "traction_max" in finest:  # tractions far below the bound limit forces more than mu P does
@@ -230,11 +220,6 @@ class _Case:
         Largest pressures are m + 1 times the mean ones. m is 1 and 2 on thin compressible and incompressible films.
         """
         return max(self.finest["pressure_max"] * self.finest["contact_area"] / self.scene.load - 1.5, 0.0)
-
-    @cached_property
-    def shape(self) -> elongated.Shape:
-        """The shape of the contact."""
-        return elongated.shape(self.scene, self.per_radius)
 
     @cached_property
     def of_small_creepage(self) -> float:
@@ -404,7 +389,7 @@ class _Case:
         shape, spin = self.shape, abs(self.creepage.spin)
         if shape.away >= 1.0 or "force_x" not in bars:
             return
-        by_cells, by_length = shape.at_pole(self.per_radius, self.slipping)
+        by_cells, by_length = shape.at_pole(self.slipping)
         by_cells = 0.0 if few_cells or not self.aligned else by_cells
         of_moment = (by_cells + by_length) * elongated.OFF_POLE * self.scales["moment_z"]
         if self.aligned:  # the power is that of the moment about the pole
@@ -420,8 +405,10 @@ class _Case:
         force = min(self.scales["force_x"], few.sticking_force(self.scene, self.finest["contact_radius"]))
         if force == 0.0:
             return
-        second_order = self.shape.of_length(self.slipping, self.creepage, self.fastest, self.hidden.turning)
-        errors = second_order if self.aligned else self.shape.of_length_first_order(self.slipping)
+        if self.aligned:
+            errors = self.shape.of_length(self.slipping, self.creepage.spin, self.fastest, self.hidden.turning)
+        else:
+            errors = self.shape.of_length_first_order(self.slipping)
         over_friction = self.finest["contact_area"] / (self.scene.friction * self.scene.load)
         for name in errors.keys() & bars.keys():
             bars[name] = math.hypot(bars[name], errors[name] * force * (over_friction if name == "slip_area" else 1.0))

@@ -65,7 +65,8 @@ def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
     out = Path(out)
     make_folder(out)
     cases = paper_cases(found)
-    others = [grid for name, grid in found.items() if name not in paper_grids(found)]
+    papers = paper_grids(found)
+    others = [grid for name, grid in found.items() if name not in papers]
     paths: list[Path] = []
     if cases:
         maps = select(cases, MAPS)

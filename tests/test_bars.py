@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, hertz_of, solved, steel, window
 
-from rcstudy.estimate import _cells_per_radius, error_estimates
+from rcstudy.elongated import shape
+from rcstudy.estimate import error_estimates
 from rcstudy.fits import ALIGNED, ALIKE, FITS, Fit
 from rcstudy.hidden import Hidden, close_to_border, least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
@@ -791,10 +792,10 @@ def test_bars_of_forces_under_a_rigid_ball_with_next_to_no_friction() -> None:
 def test_cells_per_radius(sides: tuple[float, float], part: float) -> None:
     """Half as many on cells 16 times as long as wide; on cells as long as their contact all of them."""
     scene = steel(Mesh((24.0 * sides[0], 24.0 * sides[1]), (24, 24)))
-    assert _cells_per_radius(scene, 314) == pytest.approx(part * (314 / np.pi) ** 0.5, rel=1e-12)
+    assert shape(scene, 314).per_radius == pytest.approx(part * (314 / np.pi) ** 0.5, rel=1e-12)
     ax, ay = hertz_of((10.0, 200.0)).a
     longer = steel(Mesh((24.0 * sides[0] * ax, 24.0 * sides[1] * ay), (24, 24)), radius=(10.0, 200.0))
-    assert _cells_per_radius(longer, 314) == pytest.approx(part * (314 / np.pi) ** 0.5, rel=1e-6)
+    assert shape(longer, 314).per_radius == pytest.approx(part * (314 / np.pi) ** 0.5, rel=1e-6)
 
 
 def test_bars_of_forces_across_and_moments_fall_with_the_creepages() -> None:

@@ -190,10 +190,10 @@ def test_the_pole_of_long_contacts_is_in_them_as_far_as_they_reach() -> None:
     for x, y in ((0.8 * a, 0.0), (0.0, 0.8 * b), (0.48 * a, 0.64 * b)):
         creepage = Creepage(0.1 * y, -0.1 * x, 0.1)
         assert creepage.pole == pytest.approx((x, y))
-        found = shape(steel(mesh, radius=(5.0, 200.0), creepage=creepage), 8.0)
+        found = shape(steel(mesh, radius=(5.0, 200.0), creepage=creepage), 64 * math.pi)
         assert found.away == pytest.approx(0.8)
         assert found.semi_axes == pytest.approx((a, b))
-    assert shape(steel(mesh, radius=(5.0, 200.0), creepage=Creepage(0.01)), 8.0).at_pole(8.0, 1.0) == (0.0, 0.0)
+    assert shape(steel(mesh, radius=(5.0, 200.0), creepage=Creepage(0.01)), 64 * math.pi).at_pole(1.0) == (0.0, 0.0)
 
 
 def test_estimate_of_what_long_cells_miss() -> None:
@@ -202,7 +202,7 @@ def test_estimate_of_what_long_cells_miss() -> None:
     step = (0.1, 0.02)
 
     def parts(along: float, across: float, slipping: float = 0.5, turning: float = 0.0) -> dict[str, float]:
-        return Shape(along, across, step, creepage.pole).of_length(slipping, creepage, 0.006, turning)
+        return Shape(along, across, step, creepage.pole).of_length(slipping, creepage.spin, 0.006, turning)
 
     long, a, b = parts(10.0, 10.0), 1.0, 0.2
     length = (0.1 / b) ** 1.5 - (0.1 / a) ** 1.5
@@ -213,9 +213,8 @@ def test_estimate_of_what_long_cells_miss() -> None:
     assert long["force_x"] == 0.0
     assert parts(10.0, 10.0, 1.0, 0.3) == pytest.approx(dict.fromkeys(long, 0.0) | {"force_x": 0.05 * 0.3 * length})
     assert not any(parts(10.0, 50.0).values())  # as wide as long
-    assert parts(10.0, 0.5)["force_y"] == pytest.approx(
-        0.5 * 0.08 * (4.0**1.5 - 0.1**1.5)
-    )  # cells ten half widths long
+    most = 4.0**1.5 - (0.1 / a) ** 1.5  # of cells ten half widths long, too
+    assert parts(10.0, 0.5)["force_y"] == pytest.approx(0.5 * most * 0.08)
     wide = parts(2.0, 50.0)  # 0.2 by 1 mm
     moment = 0.3 * 0.5 * (1.0 - 0.2) * 0.02**2
     known = {"force_y": 0.05 * 0.5 * 0.8 * 0.02**1.5, "moment_z": moment, "friction_power": 0.5 * 0.02 * moment}

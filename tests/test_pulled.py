@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from contacts import MIDDLING, solved, steel
 
-from rcstudy.estimate import _cells_per_radius, error_estimates
+from rcstudy.elongated import shape
+from rcstudy.estimate import error_estimates
 from rcstudy.hidden import Hidden
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
 from rcstudy.pulled import at_edges, of_peaks
@@ -71,7 +72,7 @@ def test_what_is_added_to_the_bars(discretisation: Any, sticks: bool) -> None:
     aligned = discretisation == "aligned"
     factors = of_peaks(0.9, aligned=aligned) if sticks else {}
     slipping = levels[0]["slip_area"] / levels[0]["contact_area"]
-    parts = at_edges(0.9, _cells_per_radius(scene, 314), slipping) if aligned else {}
+    parts = at_edges(0.9, shape(scene, 314).per_radius, slipping) if aligned else {}
     scales = levels[0] | {"force_x": scene.friction * scene.load}
     for name in ("pressure_max", "approach", "contact_area", "contact_radius", "force_x"):
         expected = factors.get(name, 1.0) * plain[f"{name}_error"] + parts.get(name, 0.0) * scales[name]

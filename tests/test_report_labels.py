@@ -660,6 +660,7 @@ def test_small_numbers_in_captions_have_a_power_of_ten(tmp_path: Path) -> None:
     ("values", "least", "most", "whole"),
     [
         ((1.0, 2.0), 2, 3, True),
+        ((0.1011, 0.2022, 0.3033), 2, 4, False),
         ((0.0001011, 0.0002022, 0.0003033), 2, 4, False),
         ((0.1, 0.2, 0.3), 2, 99, False),
         (tuple(np.linspace(0.0001, 0.003, 15)), 4, 6, False),  # long numbers, but not those of the ticks

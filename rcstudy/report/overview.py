@@ -315,9 +315,10 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     if not geometric(values):
         whole = bool(np.all(values == np.round(values)))
         if values.size and (whole or _long(values)):
-            five, three = (MaxNLocator(bins, steps=[1, 2, 5, 10], integer=whole) for bins in (5, 3))
+            some = MaxNLocator(4 if _long(values) else 5, steps=[1, 2, 5, 10], integer=whole)
+            few = MaxNLocator(3, steps=[1, 2, 5, 10], integer=whole)
             # the ticks' own numbers decide: those of a range in equal steps are long where the ticks' are not
-            ax.xaxis.set_major_locator(three if _long(five.tick_values(values[0], values[-1])) else five)
+            ax.xaxis.set_major_locator(few if _long(some.tick_values(values[0], values[-1])) else some)
         return
     ax.set_xscale("log")
     log_ticks(ax.xaxis, (values[0], values[-1]))
