@@ -75,7 +75,8 @@ _KEPT = (  # variables copied from the cube of solutions to the cube of errors
 )
 _NEEDED = (CASE_KEY, *_KEPT, "pressure", "traction_x", "traction_y")  # required in the cube of solutions
 _ERRORS = "accuracy.nc"
-_REPEAT_SECONDS, _REPEATS = 0.2, 9  # a case is solved repeatedly until one of these limits is reached
+_SECONDS, _REPEATS = 0.2, 9  # a case is solved repeatedly until one of these limits is reached
+_IN_TURN = 16  # cases solved in turns
 
 
 @dataclass
@@ -165,26 +166,29 @@ def margin_of(case: Case, study: Study) -> float | None:
 def timed(scenes: Sequence[Scene]) -> Iterator[Result]:
     """Yield the result of each scene solved by itself; `solve_seconds` is the processor time of its fastest solve.
 
-    Short solves are repeated. Nothing is kept between solves except what depends on array lengths only: FFT plans and
-    the kernels of the Hankel transforms, which take 3 to 5 ms in the first layered solve of a process. Every time is
-    therefore that of a whole solve, influence coefficients and pressure included. Processor time is measured because
-    other programs hardly affect it.
+    Short solves are repeated, in turns with those of the scenes beside it: what slows a machine down lasts longer than
+    such a solve, and repeats in a row would all be slow. Nothing is kept between solves except what depends on array
+    lengths only: FFT plans and the kernels of the Hankel transforms, which take 3 to 5 ms in the first layered solve of
+    a process. Every time is therefore that of a whole solve, influence coefficients and pressure included. It is
+    processor time, in which waiting for other programs does not count.
     """
     from rcstudy.mechanics.contact import forget_influence
     from rcstudy.solve import solve_scene
 
-    for scene in scenes:
-        fastest, spent, repeats = np.inf, 0.0, 0
-        result = Result(Status.ERROR)
+    for first in range(0, len(scenes), _IN_TURN):
+        turn = scenes[first : first + _IN_TURN]
+        results = [Result(Status.ERROR)] * len(turn)
+        seconds: list[list[float]] = [[] for _ in turn]  # of all solves of a scene
         # the first solution of its kind on a machine compiles some of the code: it is not the only one
-        while repeats < 2 or (spent < _REPEAT_SECONDS and repeats < _REPEATS):
-            forget_influence()
-            begun = time.process_time()
-            result = solve_scene(scene)
-            seconds = time.process_time() - begun
-            fastest, spent, repeats = min(fastest, seconds), spent + seconds, repeats + 1
-        result.scalars["solve_seconds"] = fastest
-        yield result
+        while again := [k for k, s in enumerate(seconds) if len(s) < 2 or (sum(s) < _SECONDS and len(s) < _REPEATS)]:
+            for k in again:
+                forget_influence()
+                begun = time.process_time()
+                results[k] = solve_scene(turn[k])
+                seconds[k].append(time.process_time() - begun)
+        for result, of_solves in zip(results, seconds, strict=True):
+            result.scalars["solve_seconds"] = min(of_solves)
+            yield result
 
 
 def run(
@@ -229,7 +233,7 @@ def run(
 
 
 def _solved(study: Study, out: Path, progress: Progress | None) -> Path:
-    """Path of the cube of solutions of `study` in the folder `out`, its scenes solved one by one by `timed`."""
+    """Path of the cube of solutions of `study` in the folder `out`, its scenes solved by `timed`."""
     from rcstudy import sweep
     from rcstudy.store import units_folder
     from rcstudy.units import unit_paths

@@ -469,6 +469,29 @@ def test_of_several_solves_the_fastest_time_counts(monkeypatch):
     assert result.scalars["solve_seconds"] == pytest.approx(0.02)
 
 
+def test_a_slow_spell_of_the_machine_makes_no_case_slow(monkeypatch):
+    """Of four cases that are solved in turns each has a solve outside a spell of eight slow ones."""
+    monkeypatch.setattr(import_module("rcstudy.solve"), "solve_scene", lambda scene: Result(Status.SOLVED))
+    seconds = [0.02] * 12 + [0.06] * 8 + [0.02] * 100
+    clock = iter([t for duration in seconds for t in (0.0, duration)])
+    monkeypatch.setattr(accuracy.time, "process_time", lambda: next(clock))
+    scenes = [Scene(STEEL, (50.0, 50.0), load, Mesh((1.0, 1.0), (16, 16))) for load in (10.0, 20.0, 30.0, 40.0)]
+    assert [result.scalars["solve_seconds"] for result in accuracy.timed(scenes)] == [0.02] * 4
+
+
+def test_results_come_in_the_order_of_their_scenes(monkeypatch):
+    """Whatever the number of scenes, those in turns and the rest after them."""
+
+    def solve(scene):
+        return Result(Status.SOLVED, scalars={"load": scene.load})
+
+    monkeypatch.setattr(import_module("rcstudy.solve"), "solve_scene", solve)
+    loads = [float(k) for k in range(1, 2 * accuracy._IN_TURN + 4)]
+    scenes = [Scene(STEEL, (50.0, 50.0), load, Mesh((1.0, 1.0), (16, 16))) for load in loads]
+    assert [result.scalars["load"] for result in accuracy.timed(scenes)] == loads
+    assert list(accuracy.timed([])) == []
+
+
 def entry(scene, **values):
     """A case of which nothing is known but its scene and scalars."""
     return accuracy.Entry(SimpleNamespace(scene=scene), None, values)
