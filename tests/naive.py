@@ -26,7 +26,7 @@ Field = Callable[[float, float], float]
 
 
 def half_space_green(material: Material, x: float, y: float) -> list[float]:
-    """Surface displacements at x, y by unit forces at the origin: Johnson (1985), Eqs 3.18, 3.19, 3.75, 3.76."""
+    """Surface displacements at x, y by unit forces at the origin: Johnson (1985), Eqs 3.18, 3.75."""
     nu = material.nu
     front = 1.0 / (2.0 * math.pi * material.G)
     r = math.hypot(x, y)

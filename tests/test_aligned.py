@@ -236,6 +236,25 @@ def test_operator_and_displacements_agree_where_the_contact_fills_the_window():
     np.testing.assert_allclose(slips, expected, atol=1e-12 * np.abs(slips).max())
 
 
+@pytest.mark.parametrize("across", [(14.3, 14.3), (9.0, 19.0)])
+@pytest.mark.parametrize("layers", [(), (Layer(50000.0, 0.4, 0.02),)])
+@pytest.mark.parametrize("moved", [False, True])
+def test_diagonal_of_the_slip_operator(moved: bool, layers: tuple[Layer, ...], across: tuple[float, float]):
+    """Slip of a cell by its own unit traction, the less of those along x and y; also on moved rows."""
+    scene = replace(steel(window((hertz_of().a[0],) * 2, across), creepage=SLOPING), layers=layers)
+    normal = solve_normal(scene)
+    contact = AlignedContact(normal) if moved else normal
+    cells = contact.cells_of_operator
+    system = NewtonSystem(contact.operator, cells, contact.pressure, np.zeros((len(cells), 2)))
+    for k in (0, len(cells) // 2, len(cells) - 1):
+        own = []
+        for component in (0, 1):
+            q = np.zeros((len(cells), 2))
+            q[k, component] = 1.0
+            own.append(system.slips(q)[k, component])
+        assert contact.operator.diagonal == pytest.approx(min(own), rel=1e-9)
+
+
 def test_slip_across_tractions_of_leading_cells():
     """By the product of the edge's normal's components; none without Poisson's ratio, none in other cells."""
     a = hertz_of().a[0]

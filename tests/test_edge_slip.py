@@ -152,7 +152,7 @@ def test_forces_as_on_finer_cells(name: str, monkeypatch: pytest.MonkeyPatch) ->
     waves = np.geomspace(0.1, 1e3, 60)
     largest = np.abs(waves * responses(waves)[1]).max()
     at = edge_slip.wave_numbers(1.0)
-    part = edge_slip.exaggeration(responses(at)[:3], 1.0, shift_of(responses, 1.0), EDGE)
+    part = edge_slip.exaggeration(responses(at)[:3], 1.0, shift_of(responses, 1.0))
     assert (coarse - fine) / of_first == pytest.approx(part, abs=0.007 * largest)
 
 
@@ -170,7 +170,7 @@ def test_the_shift_of_the_tractions_edge_counts_in_part(name: str, monkeypatch: 
     found = []
     for shifted in (1e-9, edge_slip._SHIFTED, 1e9):
         monkeypatch.setattr(edge_slip, "_SHIFTED", shifted)
-        found.append(edge_slip.exaggeration(responses_of(name)(at)[:3], 1.0, shift, EDGE))
+        found.append(edge_slip.exaggeration(responses_of(name)(at)[:3], 1.0, shift))
     assert min(found[::2]) < found[1] < max(found[::2])
 
 
@@ -178,20 +178,20 @@ def test_thick_layers_are_half_spaces() -> None:
     """Of layers many cells thick the part is that of a half-space, and without layers it is so exactly."""
     spacing = 0.02, 0.02
     alone = Influence(STEEL, (), None, spacing, 1.0)
-    assert alone.exaggerated_slip(EDGE) == edge_slip.OF_HALF_SPACE * alone.slip_under_pressure
+    assert alone.exaggerated_slip == edge_slip.OF_HALF_SPACE * alone.slip_under_pressure
     for E in (0.2, 5.0):
         thick = Influence(STEEL, (Layer(E * STEEL.E, 0.3, 4.0),), None, spacing, 1.0)
-        part = thick.exaggerated_slip(EDGE) / (edge_slip.OF_HALF_SPACE * thick.slip_under_pressure)
+        part = thick.exaggerated_slip / (edge_slip.OF_HALF_SPACE * thick.slip_under_pressure)
         assert part == pytest.approx(1.0, abs=0.06)
 
 
 def test_does_not_depend_on_units() -> None:
     """Ten times larger cells and layers, and moduli a hundred times as large: the slip is as much smaller."""
     layers = (Layer(0.1 * STEEL.E, 0.4, 0.01), Layer(3.0 * STEEL.E, 0.25, 0.02))
-    own = Influence(STEEL, layers, None, (0.02, 0.02), 1.0).exaggerated_slip(EDGE)
+    own = Influence(STEEL, layers, None, (0.02, 0.02), 1.0).exaggerated_slip
     larger = tuple(Layer(100.0 * layer.E, layer.nu, 10.0 * layer.thickness) for layer in layers)
     stiff = replace(STEEL, E=100.0 * STEEL.E)
-    assert 100.0 * Influence(stiff, larger, None, (0.2, 0.2), 10.0).exaggerated_slip(EDGE) == pytest.approx(
+    assert 100.0 * Influence(stiff, larger, None, (0.2, 0.2), 10.0).exaggerated_slip == pytest.approx(
         own, rel=1e-9, abs=0.0
     )
 

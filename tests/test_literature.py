@@ -40,7 +40,7 @@ OF_TURNS = {"Panagiotopoulos 1975", "Anderson 1965", "Walker and Ni 2011"}
         (replace(ROLLING, method="paper-cg"), {"Kalker 1990"}),
         (replace(ROLLING, discretisation="aligned"), OF_NEWTON | OF_ALIGNED),
         (replace(ROLLING, coupling="full"), OF_NEWTON),  # bodies alike: tractions do not act on the pressure
-        (replace(ROLLING, coupling="full", counterbody=None), OF_NEWTON | {"Alart and Curnier 1991"}),
+        (replace(ROLLING, coupling="full", counterbody=None), OF_NEWTON | OF_TURNS | {"Alart and Curnier 1991"}),
         # a stiff skin on a soft layer, both softer than the substrate
         (replace(PRESSURE, layers=(SOFT, replace(SOFT, E=70.0))), OF_STIFF),
         (

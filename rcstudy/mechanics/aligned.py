@@ -44,9 +44,10 @@ from rcstudy.mechanics.convolution import (
 from rcstudy.mechanics.cusps import SlipZone
 from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.edges import Outline
+from rcstudy.mechanics.half_line import EDGE
 from rcstudy.mechanics.kernels import row_cells
 from rcstudy.mechanics.local_slip import by_pressure_at_centres, local_slip
-from rcstudy.mechanics.moved_rows import EDGE, MovedRows
+from rcstudy.mechanics.moved_rows import MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SlipOperator
@@ -132,7 +133,7 @@ class AlignedContact(NormalContact):
 
     def corrected_at_leading_edge(self, s: np.ndarray) -> np.ndarray:
         """Slips `s` [m, 2] due to pressure, reduced in the leading cells (`edge_slip.py`); `s` is changed in place."""
-        part = self.influence.exaggerated_slip(EDGE)
+        part = self.influence.exaggerated_slip
         row_cells.correct_leading_cells(self.rows.normals, self.rows.index, self.pressure, part, s)
         return s
 
@@ -140,7 +141,7 @@ class AlignedContact(NormalContact):
     def _exaggerated(self) -> float:
         """What `corrected_at_leading_edge` takes off, over the slip that the pressure there causes on the spot."""
         on_the_spot = self.influence.slip_under_pressure
-        return self.influence.exaggerated_slip(EDGE) / on_the_spot if on_the_spot != 0.0 else 0.0
+        return self.influence.exaggerated_slip / on_the_spot if on_the_spot != 0.0 else 0.0
 
     @cached_property
     def _cross_slip_terms(self) -> tuple[np.ndarray, np.ndarray]:

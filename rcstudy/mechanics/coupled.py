@@ -71,7 +71,6 @@ _TURN = 0.3  # tolerance of a turn, over the error of the last one
 _FAR = 1.0  # normal residual of the first guess beyond which Newton's method is not started from it
 _GAIN = 0.4  # ratio of the errors of successive turns, above which Newton's method takes over
 _PATIENCE = 2  # Newton steps without a gain of a tenth before steps are shortened (plates need it)
-_MAX_STEPS = 100  # GMRES steps of one linear system
 _WEIGHT = 3.0  # of gaps against slips; values of 0.3 to 10 change the number of products by less than a tenth
 _LEAST = 1e-6  # least bound of a cell that has just come into contact, over the largest
 _START = 0.1  # tolerance of the frictionless pressure from which the coarsest mesh starts
@@ -239,7 +238,7 @@ class CoupledSystem:
         residual = np.empty(3 * m)
         np.multiply(self.closing, -self.unit, out=residual[:m])
         tractions.newton_residual(self.s, self.q, *f.rows, friction * self.p, f.unit, residual[m:])
-        change, _ = gmres(self.apply, residual, alternating(self.precondition), forcing, _MAX_STEPS)
+        change, _ = gmres(self.apply, residual, alternating(self.precondition), forcing)
         p, q, stress = self.p.copy(), self.q.copy(), np.empty_like(self.stress)
         coupled.move_contact(change, f.slip, f.normal, friction, f.unit, self.total, p, q)
         coupled.scatter_contact(p, q, self.cells, stress)

@@ -22,9 +22,9 @@ side only, pressure and weights without cells have the Laplace transforms
 
     p = z^(-3/2)/G+(z),    w = z^(-1/2)/T+(z),    f = s p,    int f w dx = 1/pi Re int_0^inf f(i k) w(-i k) dk.
 
-On the cells of `moved_rows.py` pressures are means over cells, the first of which lies theta behind the far-field edge
-and carries what is ahead of it. Slips are differences of displacements half a cell ahead of them, so that all waves
-k_n = k + 2 pi n that look alike add up: with sinc = sin(k_n/2)/(k_n/2) and `convolution.point_factor`
+On the cells of `moved_rows.py` pressures are means over cells, the first of which lies `half_line.EDGE` behind the
+far-field edge and carries what is ahead of it. Slips are differences of displacements half a cell ahead of them, so
+that all waves k_n = k + 2 pi n that look alike add up: with sinc = sin(k_n/2)/(k_n/2) and `convolution.point_factor`
 
     t_d = point_factor sum_n (-1)^n sgn(k_n) t(k_n) sinc^2,    s_d = point_factor sum_n (-1)^n s(k_n) sinc^2,
 
@@ -49,7 +49,7 @@ from functools import cache
 import numpy as np
 
 from rcstudy.mechanics.convolution import sharpening
-from rcstudy.mechanics.half_line import alike
+from rcstudy.mechanics.half_line import EDGE, alike
 
 OF_HALF_SPACE = 0.0264
 """The part between half-spaces, over the slip per unit pressure on the spot (its digits: `tests/test_aligned.py`)."""
@@ -100,25 +100,25 @@ def wave_numbers(spacing: float) -> np.ndarray:
     return _WAVES / spacing
 
 
-def exaggeration(responses: np.ndarray, spacing: float, shift: float, theta: float) -> float:
+def exaggeration(responses: np.ndarray, spacing: float, shift: float) -> float:
     """Slip (1/MPa) to be subtracted in leading cells, per unit of their pressure: `part` of the module's description.
 
     `responses` [3, n] (mm/MPa): of u_z to pressure, u_x to pressure and u_x to tractions, both bodies together, at the
-    `wave_numbers` of cells of length `spacing` (mm); `shift`: distance of the far-field edge behind the actual one, and
-    `theta`: of the leading cell's centre behind the far-field edge (cells).
+    `wave_numbers` of cells of length `spacing` (mm); `shift`: distance of the far-field edge behind the actual one
+    (cells). The leading cell's centre lies `half_line.EDGE` behind the former.
     """
     response = _WAVES / spacing * responses
-    missed = OF_HALF_SPACE - _of_half_space(theta)
-    return _part(response, shift, theta) + missed * float(response[1, _AS_CELLS])
+    missed = OF_HALF_SPACE - _of_half_space()
+    return _part(response, shift) + missed * float(response[1, _AS_CELLS])
 
 
 @cache
-def _of_half_space(theta: float) -> float:
+def _of_half_space() -> float:
     """`OF_HALF_SPACE` by the quadrature used here, which misses some of it; cells are as in `exaggeration`."""
-    return _part(np.ones((3, _WAVES.size)), 0.0, theta)
+    return _part(np.ones((3, _WAVES.size)), 0.0)
 
 
-def _part(response: np.ndarray, shift: float, theta: float) -> float:
+def _part(response: np.ndarray, shift: float) -> float:
     """`exaggeration`, from the responses [3, n] (1/MPa) to waves of `_WAVES`, times their wave numbers."""
     (g, s, t), alike = response[:, :_N], response[:, _N:].reshape(3, *_ALIKE.shape)
     phase = _PHASE @ np.log(g)
@@ -126,11 +126,11 @@ def _part(response: np.ndarray, shift: float, theta: float) -> float:
     weights = _ROOT * _one_sided(t)
     without_cells = (s * pressure * weights.conj()).real @ _OF_K
 
-    means, first = _means_over_cells(pressure, phase, alike[0] / g[0], theta + shift)
+    means, first = _means_over_cells(pressure, phase, alike[0] / g[0], EDGE + shift)
     s = _on_cells(s, (_SLIPS * alike[1]).sum(axis=1))
     t = np.maximum(_on_cells(t, (_TRACTIONS * alike[2]).sum(axis=1)), _LEAST * t)
     first_weight = math.exp(-float(_AT_ZERO @ np.log(t / t[0]))) / math.sqrt(t[0])
-    weights = _shifted_back(_OF_POINTS * _one_sided(t), weights, theta + shift - 0.5)
+    weights = _shifted_back(_OF_POINTS * _one_sided(t), weights, EDGE + shift - 0.5)
     with_cells = (s * _HALF_A_CELL * means * weights.conj()).real @ _OF_CIRCLE
     return float((with_cells - without_cells) / (math.pi * first_weight * first))
 

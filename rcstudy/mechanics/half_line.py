@@ -56,6 +56,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+EDGE = 0.7480
+"""theta: distance (cells) from a leading cell's centre to the edge where stick begins for cells (`moved_rows.py`)."""
+
 OWN = 8
 """Terms of the sum A(t) to either side, and the place of the wave itself; others change the edge by less than 1e-4."""
 

@@ -71,7 +71,9 @@ def _interval_weights() -> np.ndarray:
     points, weights = np.polynomial.legendre.leggauss(4)  # exact to degree 7
     x = nodes[:7, None] + 0.5 * (1.0 + points)
     lagrange = [np.prod([(x - m) / (k - m) for m in nodes if m != k], axis=0) for k in nodes]
-    return np.stack([values @ (0.5 * weights) for values in lagrange], axis=1)
+    result = np.stack([values @ (0.5 * weights) for values in lagrange], axis=1)
+    result.setflags(write=False)
+    return result
 
 
 def running_integral(values: np.ndarray, step: float) -> np.ndarray:

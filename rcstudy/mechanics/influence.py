@@ -176,10 +176,11 @@ class Influence:
             return OF_NO_LAYERS
         return self._known(("border", side), lambda: for_tractions(self._of_half_lines(side)[2]))
 
-    def exaggerated_slip(self, theta: float) -> float:
+    @property
+    def exaggerated_slip(self) -> float:
         """Slip by pressure that aligned cells exaggerate in leading cells, per unit of their pressure (1/MPa).
 
-        `theta`: distance from a leading cell's centre to the edge (in cells); see `edge_slip.py`.
+        See `edge_slip.py`.
         """
         if not self.layered:
             return edge_slip.OF_HALF_SPACE * self.slip_under_pressure
@@ -187,9 +188,9 @@ class Influence:
 
         def made() -> float:
             shift = self.half_line(dx).shift - HALF_SPACE.shift
-            return edge_slip.exaggeration(self._responses(edge_slip.wave_numbers(dx))[:3], dx, shift, theta)
+            return edge_slip.exaggeration(self._responses(edge_slip.wave_numbers(dx))[:3], dx, shift)
 
-        return self._known(("exaggerated slip", theta), made)
+        return self._known("exaggerated slip", made)
 
     def _of_half_lines(self, side: float) -> np.ndarray:
         """`_responses` [4, n], made once for both half-lines of cells of length `side` (mm)."""
@@ -347,7 +348,7 @@ class Influence:
         return out
 
     def _with_half_spaces(self, layer_part: np.ndarray) -> np.ndarray:
-        """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, 3.76, integrated) plus `layer_part` [6, nx, ny].
+        """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, integrated) plus `layer_part` [6, nx, ny].
 
         Only cells not yet known are computed.
         """
@@ -386,5 +387,7 @@ def layer_integrals(tables: RadialTables, spacing: tuple[float, float], have: tu
 @lru_cache(maxsize=8)
 def _gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Legendre nodes and weights on [-1/2, 1/2]."""
-    nodes, weights = np.polynomial.legendre.leggauss(points)
-    return 0.5 * nodes, 0.5 * weights
+    nodes, weights = 0.5 * np.array(np.polynomial.legendre.leggauss(points))
+    nodes.setflags(write=False)
+    weights.setflags(write=False)
+    return nodes, weights

@@ -13,6 +13,7 @@ from rcstudy.mechanics.kernels import gmres as kernel
 Product = Callable[[np.ndarray, np.ndarray], None]
 
 _FIRST_STEPS = 16  # steps allocated at first: most systems take fewer, and allocating 100 costs more than a step
+_MAX_STEPS = 100  # of one linear system
 _WORKSPACE_BYTES = 64 * 2**20  # of all kept: enough for one solve on 512 x 512 cells, many on smaller meshes
 
 
@@ -62,7 +63,7 @@ def gmres(
     b: np.ndarray,
     precondition: Product,
     relative: float,
-    max_steps: int,
+    max_steps: int = _MAX_STEPS,
     extra: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solution x [n] of A x = b by flexible GMRES (Saad 1993) from x = 0, and extra products with x [extra].

@@ -55,7 +55,7 @@ def response_difference(substrate: Material, layers: tuple[Layer, ...], alpha: n
 def half_space_response(material: Material) -> np.ndarray:
     """alpha times (a, b, c, d) of a homogeneous half-space (1/MPa): four constants [4].
 
-    a = c = (1 - nu)/G, b = (1 - 2nu)/(2G), d = 1/G (Johnson 1985, section 3.2, transformed).
+    a = c = (1 - nu)/G, b = (1 - 2nu)/(2G), d = 1/G (Johnson 1985, sections 3.2 and 3.6, transformed).
     """
     nu, g = material.nu, material.G
     return np.array([(1.0 - nu) / g, (1.0 - 2.0 * nu) / (2.0 * g), (1.0 - nu) / g, 1.0 / g])

@@ -24,11 +24,6 @@ class Parts:
     aligned: bool
     newton: bool
 
-    @property
-    def in_turn(self) -> bool:
-        """Whether pressure and tractions may be solved for in turn, until they agree."""
-        return self.coupled and (self.aligned or self.stiffened)
-
 
 @dataclass(frozen=True)
 class Publication:
@@ -181,20 +176,20 @@ PUBLICATIONS = (
         "Panagiotopoulos 1975",
         "P. D. Panagiotopoulos, A nonlinear programming approach to the unilateral contact-, and friction-boundary"
         " value problem in the theory of elasticity. Ingenieur-Archiv 44, 421-432 (1975)",
-        "solving for one with the other held, in turn, with `aligned` or under stiff layers",
-        lambda need: need.in_turn,
+        "solving for one with the other held, in turn: with `aligned`, to fit windows, and if Newton's method fails",
+        lambda need: need.coupled,
     ),
     Publication(
         "Anderson 1965",
         "D. G. Anderson, Iterative procedures for nonlinear integral equations. Journal of the ACM 12, 547-560 (1965)",
         "how these turns converge",
-        lambda need: need.in_turn,
+        lambda need: need.coupled,
     ),
     Publication(
         "Walker and Ni 2011",
         "H. F. Walker, P. Ni, Anderson acceleration for fixed-point iterations. SIAM Journal on Numerical Analysis 49,"
         " 1715-1735 (2011)",
         "the same",
-        lambda need: need.in_turn,
+        lambda need: need.coupled,
     ),
 )

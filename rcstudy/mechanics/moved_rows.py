@@ -27,11 +27,8 @@ import numpy as np
 
 from rcstudy.mechanics.convolution import Box
 from rcstudy.mechanics.edges import Outline
-from rcstudy.mechanics.half_line import HALF_SPACE
+from rcstudy.mechanics.half_line import EDGE, HALF_SPACE
 from rcstudy.mechanics.kernels import row_cells, row_fields, rows
-
-EDGE = 0.7480
-"""theta: distance, in cells, from the leading cell's centre to the edge at which the contact begins for the cells."""
 
 TIE = 1e-3
 """In cells: a position this close to the middle between two cells counts as a tie.

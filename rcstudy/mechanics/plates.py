@@ -39,8 +39,8 @@ def missing_at_rim(p: np.ndarray, layers: Sequence[Layer], substrate: Material, 
     if thickness == 0.0:
         return 0.0
     carrying = p > 0.0
-    behind = carrying & _all_around(carrying)
-    second = behind & ~_all_around(behind)
+    behind = carrying & all_around(carrying)
+    second = behind & ~all_around(behind)
     rim = carrying & ~behind
     if not second.any():
         return 0.0
@@ -64,7 +64,7 @@ def beyond_rim(p: np.ndarray) -> float:
     inside = p > 0.0
     largest = []
     for _ in range(4):
-        within = _all_around(inside)
+        within = all_around(inside)
         largest.append(float(p[inside & ~within].max(initial=0.0)))
         inside = within
     third, fourth = largest[2:]
@@ -87,7 +87,7 @@ def skin(layers: Sequence[Layer], substrate: Material, side: float) -> float:
     return total / weights if weights > 0.0 else 0.0
 
 
-def _all_around(flags: np.ndarray) -> np.ndarray:
+def all_around(flags: np.ndarray) -> np.ndarray:
     """Flags [nx, ny] of cells whose four neighbours are flagged; false in the outermost cells, which have fewer."""
     within = np.zeros_like(flags)
     within[1:-1, 1:-1] = flags[2:, 1:-1] & flags[:-2, 1:-1] & flags[1:-1, 2:] & flags[1:-1, :-2]

@@ -28,6 +28,7 @@ import numpy as np
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.patience import Patience
+from rcstudy.mechanics.plates import all_around
 
 _MAX_SETS = 40  # sets of cells in contact that are tried
 _MAX_STEPS = 60  # of conjugate gradients on one set
@@ -153,8 +154,7 @@ class _Rim:
     """
 
     def __init__(self, operator: NormalOperator, inside: np.ndarray) -> None:
-        ringed = np.pad(inside, 1)
-        self.interior = inside & ringed[2:, 1:-1] & ringed[:-2, 1:-1] & ringed[1:-1, 2:] & ringed[1:-1, :-2]
+        self.interior = inside & all_around(inside)
         self._cells = np.argwhere(inside & ~self.interior)
         self.at = self._cells[:, 0], self._cells[:, 1]
         count = len(self._cells)

@@ -30,9 +30,9 @@ The linear systems are solved by GMRES. Its preconditioner has two parts, both o
    tridiagonal matrix along each row; without that there are a tenth to a third more products.
 
 Part 1 takes the displacement ahead of the leading edge for zero, which costs products on fine meshes. Flexible GMRES
-allows another preconditioner in each step. On boxes of about 30 cells along x and more every second one is therefore
-exact at the leading edge (`slip_operator.from_leading_edge`). The number of products then hardly depends on the mesh:
-23, 21, 23 and 23 in the median of the paper's cases on 64, 128, 256 and 512 cells.
+allows another preconditioner in each step. In contacts of 28 cells along x and more (`aligned`: 26) every second one is
+therefore exact at the leading edge (`slip_operator.from_leading_edge`). The number of products then hardly depends on
+the mesh: 23, 21, 23 and 23 in the median of the paper's cases on 64, 128, 256 and 512 cells.
 """
 
 from __future__ import annotations
@@ -54,7 +54,6 @@ from rcstudy.mechanics.stopping import traction_residual
 
 _MAX_NEWTON = 100  # of 6000 aligned contacts with spin 99 % took 35 steps or fewer, the slowest 66
 _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shortened
-_MAX_STEPS = 100  # of one linear system
 _SETTLED = 1e-4  # error of tractions by the frozen correction of slip, over the sum of bounds, that needs no other look
 UNSETTLED = 1e-2
 """Largest error of tractions by the frozen correction of slip, over the sum of bounds, of a solution."""
@@ -265,7 +264,7 @@ class NewtonSystem:
         """
         residual = np.empty(q.size)
         tractions.newton_residual(self.lawful, q, *self.rows, self.bound, self.unit, residual)
-        change, slips = gmres(self.apply, residual, alternating(self.precondition), forcing, _MAX_STEPS, q.size)
+        change, slips = gmres(self.apply, residual, alternating(self.precondition), forcing, extra=q.size)
         after = np.empty(q.shape)
         tractions.add_step(q, change, self.slip, self.normal, self.unit, after)
         return after, s + slips.reshape(s.shape)

@@ -56,8 +56,9 @@ class SlipOperator:
         # the torus can be larger than the padded shape where the box is a single cell wide
         quadrant = influence.around((max(padded[0], torus[0]), max(padded[1], torus[1])), ahead=1)
         coefficients = traction_quadrants(quadrant)
-        # diagonal of B: (A(0) - A(1))/dx
-        self.diagonal = min(float(quadrant[c, 0, 0] - quadrant[c, 1, 0]) / spacing[0] for c in (1, 2))
+        # of own row: (A(0) - A(1))/dx, with A sharpened along x by (-1, 14, -1)/12 as by `point_factor`
+        difference_of_row = (5.0 / 4.0, -4.0 / 3.0, 1.0 / 12.0) if sharp else (1.0, -1.0, 0.0)
+        self.diagonal = min(float(quadrant[c, :3, 0] @ difference_of_row) / spacing[0] for c in (1, 2))
         # displacements by tractions, in units of dx
         self.symbol = real_symbols(coefficients, padded, x_first=sharp) / spacing[0]
         self.plan: Transform

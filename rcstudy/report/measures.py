@@ -77,7 +77,7 @@ def tangential_force(case: CaseView) -> float:
 
 
 def tangential_force_error(case: CaseView) -> float:
-    """The largest change of `tangential_force` by the estimated errors of both components, N."""
+    """Upper limit of the change of `tangential_force` by the estimated errors of both components, N."""
     return float(np.hypot(case.number("force_x_error"), case.number("force_y_error")))
 
 
