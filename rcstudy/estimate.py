@@ -399,6 +399,10 @@ class _Case:
             scale = self.scales["force_x"] * arm
             bars[name] = math.hypot(bars[name] + by_cells * scale, by_length * scale)
         bars["moment_z"] += of_moment
+        if self.aligned and not few_cells:
+            of_area, of_moment = shape.of_island(self.slipping)
+            bars["slip_area"] = math.hypot(bars["slip_area"], of_area * self.finest["contact_area"])
+            bars["moment_z"] += of_moment * self.scales["moment_z"] * self.scene.moves_by_pressure
 
     def add_length(self, bars: dict[str, float]) -> None:
         """Add, in quadrature, what is missed in contacts that are long one way (`elongated.py`)."""

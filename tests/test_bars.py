@@ -195,13 +195,13 @@ def test_nothing_makes_what_is_none_by_symmetry_uncertain() -> None:
 
 @pytest.mark.heavy
 def test_forces_that_are_none_by_symmetry_on_unsettled_slip() -> None:
-    """Directions that do not settle leave some, which was 53 times the error bar."""
-    mesh = Mesh((0.2727652513510823, 0.012065577596375582), (57, 126))
+    """Directions that do not settle leave some, 91 times what the tolerance does."""
+    mesh = Mesh((0.2727652513510823, 0.012065577596375582), (42, 130))
     body = Material(1e5, 0.5)
-    scene = Scene(body, (50.0, 0.3643496887317197), 0.4468645572002693, mesh, counterbody=None, friction=0.3)
-    scene = replace(scene, discretisation="aligned", creepage=Creepage(spin=0.06818518416816649))
+    scene = Scene(body, (50.0, 0.3643496887317197), 0.43294664099926505, mesh, friction=0.3079643558316496)
+    scene = replace(scene, discretisation="aligned", creepage=Creepage(spin=0.050326117927040365))
     found = solved(replace(scene, tolerance=Tolerance(1e-7, 1e-7))).scalars
-    none = 1e-7 * 0.3 * scene.load
+    none = 1e-7 * scene.friction * scene.load
     assert 20.0 * none < abs(found["force_x"]) < found["force_x_error"] < 2000.0 * none
 
 
