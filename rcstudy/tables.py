@@ -5,7 +5,7 @@ Entry: :func:`make_tables`. Every table is written as CSV, Markdown and LaTeX.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from rcstudy.publish import make_folder
 from rcstudy.report import measures
 from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.layers import layers_text, thickness_text
-from rcstudy.report.listed import listed_settings
+from rcstudy.report.listed import CREEPAGES, listed_numbers, listed_settings
 from rcstudy.report.paper import MAPS, PaperCase, paper_cases, paper_grids, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
@@ -22,7 +22,6 @@ from rcstudy.report.statements import comparisons_table, statements_table
 from rcstudy.report.views import CaseView, GridView, creepage_text, grids
 from rcstudy.report.writers import write_table
 from rcstudy.result import ESTIMATED
-from rcstudy.settings import unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,9 +32,9 @@ def _measured(key: str, title: str, latex: str = "", *, form: str) -> Column:
     return Column(key, title, latex, form, error=f"{key}_error")
 
 
+_WORDS = (Column("layers", "Layers"), Column("creepage", "Creepage"))
+
 RESULTS = (
-    Column("layers", "Layers"),
-    Column("creepage", "Creepage"),
     Column("status", "Status"),
     _measured("contact_radius_mm", "Contact radius (mm)", form=".4f"),
     _measured("approach_mm", "Approach (mm)", form=".6f"),
@@ -50,14 +49,14 @@ RESULTS = (
     Column("proof_worst", "Worst proof", form=".1e", digits=2),  # more differ between processors
     Column("proof_name", "Which proof"),
 )
-"""Columns of results after those that name the case; lengths in mm, stresses in MPa, forces in N."""
+"""Columns of results after those that describe the case; lengths in mm, stresses in MPa, forces in N."""
 
 
 def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
     """Write the tables of an opened cube into the folder `out` (made if need be); returns the files written.
 
-    Any cube: `results` (one row per case, with the settings in which listed cases differ), `solver` (its work and
-    proofs, one row per case) and `solver_summary` (one row per grid). With grids of the paper also `table_1`, `table_2`
+    Any cube: `results` (one row per case, with the settings in which cases differ), `solver` (its work and proofs, one
+    row per case) and `solver_summary` (one row per grid). With grids of the paper also `table_1`, `table_2`
     (from the cube's coordinates), `statements` (what the paper says of its results, judged by the cube's) and
     `statements_comparisons` (every comparison behind them). UserError if the cube has no grid.
     """
@@ -109,12 +108,7 @@ def creepage_table(cases: Sequence[PaperCase]) -> Table:
 
     A letter that has different creepages in different figures gets a row for each, with the figures named.
     """
-    columns = (
-        Column("panels", "Figure"),
-        Column("longitudinal", "xi_x", r"$\xi_x$"),
-        Column("lateral", "xi_y", r"$\xi_y$"),
-        Column("spin_rad_per_mm", f"phi ({unit_of('spin')})", rf"$\varphi$ ({unit_of('spin')})"),
-    )
+    columns = (Column("panels", "Figure"), *CREEPAGES)
     panels: dict[tuple[float, float, float], dict[str, set[int]]] = {}
     for c in cases:
         panels.setdefault(c.creepage, {}).setdefault(c.panel, set()).add(c.figure)
@@ -136,27 +130,36 @@ def creepage_table(cases: Sequence[PaperCase]) -> Table:
     return "Creepage parameters (the paper's Table 2, rebuilt from the cube's coordinates).", columns, rows
 
 
-def panel_table(cases: Iterable[PaperCase]) -> Table:
-    """Results per case of the paper, named by figure and panel."""
-    columns = (Column("figure", "Figure", names=True), Column("panel", "Panel", names=True), *RESULTS)
-    rows = [{"figure": c.figure, "panel": c.panel, **results_row(c.view)} for c in cases]
-    return f"Results per panel of the paper's figures. {RESULTS_NOTE}", columns, rows
+def panel_table(cases: Sequence[PaperCase]) -> Table:
+    """Results per case of the paper, named by figure and panel; the other columns are those of `case_table`."""
+    names = (Column("figure", "Figure", names=True), Column("panel", "Panel", names=True))
+    columns, rows = _described([c.view for c in cases])
+    rows = [{"figure": c.figure, "panel": c.panel, **row} for c, row in zip(cases, rows, strict=True)]
+    return f"Results per panel of the paper's figures. {RESULTS_NOTE}", (*names, *columns), rows
 
 
 def case_table(found: Sequence[GridView]) -> Table:
-    """Results per case of any grid, named by the grid's axes, with the settings in which cases of a list differ."""
-    settings, values = listed_settings(found)
-    columns = (Column("grid", "Grid", names=True), Column("case", "Case", names=True), *settings, *RESULTS)
+    """Results per case of any grid, named by the grid's axes, with the settings in which the cases differ.
+
+    Creepages and axes are in the CSV as numbers, too.
+    """
+    names = (Column("grid", "Grid", names=True), Column("case", "Case", names=True))
     cases = [case for grid in found for case in grid.cases()]
-    rows = [
-        {"grid": case.grid.name, "case": case.label, **own, **results_row(case)}
-        for case, own in zip(cases, values, strict=True)
-    ]
+    columns, rows = _described(cases)
+    rows = [{"grid": case.grid.name, "case": case.label, **row} for case, row in zip(cases, rows, strict=True)]
     # what the note says of a coated body, and of several layers, is only true of studies that have them
     most = max((len(case.layers) for case in cases), default=0)
     note = RESULTS_NOTE if most else RESULTS_NOTE.replace("the coated body", "the substrate")
     order = "layer 1 is at the surface; " if most > 1 else ""
-    return f"Results per case. {order}{note}", columns, rows
+    return f"Results per case. {order}{note}", (*names, *columns), rows
+
+
+def _described(cases: Sequence[CaseView]) -> tuple[Sequence[Column], list[dict[str, Value]]]:
+    """Columns and rows of what each case is, in which settings it differs from others, and of its results."""
+    settings, differing = listed_settings(cases)
+    numbers, given = listed_numbers(cases)
+    rows = [{**own, **along, **results_row(case)} for case, own, along in zip(cases, differing, given, strict=True)]
+    return (*settings, *_WORDS, *numbers, *RESULTS), rows
 
 
 RESULTS_NOTE = (
@@ -167,7 +170,7 @@ RESULTS_NOTE = (
 
 
 def results_row(case: CaseView) -> Mapping[str, Value]:
-    """The columns RESULTS of one case; NaN (written empty) where it was not solved."""
+    """What a case is in words, and the columns RESULTS of it; NaN (written empty) where it was not solved."""
     proof, proof_name = measures.worst_proof(case)
     layers = layers_text(case)
     return {

@@ -609,7 +609,9 @@ def test_unsolved_cases_have_no_numbers_in_tables_and_decide_nothing(failing: xr
     rows = read(tmp_path / "results.csv")
     (row,) = [r for r in rows if (r["figure"], r["panel"]) == ("7", "b")]
     assert row["status"] == "not converged: made up not to converge"
-    assert all(not row[k] for k in row if k[-3:] in ("_mm", "_N", "MPa", "tio", "rst"))
+    given = {"spin_rad_per_mm": "0", "thickness_mm": "", "modulus_MPa": "105000"}  # of the case, not of its result
+    assert {k: row[k] for k in given} == given
+    assert all(not row[k] for k in row.keys() - given if k[-3:] in ("_mm", "_N", "MPa", "tio", "rst"))
     assert sum(r["status"] == "solved" for r in rows) == len(rows) - len(UNSOLVED)
     comparisons = [r for r in read(tmp_path / "statements_comparisons.csv") if "7b:" in r["cases"]]
     assert comparisons and all(r["holds"].startswith("undecided") for r in comparisons)
@@ -865,6 +867,9 @@ def test_results_are_those_of_the_fields(tree: xr.DataTree, tables: Path) -> Non
     assert {k: float(row[k]) for k in expected} == pytest.approx(expected, rel=1e-8)
     assert (row["proof_name"], row["layers"]) == ("proof_gap", "E1 = 2 E2 = 4 Es, 0.5 a")
     assert row["creepage"] == "xi_x = 0.002, xi_y = 0.001, phi = 0.01 rad/mm"
+    given = ["longitudinal", "lateral", "spin_rad_per_mm", "layer_count", "thickness_mm", "modulus_MPa"]
+    assert [row[k] for k in given] == ["0.002", "0.001", "0.01", "", "", "420000"]
+    assert list(row)[2:11] == ["layers", "creepage", *given, "status"]
 
 
 LISTED = """\
@@ -889,7 +894,7 @@ grids:
 
 
 def test_results_have_the_settings_in_which_listed_cases_differ(tmp_path: Path) -> None:
-    """Of the other grids, too, where the study or the cube says; labels of their cases have the rest."""
+    """Of all grids, where the study or the cube says."""
     run(load_text(tmp_path, LISTED), tmp_path / "s.nc", workers=1, solve=made_up)
     with open_cube(tmp_path / "s.nc") as tree:
         make_tables(tree, tmp_path)
@@ -897,6 +902,7 @@ def test_results_have_the_settings_in_which_listed_cases_differ(tmp_path: Path) 
     keys = list(rows[0])
     assert keys[2 : keys.index("layers")] == [
         "load_N",
+        "friction",
         "radius_mm",
         "counterbody_E_MPa",
         "counterbody_nu",
@@ -905,18 +911,19 @@ def test_results_have_the_settings_in_which_listed_cases_differ(tmp_path: Path) 
         "tolerance_tangential",
     ]
     assert [list(row.values())[1 : keys.index("layers")] for row in rows] == [
-        ["E=0.5 Es, cells=16 x 16", "100", "50 x 80", "0.5 Es", "0.2", "2 x 2", "16 x 16", "1e-07"],
-        ["E=0.5 Es, cells=18 x 20", "100", "50 x 80", "0.5 Es", "0.2", "2 x 2", "18 x 20", "1e-07"],
-        ["E=70000, cells=16 x 16", "100", "50 x 80", "70000", "0.2", "2 x 2", "16 x 16", "1e-07"],
-        ["E=70000, cells=18 x 20", "100", "50 x 80", "70000", "0.2", "2 x 2", "18 x 20", "1e-07"],
-        ["counterbody=rigid", "100", "50 x 80", "rigid", "", "2 x 2", "16 x 16", "1e-07"],
-        ["counterbody=steel", "100", "50 x 80", "210000", "0.28", "2 x 2", "16 x 16", "1e-07"],
-        ["plain", "100", "50 x 80", "rigid", "", "2 x 2", "16 x 16", "1e-07"],
-        ["7", "12345.678", "50 x 80", "420000", "0.25", "12 a x 14", "18 x 16", "1e-07"],
-        ["fit", "100", "40", "rigid", "", "auto, margin 1.25", "16 x 16", "0.001"],
+        ["E=0.5 Es, cells=16 x 16", "100", "1", "50 x 80", "105000", "0.2", "2 x 2", "16 x 16", "1e-07"],
+        ["E=0.5 Es, cells=18 x 20", "100", "1", "50 x 80", "105000", "0.2", "2 x 2", "18 x 20", "1e-07"],
+        ["E=70000, cells=16 x 16", "100", "1", "50 x 80", "70000", "0.2", "2 x 2", "16 x 16", "1e-07"],
+        ["E=70000, cells=18 x 20", "100", "1", "50 x 80", "70000", "0.2", "2 x 2", "18 x 20", "1e-07"],
+        ["counterbody=rigid", "100", "1", "50 x 80", "rigid", "", "2 x 2", "16 x 16", "1e-07"],
+        ["counterbody=steel", "100", "1", "50 x 80", "210000", "0.28", "2 x 2", "16 x 16", "1e-07"],
+        ["plain", "100", "0.3", "50 x 80", "rigid", "", "2 x 2", "16 x 16", "1e-07"],
+        ["7", "12345.678", "0.3", "50 x 80", "420000", "0.25", "12 a x 14", "18 x 16", "1e-07"],
+        ["fit", "100", "0.3", "40", "rigid", "", "auto, margin 1.25", "16 x 16", "0.001"],
     ]
     markdown = (tmp_path / "results.md").read_text()
-    assert "| Case | Load (N) | Radius (mm) | Counterbody E (MPa) |" in markdown and "| 7 | 12345.678 |" in markdown
+    assert "| Case | Load (N) | Friction | Radius (mm) | Counterbody E (MPa) |" in markdown
+    assert "| 7 | 12345.678 |" in markdown
 
 
 def test_three_forms_of_a_table_have_the_same_rows(tables: Path) -> None:
@@ -936,7 +943,8 @@ def test_three_forms_of_a_table_have_the_same_rows(tables: Path) -> None:
             (in_part,) = {line.count(" & ") + 1 for line in lines_}
             columns += in_part - len(names)
         errors = sum(key.endswith("_error") and key.removesuffix("_error") in rows[0] for key in rows[0])
-        assert columns == len(rows[0]) - errors
+        numbers = {"longitudinal", "lateral", "spin_rad_per_mm", "layer_count", "thickness_mm", "modulus_MPa"}
+        assert columns == len(rows[0]) - errors - (len(numbers & set(rows[0])) if path.stem == "results" else 0)
 
 
 def test_writer_escapes_and_rounds(tmp_path: Path) -> None:

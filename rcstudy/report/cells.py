@@ -20,6 +20,7 @@ class Column:
     share of the text's width; `latex` is the title in LaTeX (default: `title`, escaped). `error` is the key of the
     estimated error of the numbers: a column of its own in the CSV, behind a ± elsewhere. `names`: the column identifies
     the row, and is repeated in each part of a table that LaTeX sets in parts. `digits`: significant digits in the CSV.
+    `csv_only`: the column is for programs, and left out elsewhere.
     """
 
     key: str
@@ -30,6 +31,7 @@ class Column:
     error: str = ""
     names: bool = False
     digits: int = 9
+    csv_only: bool = False
 
 
 Table = tuple[str, Sequence[Column], list[dict[str, Value]]]

@@ -1,4 +1,4 @@
-"""Columns for the settings in which the cases of a list differ, besides layers and creepages.
+"""Columns for the settings in which the listed cases differ, besides layers and creepages, and for numbers of axes.
 
 Loads and friction come from the cube, settings that it does not store for every case from the text of its study; those
 are left empty if that is not understood.
@@ -7,15 +7,23 @@ are left empty if that is not understood.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 
 from rcstudy.grids import default_label, labelled_scenes
-from rcstudy.quantities import number_text
+from rcstudy.quantities import as_quantity, number_text
 from rcstudy.report.cells import Column, Value
 from rcstudy.report.views import CaseView, GridView
+from rcstudy.settings import unit_of
 from rcstudy.spec import SceneSpec
+
+CREEPAGES = (
+    Column("longitudinal", "xi_x", r"$\xi_x$"),
+    Column("lateral", "xi_y", r"$\xi_y$"),
+    Column("spin_rad_per_mm", f"phi ({unit_of('spin')})", rf"$\varphi$ ({unit_of('spin')})"),
+)
+"""Columns of the numbers of a case's `creepage`."""
 
 _STORED = (
     Column("load_N", "Load (N)", form=".12g", digits=12),
@@ -34,11 +42,11 @@ class _Setting:
 
 def _counterbody_modulus(scene: SceneSpec) -> str:
     other = scene.counterbody
-    return "rigid" if other is None else number_text(other.E.resolve(scene.substrate.E))
+    return "rigid" if other is None else str(other.E)
 
 
 def _window(scene: SceneSpec) -> str:
-    return default_label(scene.mesh.size, 0) if scene.mesh.size else f"auto, margin {number_text(scene.mesh.margin)}"
+    return default_label(scene.mesh.size, 0) if scene.mesh.size else _FITTED
 
 
 _SETTINGS = (
@@ -74,45 +82,121 @@ _SETTINGS = (
 )
 
 
-def listed_settings(found: Sequence[GridView]) -> tuple[list[Column], list[dict[str, Value]]]:
-    """Columns of the settings that differ within a list of cases, and their values in each case of all grids."""
-    if not any("case" in grid.axes for grid in found):
-        return [], [{}] * sum(math.prod(grid.shape) for grid in found)
-    rows: list[dict[str, Value]] = []
-    differ: set[str] = set()
-    for grid in found:
-        own = list(_rows(grid))
-        rows += own
-        if "case" in grid.axes:
-            differ |= {key for key in own[0] if len({row[key] for row in own}) > 1}
-    columns = [c for c in (*_STORED, *(setting.column for setting in _SETTINGS)) if c.key in differ]
+_FITTED = "auto"
+_MARGIN = _Setting("mesh.margin", Column("margin", "Margin"), lambda s: number_text(s.mesh.margin))
+
+_PATHS = {
+    "load": _STORED[0],
+    "friction": _STORED[1],
+    **{setting.path: setting.column for setting in _SETTINGS},
+}
+"""Columns of settings, by the dotted paths of these."""
+
+
+def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[str, Value]]]:
+    """Columns of the settings in which these cases differ, of whatever grids they are, and the values of each case.
+
+    Lengths are in mm, moduli in MPa, also those that the study gives over Es; windows are given in words. Settings that
+    do not differ have a column in the CSV alone if their numbers are an axis.
+    """
+    found = {id(case.grid): case.grid for case in cases}
+    readers = {key: _reader(grid) for key, grid in found.items()}
+    rows = [readers[id(case.grid)](case) for case in cases]
+    # as text, since one NaN is no other; a setting that is not known of a case has no key
+    differ = {key for key in (c.key for c in _PATHS.values()) if len({str(row[key]) for row in rows if key in row}) > 1}
+    along = {column.key for path, column in _PATHS.items() if any(_is_axis(path, grid) for grid in found.values())}
+    columns = [c if c.key in differ else replace(c, csv_only=True) for c in _PATHS.values() if c.key in differ | along]
     return columns, rows
 
 
-def _rows(grid: GridView) -> Iterator[dict[str, Value]]:
-    """The settings of each case of a grid, by the keys of their columns."""
+def listed_numbers(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[str, Value]]]:
+    """Columns in the CSV alone of the cases' creepages, and of axes that are no column of `listed_settings`.
+
+    The values of each case are longitudinal and lateral creepage (-) and spin (rad/mm); thickness (mm), modulus (MPa;
+    of the layer next to the substrate) and Poisson's ratio of its layers, their number, and the margin of its window,
+    each if that is an axis of its grid. NaN (written empty) where a case has no creepage, no layers or no such axis.
+    """
+    axes = {axis for case in cases for axis in case.grid.axes}
+    columns = [*CREEPAGES, *(column for axis, (column, _) in _ALONG.items() if axis in axes)]
+    rows: list[dict[str, Value]] = []
+    for case in cases:
+        row: dict[str, Value] = dict(zip((c.key for c in CREEPAGES), case.creepage, strict=True))
+        rows.append(row | {c.key: read(case) for axis, (c, read) in _ALONG.items() if axis in case.grid.axes})
+    return [replace(column, csv_only=True, digits=12) for column in columns], rows
+
+
+# a coating's thickness and modulus are read from its layers: coordinates of axes may be over a or Es, or words
+_ALONG: dict[str, tuple[Column, Callable[[CaseView], float]]] = {
+    "layer_count": (Column("layer_count", "Layers"), lambda case: case.stored("layer_count")),
+    "thickness": (Column("thickness_mm", "Thickness (mm)"), lambda case: _next_to_substrate(case)[1]),
+    "modulus": (Column("modulus_MPa", "Modulus (MPa)"), lambda case: _next_to_substrate(case)[0]),
+    "layer_nu": (
+        Column("layer_nu", "Layer nu"),
+        lambda case: case.stored("layer_nu") if case.layers else math.nan,
+    ),
+    "margin": (_MARGIN.column, lambda case: case.stored("margin")),
+}
+"""Columns of axes that are no settings of `_PATHS`, and what a case has there."""
+
+
+def _next_to_substrate(case: CaseView) -> tuple[float, float]:
+    """Modulus (MPa) and thickness (mm) of the layer on the substrate; NaN without layers."""
+    return case.layers[-1] if case.layers else (math.nan, math.nan)
+
+
+def _is_axis(path: str, grid: GridView) -> bool:
+    """Whether an axis of the grid has the numbers of the setting at `path`."""
+    name = path.rpartition(".")[2]
+    return path in grid.starting[1] and name in grid.axes and grid.numeric(name)
+
+
+def _reader(grid: GridView) -> Callable[[CaseView], dict[str, Value]]:
+    """Gives the settings of a case of the grid by the keys of their columns, without those that are not known."""
     scene, varied = grid.starting
+    shared = {}
+    if scene is not None:
+        shared = {s.path: s.text(scene) for s in (*_SETTINGS, _MARGIN) if not varied & {s.path, _top(s.path)}}
 
     @cache
     def scenes(axis: str) -> Mapping[str, SceneSpec]:
         return labelled_scenes(grid.study_text, grid.name, axis, frozenset(map(str, grid.small(axis).values)))
 
-    def written(case: CaseView, setting: _Setting) -> str:
-        top, _, name = setting.path.rpartition(".")
-        at = dict(zip(grid.axes, case.index, strict=True))
-        axis = "case" if "case" in at else top
-        if scene is None:
-            return ""
-        if setting.path in varied and name in at:
-            return grid.written(name, at[name])
-        if not varied & {setting.path, top}:
-            return setting.text(scene)
-        own = scenes(axis).get(grid.written(axis, at[axis])) if axis in at else None
-        return setting.text(own) if own else ""
+    @cache
+    def written(setting: _Setting, axis: str, i: int) -> str | None:
+        """The value of a setting at `i` of the axis that sets it; None if that is not understood."""
+        if setting.path in varied and axis != "case":
+            return grid.written(axis, i)
+        own = scenes(axis).get(grid.written(axis, i))
+        return setting.text(own) if own else None
 
-    for case in grid.cases():
-        yield {
-            "load_N": case.stored("load"),
-            "friction": case.stored("friction"),
-            **{setting.column.key: written(case, setting) for setting in _SETTINGS},
-        }
+    def text(case: CaseView, setting: _Setting) -> str | None:
+        if scene is None or setting.path in shared:
+            return shared.get(setting.path)
+        at = dict(zip(grid.axes, case.index, strict=True))
+        name = setting.path.rpartition(".")[2]
+        axis = "case" if "case" in at else name if setting.path in varied else _top(setting.path)
+        return written(setting, axis, at[axis]) if axis in at else None
+
+    def row(case: CaseView) -> dict[str, Value]:
+        texts = {setting.column.key: text(case, setting) for setting in _SETTINGS}
+        # what is relative to other settings may differ where they do
+        texts["counterbody_E_MPa"] = _in_MPa(texts["counterbody_E_MPa"], texts["substrate_E_MPa"])
+        if texts["window_mm"] == _FITTED:
+            texts["window_mm"] = f"{_FITTED}, margin {text(case, _MARGIN)}"
+        known = {key: value for key, value in texts.items() if value is not None}
+        return {"load_N": case.stored("load"), "friction": case.stored("friction"), **known}
+
+    return row
+
+
+def _top(path: str) -> str:
+    """The path of the mapping that the setting at `path` is a key of; empty if it is none's."""
+    return path.rpartition(".")[0]
+
+
+def _in_MPa(modulus: str | None, es: str | None) -> str | None:
+    """A modulus in MPa, both as text, of one in MPa or over Es (MPa); other words as they are."""
+    quantity = as_quantity(modulus)
+    if quantity is None or not quantity.scale:
+        return modulus
+    return None if es is None else number_text(quantity.resolve(float(es)))

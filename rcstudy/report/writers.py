@@ -20,10 +20,11 @@ def write_table(
     Numbers have nine significant digits in the CSV, unless `Column.digits` says otherwise, their errors three, and
     numbers are 0 below a millionth of their error. Elsewhere they have the form `Column.form` or, if their error is
     known, as many decimals as two digits of the error take, whatever the size of the number. If these are more than
-    eight, a power of ten follows both: `(2.19400 ± 0.00060)e-06`.
+    eight, a power of ten follows both: `(2.19400 ± 0.00060)e-06`. Columns that are `csv_only` are in the CSV alone.
     Returns the three paths. UserError when a file cannot be written.
     """
-    texts = {"csv": None, "md": _markdown(caption, columns, rows), "tex": latex_table(stem, caption, columns, rows)}
+    shown = [c for c in columns if not c.csv_only]
+    texts = {"csv": None, "md": _markdown(caption, shown, rows), "tex": latex_table(stem, caption, shown, rows)}
     paths = []
     for kind, text in texts.items():
         path = out / f"{stem}.{kind}"
