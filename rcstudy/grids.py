@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import itertools
 import math
-import string
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from rcstudy.axis_labels import default_label
 from rcstudy.build import (
     BOTH_COATINGS,
     COATING_KEYS,
@@ -27,21 +27,24 @@ from rcstudy.build import (
     with_part,
 )
 from rcstudy.mechanics.scene import Scene
-from rcstudy.quantities import Quantity, number_text
+from rcstudy.quantities import Quantity
 from rcstudy.ranges import spread
 from rcstudy.settings import LENGTH
 from rcstudy.spec import (
     CoatingSpec,
     GridSpec,
     SceneSpec,
+    by_meaning,
+    known_keys,
     label_problem,
-    scene_of_case,
+    lacks,
+    refused,
+    report_missing,
     submodel,
     takes_relative,
     validate,
-    written_grid,
 )
-from rcstudy.yamltree import Node, Problems, child_path, find, merge, suggest, with_entry, without
+from rcstudy.yamltree import Node, Problems, child_path, closest, find, merge, suggest, with_entry, without
 
 MAX_AXES = 16  # of one grid: HDF5 allows 32 dimensions
 # errors in combinations of values that are valid one by one: how many of one grid are reported, and at most counted
@@ -134,13 +137,16 @@ class GridReader:
 
     def __init__(self, name: str, node: Node, shared: Node, problems: Problems) -> None:
         self.name, self.node, self.problems = name, node, problems
-        inside = node.value if node.is_mapping else {}
+        inside = by_meaning(GridSpec, node) if node.is_mapping else {}
         over = inside.get("scene")
         self.scene = merge(shared, over) if over is not None and over.is_mapping else shared
         self.coating: Node | None = inside.get("coating")
         self._beside_coating = self.coating is not None and over is not None and "layers" in (over.value or ())
         self.axes: Node | None = self._with_ranges(inside.get("axes"))
         self.cases: Node | None = inside.get("cases")
+        self.lacking: list[tuple[str | int, ...]] = []  # locations of what its scene lacks, and every case
+        self.trees = 0  # of scenes that were validated
+        self._lacks: dict[tuple[str | int, ...], list[Node]] = {}  # those that lack a key, by its location
         self._unsuitable: set[tuple[Any, ...]] = set()  # meshes that were reported, with the reason
 
     def _with_ranges(self, axes: Node | None) -> Node | None:
@@ -165,7 +171,7 @@ class GridReader:
         return len(self.cases.value) if self.cases is not None and self.cases.is_list else 0
 
     def read(self) -> GridPlan | None:
-        """The grid; None, with its errors among the problems, if it is not valid."""
+        """The grid; None if it is not valid, with its errors among the problems, `lacking` apart."""
         before = len(self.problems.found)
         spec = validate(GridSpec, self.node, self.problems)
         # also by themselves: settings that an axis overrides must be valid too
@@ -183,11 +189,26 @@ class GridReader:
             plan = self._product(spec)
         elif sound and self.cases is not None and self.cases.is_list and self.cases.value:
             plan = self._list(spec)
+        self._tell_lacks()
         return plan if len(self.problems.found) == before else None
+
+    def _tell_lacks(self) -> None:
+        """Report keys that scenes of the grid lack, but for those that its own scene lacks and no case gives."""
+        for location, trees in self._lacks.items():
+            if len(trees) == self.trees and lacks(self.scene, location):
+                self.lacking.append(location)
+                continue
+            # a mapping that several values of an axis are put into is one place
+            for tree in {find(tree, location).path: tree for tree in reversed(trees)}.values():
+                report_missing(SceneSpec, tree, location, self.problems)
 
     def _parts(self, scene: Node, coating: Node | None, *, both: bool = False) -> Parts | None:
         """Validated settings of one expanded tree. `both`: layers are given beside a coating, even if they are none."""
-        valid = validate(SceneSpec, scene, self.problems)
+        lacking: list[tuple[str | int, ...]] = []
+        valid = validate(SceneSpec, scene, self.problems, lacking=lacking)
+        self.trees += 1
+        for location in lacking:
+            self._lacks.setdefault(location, []).append(scene)
         coated = None
         if coating is not None:
             layers = scene.value.get("layers") if scene.is_mapping else None
@@ -208,12 +229,13 @@ class GridReader:
         seen: dict[str, Node] = {}
         labels: list[str] = []
         values: list[Parts] = []
-        for node in self.cases.value:
-            if not node.is_mapping:
-                self.problems.add(node, "a mapping of a label and scene keys")
+        for case in self.cases.value:
+            if not case.is_mapping:
+                self.problems.add(case, "a mapping of a label and scene keys")
                 continue
+            node = known_keys(case, self.problems)
             label = self._label(node, seen, required=True)
-            scene = merge(self.scene, scene_of_case(node, self.problems))
+            scene = merge(self.scene, without(node, ("label", "coating")))
             own, layers = node.value.get("coating"), node.value.get("layers")
             bare = layers is not None and layers.value == []  # without layers, whatever coating the grid has
             coating = own if self.coating is None else self.coating if own is None else merge(self.coating, own)
@@ -258,9 +280,11 @@ class GridReader:
     def _product(self, spec: GridSpec | None) -> GridPlan | None:
         assert self.axes is not None
         known: dict[str, Node] = {}
+        meant: dict[str, _Entry] = {}  # by unknown axes
         for path, node in self.axes.value.items():
             if path not in AXIS_PATHS:
                 self.problems.add(node.at_key(), suggest(path, AXIS_PATHS), value="unknown axis")
+                meant[closest(path, AXIS_PATHS)] = _Entry("", node, refused(node))
             elif not node.is_list or not node.value:
                 more = "" if path in _NO_RANGE else ", or {first, last, count, spacing}"
                 self.problems.add(node, f"a list of at least one value{more}")
@@ -269,7 +293,8 @@ class GridReader:
         for path in self._overlapping(known):
             del known[path]  # else its values, set by the other axis too, would be reported as equal to each other
         entries = {path: self._entries(path, node) for path, node in known.items()}
-        firsts = {path: found[0] for path, found in entries.items() if found}
+        firsts = {path: entry for path, entry in meant.items() if path and path not in known}
+        firsts |= {path: found[0] for path, found in entries.items() if found}
         base = self._expanded(firsts)
         axes = []
         for path, found in entries.items():
@@ -452,49 +477,3 @@ def _identity(value: Any, parts: Parts) -> str:
             return repr(value)
         return repr(Quantity(value.resolve(scene_hertz(scene).radius if value.scale == LENGTH else scene.substrate.E)))
     return repr(value)
-
-
-def default_label(value: Any, position: int) -> str:
-    """Label of the axis value at `position` that has none of its own: the value itself, or a letter."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, Quantity):
-        return str(value)
-    if isinstance(value, int | float):
-        return number_text(value)
-    if isinstance(value, tuple) and value and isinstance(value[0], int | float | Quantity):
-        one, other = (default_label(v, 0) for v in value)
-        return one if isinstance(value[0], float) and one == other else f"{one} x {other}"
-    return letters(position)
-
-
-def labelled_scenes(text: str, name: str, axis: str, labels: Collection[str]) -> dict[str, SceneSpec]:
-    """The scenes of grid `name` of the study `text` with the values of `axis` that have these `labels`, by label.
-
-    `axis`: a key of the scene whose values are labelled mappings or words, or `case` for a list of cases. All else is
-    as in the scene that the grid starts from. Values that are not found or not understood are left out.
-    """
-    written = written_grid(text, name)
-    if written is None:
-        return {}
-    start, grid = written
-    values = find(grid, ("cases",) if axis == "case" else ("axes", axis))
-    found = {}
-    for i, node in enumerate(values.value if values.is_list else ()):
-        own = node.value.get("label") if node.is_mapping else node
-        label = letters(i) if own is None else own.text
-        if label not in labels:
-            continue
-        value = without(node, ("label", "coating")) if node.is_mapping else node
-        scene = validate(
-            SceneSpec, merge(start, value) if axis == "case" else with_entry(start, (axis,), value), Problems()
-        )
-        if scene is not None:
-            found[label] = scene
-    return found
-
-
-def letters(position: int) -> str:
-    """a, b, ... z, aa, ab, ... for 0, 1, 2, ..."""
-    head, tail = divmod(position, 26)
-    return (letters(head - 1) if head else "") + string.ascii_lowercase[tail]

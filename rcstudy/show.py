@@ -14,7 +14,8 @@ from rcstudy.cube import case_dims, case_table, grids, unit_text, value_text
 from rcstudy.layout import LABEL, REFERENCES
 from rcstudy.progress import duration, not_solved
 from rcstudy.result import VARIABLES, Status
-from rcstudy.spec import SceneSpec, starting_scene
+from rcstudy.spec import SceneSpec
+from rcstudy.written import starting_scene
 
 _WIDTH = 110  # of a line of words
 _SHOWN_FAILURES = 10

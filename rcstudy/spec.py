@@ -7,18 +7,27 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import cache, lru_cache
+from functools import cache
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, StrictBool, ValidationError
 
-from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, Scene, Tolerance
 from rcstudy.quantities import Passing, Quantity, Relative, Whole, Words, above, between, refusal
 from rcstudy.result import VARIABLES
 from rcstudy.settings import LENGTH, MODULUS, unit_of
-from rcstudy.yamlfile import parse
-from rcstudy.yamltree import Node, Problems, child_path, find, from_python, merge, plain, suggest, with_entry, without
+from rcstudy.yamltree import (
+    REFUSED,
+    Node,
+    Problems,
+    child_path,
+    closest,
+    find,
+    plain,
+    suggest,
+    with_entry,
+    without,
+)
 
 MAX_LAYERS = 50
 MAX_CELLS = 4096
@@ -335,8 +344,19 @@ def takes_relative(model: type[Spec], location: Sequence[str]) -> bool:
 _OF_AXIS = re.compile(r"\.axes\.\w+\[\d+\]\.[^.]+$")  # path of a key in a value of an axis, which may have a label
 
 
-def validate(model: type[Model], node: Node, problems: Problems, *, partial: bool = False) -> Model | None:
-    """`node` as `model`; None, with every error in `problems`, if it is not. `partial`: missing keys are no error."""
+def validate(
+    model: type[Model],
+    node: Node,
+    problems: Problems,
+    *,
+    partial: bool = False,
+    lacking: list[tuple[str | int, ...]] | None = None,
+) -> Model | None:
+    """`node` as `model`; None, with every error in `problems`, if it is not. `partial`: missing keys are no error.
+
+    A key for which an unknown one stands, by its name, is not said to be missing, too. Where `lacking` is given, the
+    locations (keys and indices) of missing keys are added to it instead of being reported.
+    """
     if not node.is_mapping:
         problems.add(node, f"a mapping with keys {', '.join(keys_of(model))}")
         return None
@@ -344,17 +364,23 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
         return model.model_validate(plain(node))
     except ValidationError as error:
         found = error.errors(include_url=False, include_input=False)
+    unknown = {}
+    for location in (one["loc"] for one in found if one["type"] == "extra_forbidden"):
+        own = ("label",) if _OF_AXIS.search(find(node, location).path) else ()
+        unknown[location] = _unknown(_model_at(model, location)[0], str(location[-1]), own)
+    meant = {(*location[:-1], key) for location, (key, _) in unknown.items()}
     for one in found:
         location = one["loc"]
         at = find(node, location)
-        if one["type"] == "missing":
-            if not partial:
-                owner, key = _model_at(model, location)
-                problems.add(at.at_key(), allowed_at(owner, key), key=child_path(at.path, key), value="missing")
-        elif one["type"] == "extra_forbidden":
-            owner, _ = _model_at(model, location)
-            own = ("label",) if _OF_AXIS.search(at.path) else ()
-            problems.add(at.at_key(), _known_keys(owner, str(location[-1]), own), value="unknown key")
+        if location in unknown:
+            problems.add(at.at_key(), unknown[location][1], value="unknown key")
+        elif one["type"] == "missing":
+            if partial or location in meant:
+                continue
+            if lacking is None:
+                report_missing(model, node, location, problems)
+            else:
+                lacking.append(location)
         elif one["type"] == "allowed":
             problems.add(at, one["msg"] + _axis_hint(model, location, at))
         else:
@@ -366,28 +392,64 @@ def validate(model: type[Model], node: Node, problems: Problems, *, partial: boo
     return None
 
 
-def _known_keys(model: type[Spec], word: str, own: Sequence[str]) -> str:
-    """What is allowed instead of the key `word` of `model`, `own` besides."""
-    if model is SceneSpec and word in ("coating", *keys_of(CoatingSpec)):
-        return f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys_of(model))}"
-    return _known(word, (*own, *keys_of(model)))
+def report_missing(model: type[Spec], node: Node, location: Sequence[str | int], problems: Problems) -> None:
+    """Report that the tree `node` of a `model` lacks the key at `location` (keys and indices)."""
+    at = find(node, location)
+    owner, key = _model_at(model, location)
+    problems.add(at.at_key(), allowed_at(owner, key), key=child_path(at.path, key), value="missing")
 
 
-def _known(word: str, keys: Sequence[str]) -> str:
-    """What is allowed instead of the key `word`: one of `keys`, or one of them with the colon that was forgotten."""
+def lacks(node: Node, location: Sequence[str | int]) -> bool:
+    """Whether `node` has the mapping that the last key of `location` belongs in, but not that key."""
+    owner = find(node, location[:-1])
+    return owner.is_mapping and (owner is not node or len(location) == 1) and location[-1] not in owner.value
+
+
+def _unknown(model: type[Spec], word: str, own: Sequence[str]) -> tuple[str, str]:
+    """The key that the unknown `word` stands for, "" if none is close, and what is allowed: keys of `model`, and `own`.
+
+    It may be one of them with the colon that was forgotten.
+    """
+    keys = (*own, *keys_of(model))
     first, space, _ = word.partition(" ")
-    return f"a ': ' is missing after {first}" if space and first in keys else suggest(word, keys)
+    if space and first in keys:
+        return first, f"a ': ' is missing after {first}"
+    if model is SceneSpec and word in ("coating", *keys_of(CoatingSpec)):
+        if "coating" in own:
+            return "coating", f"did you mean coating: {{{word}: ...}}? {suggest('', keys)}"
+        return "", f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys)}"
+    return closest(word, keys), suggest(word, keys)
 
 
-def scene_of_case(node: Node, problems: Problems) -> Node:
-    """The scene's part of the mapping `node`, a case of a list; keys that no case has are reported, and left out."""
+def known_keys(node: Node, problems: Problems) -> Node:
+    """The mapping `node`, a case of a list, without keys that no case has, which are reported.
+
+    Those that they stand for are refused values in it: nothing is said of what such a case lacks, nor of its contact.
+    """
     own = ("label", "coating")
-    allowed = (*own, *keys_of(SceneSpec))
-    unknown = [key for key in node.value if key not in allowed]
+    unknown = [key for key in node.value if key not in (*own, *keys_of(SceneSpec))]
+    known = without(node, unknown)
     for key in unknown:
-        hint = f"did you mean coating: {{{key}: ...}}? " if key in keys_of(CoatingSpec) else ""
-        problems.add(node.value[key].at_key(), hint + _known("" if hint else key, allowed), value="unknown key")
-    return without(node, (*own, *unknown))
+        at = node.value[key].at_key()
+        meant, words = _unknown(SceneSpec, key, own)
+        problems.add(at, words, value="unknown key")
+        if meant and meant not in known.value:
+            known = with_entry(known, (meant,), refused(at))
+    return known
+
+
+def refused(node: Node) -> Node:
+    """A value that stands for `node`, of which enough is said."""
+    return Node(REFUSED, node.path, "", node.line, node.column)
+
+
+def by_meaning(model: type[Spec], node: Node) -> dict[str, Node]:
+    """The entries of the mapping `node` by the keys of `model`, those of unknown keys by the keys they stand for.
+
+    `validate` reports such unknown keys; what they hold is read all the same, so that all errors are found at once.
+    """
+    meant = {_unknown(model, word, ())[0]: value for word, value in node.value.items() if word not in keys_of(model)}
+    return meant | node.value
 
 
 def _axis_hint(model: type[Spec], location: Sequence[str | int], node: Node) -> str:
@@ -398,55 +460,3 @@ def _axis_hint(model: type[Spec], location: Sequence[str | int], node: Node) -> 
     if not fits or model not in (SceneSpec, CoatingSpec) or any(isinstance(token, int) for token in location):
         return ""
     return f"; several values are given as an axis: axes: {{{path}: [...]}}"
-
-
-# stands for required settings of a scene that only the axes of a grid give
-_ANY_BODY = {"E": 1, "nu": 0}
-_ANY = {"substrate": _ANY_BODY, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
-
-
-@lru_cache(maxsize=1)
-def _read(text: str) -> Node | None:
-    """The tree of a study's text, remembered for its many grids; None if it cannot be parsed."""
-    try:
-        return parse(text, Problems(""))
-    except UserError:
-        return None
-
-
-def written_grid(text: str, name: str) -> tuple[Node, Node] | None:
-    """The trees of the scene that grid `name` of the study `text` starts from, and of the grid itself.
-
-    None where the text is not understood, which may happen with the text in a cube. The values of settings that only
-    the cases give are arbitrary.
-    """
-    root = _read(text)
-    grid = root.value.get("grids") if root is not None and root.is_mapping else None
-    grid = grid.value.get(name) if grid is not None and grid.is_mapping else None
-    if root is None or grid is None or not grid.is_mapping:
-        return None
-    scene = from_python(_ANY)
-    for place in (root, grid):
-        given = place.value.get("scene")
-        scene = scene if given is None else merge(scene, given)
-    body = scene.value.get("counterbody")
-    if body is not None and body.is_mapping:  # else it is rigid
-        scene = with_entry(scene, ("counterbody",), merge(from_python(_ANY_BODY), body))
-    return scene, grid
-
-
-@lru_cache(maxsize=64)
-def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
-    """The scene that grid `name` of the study `text` starts from, and the dotted paths that its cases set themselves.
-
-    The scene is None where `written_grid` is, or where it is not valid.
-    """
-    written = written_grid(text, name)
-    if written is None:
-        return None, frozenset()
-    scene, grid = written
-    axes, cases = grid.value.get("axes"), grid.value.get("cases")
-    varied = set(axes.value) if axes is not None and axes.is_mapping else set()
-    for case in cases.value if cases is not None and cases.is_list else ():
-        varied |= set(case.value) if case.is_mapping else set()
-    return validate(SceneSpec, scene, Problems("")), frozenset(varied)

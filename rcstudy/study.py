@@ -7,7 +7,7 @@ axes or a list of labelled cases. Lengths and moduli may be relative (`0.25 a`, 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Never
@@ -16,7 +16,16 @@ from rcstudy.build import BuildError, build, parts_of, window_problem
 from rcstudy.errors import UserError
 from rcstudy.grids import GridPlan, GridReader
 from rcstudy.mechanics.scene import Scene
-from rcstudy.spec import OutputsSpec, SceneSpec, StudySpec, grid_name_problem, validate
+from rcstudy.spec import (
+    OutputsSpec,
+    SceneSpec,
+    StudySpec,
+    by_meaning,
+    grid_name_problem,
+    lacks,
+    report_missing,
+    validate,
+)
 from rcstudy.yamlfile import parse, read_text
 from rcstudy.yamltree import Node, Problems, find, from_python
 
@@ -63,10 +72,11 @@ def study_from_text(text: str, path: str | Path) -> Study:
     spec = validate(StudySpec, root, problems)
     grids: list[GridPlan] = []
     if root.is_mapping:
-        shared = root.value.get("scene", Node({}, "scene", "", root.line, root.column))
+        inside = by_meaning(StudySpec, root)
+        shared = inside.get("scene", Node({}, "scene", "", root.line, root.column))
         if shared.is_mapping:
             validate(SceneSpec, shared, problems, partial=True)
-            listed = root.value.get("grids")
+            listed = inside.get("grids")
             grids = _read_grids(listed, shared, problems) if listed is not None and listed.is_mapping else []
     problems.check()
     assert spec is not None  # or there are problems
@@ -107,6 +117,7 @@ def scene_from_mapping(mapping: Mapping[str, Any]) -> Scene:
 
 def _read_grids(listed: Node, shared: Node, problems: Problems) -> list[GridPlan]:
     grids = []
+    readers = []
     cases = 0
     for name, node in listed.value.items():
         if reason := grid_name_problem(name):
@@ -116,7 +127,19 @@ def _read_grids(listed: Node, shared: Node, problems: Problems) -> list[GridPlan
         if cases > MAX_CASES:
             problems.add(node.at_key(), f"at most {MAX_CASES} cases in a study", value=f"{cases} cases so far")
             break
+        readers.append(reader)
         grid = reader.read()
         if grid is not None:
             grids.append(grid)
+    _tell_lacking(readers, shared, problems)
     return grids
+
+
+def _tell_lacking(readers: Sequence[GridReader], shared: Node, problems: Problems) -> None:
+    """Report what the scenes of grids lack: at the `shared` scene, once, what it and all of them lack."""
+    readers = [reader for reader in readers if reader.trees]
+    for location in dict.fromkeys(location for reader in readers for location in reader.lacking):
+        of = [reader.scene for reader in readers if location in reader.lacking]
+        everywhere = len(of) == len(readers) and lacks(shared, location)
+        for scene in [shared] if everywhere else of:
+            report_missing(SceneSpec, scene, location, problems)

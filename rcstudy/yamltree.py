@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 from rcstudy.errors import UserError
@@ -125,12 +126,19 @@ def _needs_quotes(text: str) -> bool:
     return True
 
 
+@lru_cache(maxsize=4096)  # a misspelt key of the shared scene is met in every case
+def closest(word: str, allowed: tuple[str, ...]) -> str:
+    """The one of `allowed` that `word` is taken for; "" if none is close."""
+    in_lower_case = {one.lower(): one for one in reversed(allowed)}
+    close = difflib.get_close_matches(word.lower(), in_lower_case, n=1, cutoff=0.6)
+    return in_lower_case[close[0]] if close else ""
+
+
 def suggest(word: str, allowed: Iterable[str]) -> str:
     """What is allowed instead of `word`, the closest first if there is one close."""
-    words = list(allowed)
-    in_lower_case = {one.lower(): one for one in reversed(words)}
-    close = difflib.get_close_matches(word.lower(), in_lower_case, n=1, cutoff=0.6)
-    hint = f"did you mean {in_lower_case[close[0]]}? " if close else ""
+    words = tuple(allowed)
+    close = closest(word, words)
+    hint = f"did you mean {close}? " if close else ""
     return f"{hint}allowed: {', '.join(words)}"
 
 

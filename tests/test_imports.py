@@ -21,6 +21,8 @@ ORDER = [
     "rcstudy.settings",
     "rcstudy.quantities",
     "rcstudy.spec",
+    "rcstudy.written",
+    "rcstudy.axis_labels",
     "rcstudy.build",
     "rcstudy.ranges",
     "rcstudy.grids",

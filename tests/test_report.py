@@ -43,11 +43,11 @@ from synthetic import (
 )
 from workers import made_up
 
+from rcstudy.axis_labels import letters
 from rcstudy.cases import Axis, Coord
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
-from rcstudy.grids import letters
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.report import measures
 from rcstudy.report.cells import Column, text_of

@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from rcstudy.grids import labelled_scenes
+from rcstudy.axis_labels import labelled_scenes
 from rcstudy.progress import counted
 from rcstudy.quantities import Quantity, number_text
 from rcstudy.report.labels import KEEP, literal, shortened

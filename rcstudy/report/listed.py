@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from rcstudy.grids import default_label, labelled_scenes
+from rcstudy.axis_labels import default_label, labelled_scenes
 from rcstudy.quantities import as_quantity, number_text
 from rcstudy.report.cells import Column, Value
 from rcstudy.report.views import CaseView, GridView

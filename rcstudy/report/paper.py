@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 
-from rcstudy.grids import letters
+from rcstudy.axis_labels import letters
 from rcstudy.report.views import CaseView, GridView
 
 AXES: dict[str, frozenset[str]] = {

@@ -24,7 +24,8 @@ from rcstudy.quantities import number_text
 from rcstudy.report.labels import power_of_ten
 from rcstudy.result import CellState, Status
 from rcstudy.settings import unit_of
-from rcstudy.spec import SceneSpec, starting_scene
+from rcstudy.spec import SceneSpec
+from rcstudy.written import starting_scene
 
 
 class GridView:
