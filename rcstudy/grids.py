@@ -44,7 +44,7 @@ from rcstudy.spec import (
     takes_relative,
     validate,
 )
-from rcstudy.yamltree import Node, Problems, child_path, closest, find, merge, suggest, with_entry, without
+from rcstudy.yamltree import Node, Problems, child_path, closest, find, merge, show, suggest, with_entry, without
 
 MAX_AXES = 16  # of one grid: HDF5 allows 32 dimensions
 # errors in combinations of values that are valid one by one: how many of one grid are reported, and at most counted
@@ -287,7 +287,7 @@ class GridReader:
                 meant[closest(path, AXIS_PATHS)] = _Entry("", node, refused(node))
             elif not node.is_list or not node.value:
                 more = "" if path in _NO_RANGE else ", or {first, last, count, spacing}"
-                self.problems.add(node, f"a list of at least one value{more}")
+                self.problems.add(node, f"{_inner_axes(path, node)}a list of at least one value{more}")
             else:
                 known[path] = node
         for path in self._overlapping(known):
@@ -466,6 +466,20 @@ class GridReader:
             if problem not in self._unsuitable:
                 self._unsuitable.add(problem)
                 problems.add(node, reason + case("mesh" if built.layers else "uncoated"))
+
+
+def _inner_axes(path: str, node: Node) -> str:
+    """A hint at axes of their own for keys that have several values in the mapping `node`, given as the axis `path`."""
+    inside = {child_path(path, key): value for key, value in node.value.items()} if node.is_mapping else {}
+    axes = [
+        f"{inner}: {show(value)}"
+        for inner, value in inside.items()
+        # a list of two may be a single value of the axis
+        if inner in AXIS_PATHS
+        and (value.is_mapping or (value.is_list and (inner not in _NO_RANGE or any(v.is_list for v in value.value))))
+    ]
+    own = "an axis of its own" if len(axes) == 1 else "axes of their own"
+    return f"did you mean {', '.join(axes)}, {own}? allowed: " if axes else ""
 
 
 def _identity(value: Any, parts: Parts) -> str:

@@ -414,11 +414,20 @@ def _unknown(model: type[Spec], word: str, own: Sequence[str]) -> tuple[str, str
     first, space, _ = word.partition(" ")
     if space and first in keys:
         return first, f"a ': ' is missing after {first}"
+    head, _, inner = word.partition(".")
+    if inner and head in keys and inner in _keys_inside(model, head):
+        return head, f"did you mean {head}: {{{inner}: ...}}? {suggest('', keys)}"
     if model is SceneSpec and word in ("coating", *keys_of(CoatingSpec)):
         if "coating" in own:
             return "coating", f"did you mean coating: {{{word}: ...}}? {suggest('', keys)}"
         return "", f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys)}"
     return closest(word, keys), suggest(word, keys)
+
+
+def _keys_inside(model: type[Spec], key: str) -> tuple[str, ...]:
+    """The keys of the mapping at `key` of `model`, or of a case's coating; none if it is no mapping."""
+    inner = CoatingSpec if key == "coating" else None if key == "layers" else submodel(model, key)
+    return keys_of(inner) if inner else ()
 
 
 def known_keys(node: Node, problems: Problems) -> Node:

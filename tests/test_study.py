@@ -422,6 +422,36 @@ def test_units_are_explained(refused):
             "axes: {method: {first: 1, last: 2, count: 3}}",
             "8:22: grids.g.axes.method: {first: 1, last: 2, count: 3}: a list of at least one value",
         ),
+        (
+            "axes: {creepage: {longitudinal: [0.001, 0.002]}}",
+            "8:24: grids.g.axes.creepage: {longitudinal: ...}: did you mean creepage.longitudinal: [0.001, 0.002], "
+            "an axis of its own? allowed: a list of at least one value",
+        ),
+        (
+            "axes: {creepage: {lateral: {first: 0.1, last: 0.2, count: 3}, spin: [1, 2]}}",
+            "8:24: grids.g.axes.creepage: {lateral: ..., spin: ...}: did you mean creepage.lateral: "
+            "{first: 0.1, last: 0.2, count: 3}, creepage.spin: [1, 2], axes of their own? allowed: a list of at",
+        ),
+        (
+            "axes: {mesh: {size: [1, 1], cells: [[8, 8], [9, 9]]}}",
+            "8:20: grids.g.axes.mesh: {size: ..., cells: ...}: did you mean mesh.cells: [..., ...], an axis of its ",
+        ),
+        (
+            "axes: {mesh: {size: [1, 1], cells: [8, 8]}}",
+            "8:20: grids.g.axes.mesh: {size: ..., cells: ...}: a list of at least one value",
+        ),
+        (
+            "cases: [{label: x, creepage.spin: 0.1}]",
+            "8:26: grids.g.cases[0].creepage.spin: unknown key: did you mean creepage: {spin: ...}? allowed: label, c",
+        ),
+        (
+            "cases: [{label: x, coating.thickness: 0.1}]",
+            "8:26: grids.g.cases[0].coating.thickness: unknown key: did you mean coating: {thickness: ...}? allowed: ",
+        ),
+        (
+            "scene: {mesh.size: auto}, axes: {load: [1]}",
+            "8:15: grids.g.scene.mesh.size: unknown key: did you mean mesh: {size: ...}? allowed: substrate, layers",
+        ),
         ("axes: {}", "8:13: grids.g.axes: {}: a mapping of at least one axis to its values"),
         ("axes: {laod: [1]}", "8:14: grids.g.axes.laod: unknown axis: did you mean load?"),
         (
