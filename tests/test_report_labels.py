@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -705,12 +706,46 @@ def test_values_have_units_in_labels_and_titles(tmp_path: Path) -> None:
         ((10.0, 1000.0), False),
         ((1.0, 2.0, 5.0), False),
         ((0.0, 1.0, 10.0, 100.0), False),
-        ((-100.0, -10.0, -1.0), False),
+        ((-100.0, -10.0, -1.0), True),
+        ((-3.0, -2.0, -1.0), False),
+        ((-100.0, -10.0, 0.0), False),
+        ((-10.0, -1.0, 1.0, 10.0), False),
         ((1e-300, 1.0, 1e300), False),  # more than can be drawn
     ],
 )
 def test_numbers_that_go_on_by_factors_have_a_logarithmic_axis(values: tuple[float, ...], *, expected: bool) -> None:
     assert geometric(np.array(values)) is expected
+
+
+@pytest.mark.parametrize(
+    ("values", "shown"),
+    [
+        ((1e-4, 1e-3, 1e-2, 1e-1), ["-10^{-1}", "-10^{-2}", "-10^{-3}", "-10^{-4}"]),
+        ((0.001, 0.0021, 0.0045, 0.0095, 0.02), ["−0.02", "−0.01", "−0.005", "−0.001"]),
+        ((0.5, 1.0, 2.0, 4.0), ["−4", "−2", "−1", "−0.5"]),
+    ],
+)
+def test_axes_of_negative_numbers_are_the_mirror_image(
+    tmp_path: Path, values: tuple[float, ...], shown: list[str]
+) -> None:
+    """They were linear, with most of the values on top of one another."""
+    negative = sorted(-value for value in values)
+    axes = {"down": number_axis("spin", negative), "up": number_axis("spin", list(values))}
+    at, ticks = {}, []
+    for name, axis in axes.items():
+        with opened(tmp_path, make_grid(name, axis)) as grid, style():
+            figure = overview_figure(grid)
+            figure.draw_without_rendering()
+            ax = figure.axes[0]
+            low, high = ax.get_xlim()
+            at[name] = ax.transAxes.inverted().transform(
+                ax.transData.transform([(x, 0.0) for x in np.sort(axis.coords["spin"].values)])
+            )[:, 0]
+            if name == "down":
+                places = zip(ax.get_xticks(), ax.get_xticklabels(), strict=True)
+                ticks = [label.get_text() for place, label in sorted(places, key=itemgetter(0)) if low < place < high]
+    np.testing.assert_allclose(at["down"], 1.0 - at["up"][::-1], atol=1e-9)
+    assert [tick.removeprefix(r"$\mathdefault{").removesuffix("}$") for tick in ticks] == shown
 
 
 def test_ratios_have_error_bars_within_0_and_1(tmp_path: Path) -> None:

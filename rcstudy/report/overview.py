@@ -23,6 +23,7 @@ from rcstudy.settings import LENGTH, MODULUS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 QUANTITIES = {
@@ -307,9 +308,10 @@ def _label_axis(ax: Axes, grid: GridView, axis: str) -> None:
 def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     """Make the x axis logarithmic if `values` are more even on it, with plain numbers where powers of ten are few.
 
-    On a linear axis whole numbers have ticks at whole numbers, and long numbers have few ticks.
+    That of negative values is the mirror image of that of their amounts. On a linear axis whole numbers have ticks at
+    whole numbers, and long numbers have few ticks.
     """
-    from matplotlib.ticker import FixedLocator, MaxNLocator
+    from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator
 
     values = np.unique(values[np.isfinite(values)])
     if not geometric(values):
@@ -320,13 +322,39 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
             # the ticks' own numbers decide: those of a range in equal steps are long where the ticks' are not
             ax.xaxis.set_major_locator(few if _long(some.tick_values(values[0], values[-1])) else some)
         return
-    ax.set_xscale("log")
+    negative = bool(values[-1] < 0.0)
+    values = -values[::-1] if negative else values
+    if negative:
+        aside = (values[-1] / values[0]) ** ax.margins()[0]  # type: ignore[index]
+        # logarithmic on either side of a stretch around zero, which ends nearer to zero than the axis does
+        ax.set_xscale("symlog", linthresh=values[0] / aside**2)
+        ax.set_xlim(-values[-1] * aside, -values[0] / aside)
+        ax.xaxis.set_major_locator(LogLocator())
+        ax.xaxis.set_minor_locator(LogLocator(subs="auto"))
+    else:
+        ax.set_xscale("log")
     log_ticks(ax.xaxis, (values[0], values[-1]))
-    if values[-1] < DECADE * values[0] and sum(len(short_number(value)) for value in values) <= _LETTERS:
+    if values[-1] < DECADE * values[0] and sum(len(short_number(value)) + negative for value in values) <= _LETTERS:
         ax.xaxis.set_major_locator(FixedLocator(values.tolist()))  # else there may be none at the ends
     elif values[-1] < DECADE**2 * values[0]:
         ticks = ax.xaxis.get_major_locator().tick_values(values[0], values[-1])
-        ax.xaxis.set_major_locator(FixedLocator(_apart(ticks, values[0], values[-1])))
+        ax.xaxis.set_major_locator(FixedLocator(_apart(ticks, values[0], values[-1], signs=negative)))
+    if negative:
+        _mirrored(ax.xaxis, values[0], values[-1])
+
+
+def _mirrored(axis: Axis, low: float, high: float) -> None:
+    """Turn the ticks of `axis`, which are for the numbers from `low` to `high`, into those for their negatives."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter
+
+    major, minor = (
+        FixedLocator([-tick for tick in locator.tick_values(low, high)])
+        for locator in (axis.get_major_locator(), axis.get_minor_locator())
+    )
+    axis.set_major_locator(major)
+    axis.set_minor_locator(minor)
+    if isinstance(axis.get_major_formatter(), FuncFormatter):  # else it writes powers of ten
+        axis.set_major_formatter(FuncFormatter(lambda tick, _: short_number(tick).replace("-", "\N{MINUS SIGN}", 1)))
 
 
 def _long(values: Iterable[float]) -> bool:
@@ -334,10 +362,14 @@ def _long(values: Iterable[float]) -> bool:
     return max((len(short_number(value)) for value in values), default=0) > _LONG
 
 
-def _apart(ticks: Iterable[float], low: float, high: float) -> list[float]:
-    """Of `ticks` on a logarithmic axis from `low` to `high` those whose numbers have room beside each other."""
+def _apart(ticks: Iterable[float], low: float, high: float, *, signs: bool) -> list[float]:
+    """Of `ticks` on a logarithmic axis from `low` to `high` those whose numbers have room beside each other.
+
+    `signs`: there is a minus before each of them.
+    """
+    beside = 1.8 if signs else 1.0  # the space between two numbers, and the sign, in digits
     shown = [float(tick) for tick in ticks if low <= tick <= high]
-    room = [(len(short_number(tick)) + 1.0) / _ACROSS * math.log(high / low) for tick in shown]
+    room = [(len(short_number(tick)) + beside) / _ACROSS * math.log(high / low) for tick in shown]
     kept: list[int] = []
     for k, tick in enumerate(shown):
         if not kept or math.log(tick / shown[kept[-1]]) >= 0.5 * (room[k] + room[kept[-1]]):
@@ -346,9 +378,13 @@ def _apart(ticks: Iterable[float], low: float, high: float) -> list[float]:
 
 
 def geometric(values: np.ndarray) -> bool:
-    """Whether increasing numbers are in geometric progression, exactly, or roughly and over more than a decade."""
-    if values.size < 3 or values[0] <= 0.0:
+    """Whether increasing numbers are in geometric progression, exactly, or roughly and over more than a decade.
+
+    All are above 0, or all below.
+    """
+    if values.size < 3 or values[0] <= 0.0 <= values[-1]:
         return False
+    values = -values[::-1] if values[-1] < 0.0 else values
     if not (values[0] > _LEAST_DRAWN and values[-1] < 1.0 / _LEAST_DRAWN):
         return False
     steps, factors = np.diff(values), np.diff(np.log(values))
