@@ -19,7 +19,7 @@ from rcstudy.mechanics.scene import (
     Scene,
     Tolerance,
 )
-from rcstudy.quantities import Quantity
+from rcstudy.quantities import Quantity, number_text
 from rcstudy.spec import CoatingSpec, LayerSpec, SceneSpec
 
 COATING_KEYS = ("layer_count", "thickness", "modulus", "layer_nu")
@@ -78,7 +78,7 @@ def with_part(parts: Parts, path: str, value: Any) -> Parts:
     return changed
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=16384)  # checks of a study, estimates and report of a plan ask for each of its contacts in turn
 def uncoated_hertz(radius: tuple[float, float], load: float, body: Material, counterbody: Material | None) -> Hertz:
     """Hertz contact of the uncoated pair. Raises BuildError if it exceeds the range of floating point numbers."""
     try:
@@ -239,6 +239,16 @@ def _thickness_problem(layers: tuple[Layer, ...], a: float) -> str:
     return ""
 
 
+def _what_sizes(scene: Scene) -> str:
+    """What the size of the contact of `scene` follows from, in words: a slip in a unit shows there."""
+    radius = " x ".join(map(number_text, dict.fromkeys(scene.radius)))
+    moduli = f"{number_text(scene.substrate.E)} MPa"
+    if scene.counterbody is not None:
+        moduli += f" (counterbody {number_text(scene.counterbody.E)} MPa)"
+    given = f"load {number_text(scene.load)} N, radius {radius} mm"
+    return f"{given}, E {moduli} and its layers" if scene.layers else f"{given} and E {moduli}"
+
+
 def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
     """Reason why the mesh cannot suit the contact, from bounds of the contact's size; ("", "") if it may.
 
@@ -255,7 +265,8 @@ def window_problem(parts: Parts, scene: Scene) -> tuple[str, str]:
         return "size", "layers must be less extreme: the contact has no size in double precision"
     for axis, low, high, size, step in zip("xy", least, most, scene.mesh.size, scene.mesh.spacing, strict=True):
         if not 2.0 * low < size < math.inf:
-            return "size", f"must be larger than the contact, which is about {2.0 * low:.4g} mm along {axis}"
+            width = f"is about {2.0 * low:.4g} mm along {axis}"
+            return "size", f"must be larger than the contact, which for {_what_sizes(scene)} {width}"
         if 2.0 * high < step:
             return (
                 "cells",

@@ -237,12 +237,28 @@ def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
     meshes = sorted({scene.mesh.cells for scene in scenes})
     mesh = " and ".join(f"{nx} x {ny}" for nx, ny in meshes[:4]) + (" and others" if len(meshes) > 4 else "")
     solved = "pressure only" if all(scene.creepage is None for scene in scenes) else "pressure and tractions"
-    normals = len(list(Expansion((), tuple(cases)).groups()))
+    normals = [group[0].scene for group in Expansion((), tuple(cases)).groups()]
     lines.append(
-        f"  {counted(len(cases), 'case')}, {counted(normals, 'normal problem')}, "
+        f"  {counted(len(cases), 'case')}, {counted(len(normals), 'normal problem')}, "
         f"{counted(len({layer_set(s) for s in scenes}), 'layer set')}; {solved}, {mesh} cells"
     )
-    return lines
+    return [*lines, *textwrap.wrap(_contact(normals), _WIDTH, initial_indent="  ", subsequent_indent="    ")]
+
+
+def _contact(scenes: Sequence[Scene]) -> str:
+    """Semi-axes and largest pressure of the uncoated pairs of `scenes` after Hertz, whose size shows slips in units."""
+    contacts = {scene_hertz(scene) for scene in scenes}
+    x, y = (_range((contact.a[k] for contact in contacts), "mm") for k in (0, 1))
+    circular = all(scene.radius[0] == scene.radius[1] for scene in scenes)
+    size = f"radius {x}" if circular else f"semi-axes {x} (x), {y} (y)"
+    layers = ", without layers" if any(scene.layers for scene in scenes) else ""
+    return f"contact after Hertz{layers}: {size}, largest pressure {_range((c.p0 for c in contacts), 'MPa')}"
+
+
+def _range(values: Iterable[float], unit: str) -> str:
+    """The least and the largest of `values`, one number where they do not differ in the digits shown."""
+    known = sorted(values)
+    return " to ".join(dict.fromkeys(f"{value:.4g}" for value in (known[0], known[-1]))) + f" {unit}"
 
 
 def _stacks(cases: Sequence[Case], k: int) -> dict[int, str]:

@@ -369,6 +369,30 @@ def test_plan_leaves_out_what_a_value_has_not(study):
     assert "nan" not in report
 
 
+@pytest.mark.parametrize(
+    ("grid", "line"),
+    [
+        ("axes: {friction: [1, 2]}", "contact after Hertz: radius 0.2533 mm, largest pressure 744.2 MPa"),
+        (
+            "coating: {modulus: 2 Es}, axes: {load: [100, 800], thickness: [0.1]}",
+            "contact after Hertz, without layers: radius 0.2533 to 0.5066 mm, largest pressure 744.2 to 1488 MPa",
+        ),
+        (
+            "cases: [{label: a, radius: [50, 200]}, {label: b, radius: 50}]",
+            "contact after Hertz: semi-axes 0.1967 to 0.2533 mm (x), 0.2533 to 0.492 mm (y), "
+            "largest pressure 493.3 to 744.2 MPa",
+        ),
+        (
+            "scene: {substrate: {E: 210}, mesh: {size: auto}}, axes: {friction: [1]}",
+            "contact after Hertz: radius 2.533 mm, largest pressure 7.442 MPa",
+        ),
+    ],
+)
+def test_plan_gives_the_size_of_contacts(study, grid, line):
+    """GPa for MPa, or m for mm, were seen in the results alone. (3 P R / 4 E*)^(1/3) = 0.2533 mm, 1.5 P / pi a^2."""
+    assert f"cells {line} " in " ".join(plan_report(study(f"  g: {{{grid}}}\n")).split())
+
+
 def test_plan_says_what_relative_values_are_over(study):
     """Where Es differs from case to case a multiple of it is all there is."""
     steel = "{label: steel, E: 2 Es, nu: 0.3}"

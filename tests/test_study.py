@@ -649,8 +649,26 @@ def test_longest_description(load, refused, place):
 def test_contact_larger_than_the_window(refused):
     found = refused(BASE + "  g: {axes: {load: [100, 20000], friction: [1, 2]}}\n")
     # a = (3 P R / 4 E*)^(1/3) = 1.481 mm at 20 kN
-    words = "must be larger than the contact, which is about 2.962 mm along x (case load=20000)"
+    size = "for load 20000 N, radius 50 mm and E 210000 MPa is about 2.962 mm along x"
+    words = f"must be larger than the contact, which {size} (case load=20000)"
     assert found == [f"s.yaml:6:16: scene.mesh.size: [2, 2]: {words}"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "given"),
+    [
+        ("radius: [50, 200]", "load 20000 N, radius 50 x 200 mm and E 210000 MPa"),
+        ("counterbody: {E: 2 Es, nu: 0.3}", "load 20000 N, radius 50 mm and E 210000 MPa (counterbody 420000 MPa)"),
+        ("substrate: {E: 210}", "load 20000 N, radius 50 mm and E 210 MPa"),
+        (
+            "layers: [{E: 2 Es, nu: 0.3, thickness: 0.1}]",
+            "load 20000 N, radius 50 mm, E 210000 MPa and its layers",
+        ),
+    ],
+)
+def test_what_the_size_of_a_contact_follows_from_is_told(refused, scene, given):
+    (line,) = refused(BASE + f"  g: {{scene: {{load: 20000, {scene}}}, axes: {{friction: [1]}}}}\n")
+    assert f"must be larger than the contact, which for {given} is about " in line
 
 
 @pytest.mark.parametrize(("most", "more"), [(10_000, "3"), (6, "at least 1")])
