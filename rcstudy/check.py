@@ -1,6 +1,6 @@
 """Damage to a cube: what cannot be read, and what has changed since it was written, with how to repair it.
 
-Changes are found in numbers, in the root's table of all cases, and in whatever the cube's study states.
+Changes are found in numbers and labels, in the root's table of all cases, and in whatever the cube's study states.
 """
 
 from __future__ import annotations
@@ -101,9 +101,9 @@ def damage(path: Path, tree: xr.DataTree, changed: Sequence[str]) -> list[str]:
 def _unlike_study(tree: xr.DataTree) -> list[str]:
     """Whatever is missing from an opened cube, or other than its study's text states, in words; no fields are read.
 
-    Of what the text states, name and description of the study, the numbers of settings and axes, the cells' centres and
-    the units and meanings of all variables are compared. Nothing is known of a cube with a text that this version does
-    not understand.
+    Of what the text states, name and description of the study, the numbers of settings and axes, labels, the cells'
+    centres and the units and meanings of all variables are compared. Nothing is known of a cube with a text that this
+    version does not understand.
     """
     if missing := [name for name in _OF_STUDY if name not in tree.attrs]:
         return [f"attributes {', '.join(missing)}: missing: what depends on its study is not checked"]
@@ -162,7 +162,9 @@ def _unlike(where: str, group: xr.Dataset, layout: Layout) -> Iterator[str]:
     meshes = _meshes(layout)
     changed = []
     for item in layout.items:
-        if item.values is None or item.name in missing or item.dtype == "str":
+        if item.values is None or item.name in missing or item.name == CASE_KEY:  # keys follow from the version, too
+            continue
+        if item.dtype == "str" and not layout.name:  # the table of all cases, whose texts are held against the grids'
             continue
         stored = group[item.name].values
         if {"x", "y"} & set(item.dims):

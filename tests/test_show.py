@@ -246,6 +246,8 @@ LIKE, STATED = "not as in the grids, changed after writing", "not as its study s
         (change("g/x", 5.0), [f"grid g: x: {STATED}"]),
         (change("g/y", math.nan), [f"grid g: y: {STATED}"]),
         (change("g/y", math.nan, -1), [f"grid g: y: {STATED}"]),
+        (change("g/label", "x"), [f"{TABLE}label: {LIKE}", f"grid g: label: {STATED}"]),
+        (change("g/creepage", "x"), [f"grid g: creepage: {STATED}"]),
         (change_text, ["the text of its study was changed after writing"]),
         (describe("/", "study_text", None), [f"attributes study_text: {UNCHECKED}"]),
         (describe("/", "study", None), [f"attributes study: {UNCHECKED}"]),
@@ -303,6 +305,21 @@ def test_centres_of_cropped_meshes_that_are_alike_along_one_side(tmp_path: Path)
         file["x_centre"][1, 1] += fine[1] - fine[0]  # neighbours still, but not those of the other case
     found = CliRunner().invoke(cli.app, show)
     assert (found.exit_code, f"grid g: x_centre: {STATED}" in found.stderr) == (EXIT_BAD_INPUT, True)
+
+
+@pytest.mark.parametrize("name", ["label", "case"])
+def test_labels_of_a_single_grid(tmp_path: Path, name: str) -> None:
+    """No checksum holds them, and no table repeats them: they passed."""
+    path = tmp_path / "c.nc"
+    run(load_text(tmp_path, BASE + "  g: {cases: [{label: light, load: 50}, {label: heavy}]}\n"), path, workers=1)
+    show = ["show", str(path), "--check"]
+    assert CliRunner().invoke(cli.app, show).exit_code == 0
+    with h5py.File(path, "r+") as file:
+        assert file[name][0] == b"light"
+        file[name][0] = "heavy"
+    found = CliRunner().invoke(cli.app, show)
+    assert found.exit_code == EXIT_BAD_INPUT
+    assert found.stderr.splitlines()[0] == f"{path}: grid g: {name}: {STATED}"
 
 
 def test_a_changed_table_is_repaired_by_a_sweep(checked: Path, tmp_path: Path) -> None:
