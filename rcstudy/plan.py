@@ -294,6 +294,9 @@ def _value(axis: Axis, i: int) -> str:
     label = axis.labels[i]
     if axis.name == "case":  # what it stands for is in the file
         return label
+    # numbers of cells are complete in the label, as they have no unit
+    if label == " x ".join(str(coord.values[i]) for name, coord in axis.coords.items() if name.startswith("cells_")):
+        return label
     inside = []
     for name, coord in axis.coords.items():
         value = coord.values[i]

@@ -21,6 +21,7 @@ from rcstudy.settings import unit_of
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"  # no digits of other scripts, as in YAML
 _RELATIVE = re.compile(rf"\s*({_NUMBER})?\s*(a|Es)\s*")
 _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*[^\W\d].*")
+_COMMENTED = re.compile(rf"\s*{_NUMBER}(\s*(a|Es))?#.*")
 _SEPARATED = re.compile(r"\s*[+-]?[0-9]+[_,][0-9].*")
 _UNITS = (
     f"numbers are written without units: lengths in {unit_of('thickness')}, forces in {unit_of('load')}, "
@@ -78,9 +79,14 @@ def as_quantity(value: Any) -> Quantity | None:
 
 
 def with_hint(allowed: str, value: Any) -> str:
-    """The words `allowed`, with a hint if `value` is a number with separators or with a unit, which are not written."""
+    """The words `allowed`, with a hint if `value` is a number with what is no part of it.
+
+    That is a separator or a unit, or a comment without a space before it.
+    """
     if isinstance(value, str) and _SEPARATED.fullmatch(value):
         return f"{allowed}; numbers have a decimal point and no thousands separators"
+    if isinstance(value, str) and _COMMENTED.fullmatch(value):
+        return f"{allowed}; a comment has a space before its #"
     if isinstance(value, str) and _WITH_UNIT.fullmatch(value) and not _RELATIVE.fullmatch(value):
         return f"{allowed}; {_UNITS}"
     return allowed

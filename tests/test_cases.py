@@ -369,6 +369,11 @@ def test_plan_leaves_out_what_a_value_has_not(study):
     assert "nan" not in report
 
 
+def test_plan_gives_numbers_of_cells_once(study):
+    report = plan_report(study("  g: {axes: {mesh.cells: [[16, 16], [32, 24]], friction: [1, 2]}}\n"))
+    assert "  cells       2  16 x 16, 32 x 24\n  friction    2  1, 2\n" in report
+
+
 @pytest.mark.parametrize(
     ("grid", "line"),
     [

@@ -364,6 +364,20 @@ def test_units_are_explained(refused):
 
 
 @pytest.mark.parametrize(
+    ("scene", "words"),
+    [
+        ("load: 100# N", "load: 100# N: a number above 0, in N"),
+        ("friction: .5#", "friction: .5#: a number above 0"),
+        ("mesh: {margin: 2#}", "mesh.margin: 2#: a number from 1.05 to 10"),
+    ],
+)
+def test_comments_need_a_space(refused, scene, words):
+    text = BASE + f"  g:\n    scene:\n      {scene}\n    axes: {{spin_point: [0]}}\n"
+    (line,) = refused(text.replace("2#}", "2#\n      }"))
+    assert line.partition(": ")[2] == f"grids.g.scene.{words}; a comment has a space before its #"
+
+
+@pytest.mark.parametrize(
     ("grid", "line"),
     [
         (
