@@ -37,6 +37,8 @@ def test_border_ahead() -> None:
         found = stick.border_ahead(math.sqrt(0.7 * distance), math.sqrt(0.7 * (distance + 1.0)))
         assert found == pytest.approx(distance, abs=1e-15)
     assert stick.border_ahead(math.sqrt(3.0), 2.0) == 1.0
+    assert stick.border_ahead(1e-170, 2e-170) == 0.5  # squares that are zero in floating point
+    assert stick.border_ahead(math.nextafter(1.0, 0.0), 1.0) == stick.border_ahead(3.0, math.nextafter(3.0, 4.0)) == 1.0
     assert stick.border_ahead(0.4, 0.0) == stick.border_ahead(0.4, 0.4) == stick.border_ahead(0.0, 0.0) == 0.5
 
 

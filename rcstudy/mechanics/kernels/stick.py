@@ -21,7 +21,8 @@ def border_ahead(near: float, next_one: float) -> float:
     near, next_one: rooms of that and of the next stick cell; the room falls like the root of the distance to the
     border. Without a next stick cell (0), or if its room is not larger, the border is half a cell away.
     """
-    return min(near * near / (next_one * next_one - near * near), 1.0) if next_one > near else 0.5
+    ahead = (next_one - near) * (next_one + near)  # the difference of their squares, which may round to zero
+    return min(near * near / ahead, 1.0) if ahead > 0.0 else 0.5
 
 
 @jit
