@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
-from studies import load_text
+from studies import BASE, load_text
 from workers import made_up
 
 from rcstudy.cube import open_cube
@@ -15,14 +15,7 @@ from rcstudy.report.views import GridView, grids
 from rcstudy.sweep import run
 from rcstudy.tables import make_tables
 
-SCENE = """\
-study: s
-scene:
-  substrate: {E: 210000, nu: 0.3}
-  radius: 50
-  load: 100
-  mesh: {size: [2, 2], cells: [32, 32]}
-"""
+SCENE = BASE.removesuffix("grids:\n")
 CREEPAGES = ["longitudinal", "lateral", "spin_rad_per_mm"]
 
 
