@@ -170,6 +170,7 @@ def error_estimates(
             case.add_skin_at_edge(bars)
             case.add_slip_by_pressure(bars)
             case.add_pole_of_spin(bars)
+            case.add_island_that_sticks(bars)
             case.add_length(bars)
             case.balance_power(bars)
     return {f"{name}_error": case.left_of_none(name) if case.vanishes(name) else bar for name, bar in bars.items()}
@@ -399,10 +400,14 @@ class _Case:
             scale = self.scales["force_x"] * arm
             bars[name] = math.hypot(bars[name] + by_cells * scale, by_length * scale)
         bars["moment_z"] += of_moment
-        if self.aligned and not few_cells:
-            of_area, of_moment = shape.of_island(self.slipping)
-            bars["slip_area"] = math.hypot(bars["slip_area"], of_area * self.finest["contact_area"])
-            bars["moment_z"] += of_moment * self.scales["moment_z"] * self.scene.moves_by_pressure
+
+    def add_island_that_sticks(self, bars: dict[str, float]) -> None:
+        """Add what `aligned` misses of an island that sticks around the pole of spin (`elongated.py`)."""
+        if self.aligned and "moment_z" in bars:
+            of_area, of_moment = self.shape.of_island(self.slipping)
+            bars["slip_area"] = math.hypot(bars["slip_area"], of_area * self.scales["slip_area"])
+            if self.scene.moves_by_pressure:
+                bars["moment_z"] += of_moment * self.scales["moment_z"]
 
     def add_length(self, bars: dict[str, float]) -> None:
         """Add, in quadrature, what is missed in contacts that are long one way (`elongated.py`)."""

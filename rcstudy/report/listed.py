@@ -103,7 +103,7 @@ def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[
     readers = {key: _reader(grid) for key, grid in found.items()}
     rows = [readers[id(case.grid)](case) for case in cases]
     # as text, since one NaN is no other; a setting that is not known of a case has no key
-    differ = {key for key in (c.key for c in _PATHS.values()) if len({str(row[key]) for row in rows if key in row}) > 1}
+    differ = {c.key for c in _PATHS.values() if len({str(row[c.key]) for row in rows if c.key in row}) > 1}
     along = {column.key for path, column in _PATHS.items() if any(_is_axis(path, grid) for grid in found.values())}
     columns = [c if c.key in differ else replace(c, csv_only=True) for c in _PATHS.values() if c.key in differ | along]
     return columns, rows
