@@ -20,7 +20,7 @@ from rcstudy.threads import limit_threads
 if TYPE_CHECKING:
     from types import FrameType
 
-    from rcstudy.pool import Pool
+    from rcstudy.workers.pool import Pool
 
 
 def main() -> None:
@@ -53,7 +53,8 @@ def heed_terminations() -> None:
     """Handle SIGTERM (batch systems) and SIGHUP (a terminal that closes) like Ctrl-C, so that no solved case is lost.
 
     Where they are ignored (`nohup`) they stay so, and so does Ctrl-C (jobs in the background of a script). One signal
-    alone raises KeyboardInterrupt itself, so that one handler has to be replaced to hold interrupts back (`steady.py`).
+    alone raises KeyboardInterrupt itself, so that one handler has to be replaced to hold interrupts back
+    (`storage/steady.py`).
     """
     leading = signal.SIGINT if callable(signal.getsignal(signal.SIGINT)) else None
 
@@ -105,7 +106,7 @@ def _workers(words: Sequence[str]) -> Iterator[Pool | None]:
     if wanted < 2:
         yield None
         return
-    from rcstudy.pool import Pool
+    from rcstudy.workers.pool import Pool
 
     with Pool("rcstudy.solve") as processes:
         processes.start_early(wanted)

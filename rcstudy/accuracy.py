@@ -31,20 +31,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from rcstudy.batch import warm_up_scenes
 from rcstudy.cases import Case, expand
 from rcstudy.cube import case_dims, engine, grids, open_cube
-from rcstudy.earlier import refuse_cube, refuse_other_study
 from rcstudy.errors import UserError
-from rcstudy.layout import CASE_KEY, LABEL, as_floats
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
-from rcstudy.publish import make_folder, replacing
 from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, BothTolerances, Cells, Row, settings
 from rcstudy.report.precision_figures import quantities_figure, tolerances_figure, work_precision
 from rcstudy.report.precision_summary import FIGURES, errors_table, settings_table, summary_text
 from rcstudy.report.style import check_formats, save, style
 from rcstudy.report.writers import write_table
 from rcstudy.result import Result, Status
+from rcstudy.storage.earlier import refuse_cube, refuse_other_study
+from rcstudy.storage.layout import CASE_KEY, LABEL, as_floats
+from rcstudy.storage.publish import make_folder, replacing
+from rcstudy.workers.batch import warm_up_scenes
 
 if TYPE_CHECKING:
     from rcstudy.progress import Progress
@@ -235,8 +235,8 @@ def run(
 def _solved(study: Study, out: Path, progress: Progress | None) -> Path:
     """Path of the cube of solutions of `study` in the folder `out`, its scenes solved by `timed`."""
     from rcstudy import sweep
+    from rcstudy.storage.units import unit_paths
     from rcstudy.store import units_folder
-    from rcstudy.units import unit_paths
 
     cube = out / "solutions.nc"
     for _ in timed(warm_up_scenes(study)):

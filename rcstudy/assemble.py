@@ -13,12 +13,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from rcstudy.cube_writer import CubeWriter, writing
-from rcstudy.earlier import refuse_foreign, refuse_other_study, state_of
 from rcstudy.errors import UserError
-from rcstudy.layout import REFERENCES
 from rcstudy.mechanics.literature import behind, listed
-from rcstudy.record import DamagedRecord, Region
+from rcstudy.storage.cube_writer import CubeWriter, writing
+from rcstudy.storage.earlier import refuse_foreign, refuse_other_study, state_of
+from rcstudy.storage.layout import REFERENCES
+from rcstudy.storage.record import DamagedRecord, Region
 
 if TYPE_CHECKING:
     from rcstudy.cases import Expansion

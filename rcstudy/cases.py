@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from pydantic_core import to_json
 
-from rcstudy.build import scene_hertz
-from rcstudy.grids import AxisPlan, GridPlan
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Layer, Material, Scene
-from rcstudy.quantities import Quantity
 from rcstudy.settings import DESCRIPTIONS, LENGTH, MODULUS, ratio_name
 from rcstudy.study import Study
+from rcstudy.studyfile.build import scene_hertz
+from rcstudy.studyfile.grids import AxisPlan, GridPlan
+from rcstudy.studyfile.quantities import Quantity
 
 CASE_SCHEMA = 2
 """Version of what a case's key covers; goes up when a scene's record, the order of its keys or its meaning changes."""

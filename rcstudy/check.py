@@ -15,8 +15,8 @@ import xarray as xr
 from rcstudy.cases import expand
 from rcstudy.cube import case_dims, changed_grids, grids, illegible
 from rcstudy.errors import UserError
-from rcstudy.layout import CASE_KEY, GRID, LABEL, MISSING, SETTINGS, Layout, cells_of_centres, lay_out
 from rcstudy.result import VARIABLES
+from rcstudy.storage.layout import CASE_KEY, GRID, LABEL, MISSING, SETTINGS, Layout, cells_of_centres, lay_out
 from rcstudy.structure import COORDINATE_RTOL, MEANINGS
 from rcstudy.study import study_from_text
 

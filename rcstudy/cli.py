@@ -181,10 +181,11 @@ def sweep(
     Exit codes: 0 all cases are solved, 2 bad input, 3 some are not solved (rcstudy failures CUBE lists them), 130
     interrupted, 141 the output pipe was closed by its reader.
     """
-    from rcstudy import pool, progress
+    from rcstudy import progress
     from rcstudy import sweep as sweeping
-    from rcstudy.cluster import scheduler_at
     from rcstudy.study import load_study
+    from rcstudy.workers import pool
+    from rcstudy.workers.cluster import scheduler_at
 
     target = _cube_target(spec, output)
     reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()

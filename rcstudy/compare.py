@@ -22,12 +22,12 @@ import xarray as xr
 
 from rcstudy.cube import case_dims, grids
 from rcstudy.errors import UserError
-from rcstudy.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, SETTINGS, as_floats
 from rcstudy.progress import counted
 from rcstudy.result import VARIABLES, CellState, Status
+from rcstudy.storage.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, SETTINGS, as_floats
 from rcstudy.structure import COORDINATE_RTOL, align, variables_in_both
+from rcstudy.studyfile.yamltree import suggest
 from rcstudy.tolerances import TOLERABLE, Tolerances
-from rcstudy.yamltree import suggest
 
 TABLE = "table of all cases"
 """Name, in reports, of the root table of a cube of several grids."""

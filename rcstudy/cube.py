@@ -13,10 +13,12 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from rcstudy.build import scene_hertz
-from rcstudy.cube_writer import checksum
 from rcstudy.errors import UserError, first_line
-from rcstudy.layout import (
+from rcstudy.mechanics.literature import behind, listed
+from rcstudy.result import VARIABLES, Result, Status
+from rcstudy.settings import unit_as_written
+from rcstudy.storage.cube_writer import checksum
+from rcstudy.storage.layout import (
     CASE_KEY,
     CENTRE_ATTRS,
     CHECKSUM,
@@ -29,13 +31,11 @@ from rcstudy.layout import (
     SETTINGS,
     result_items,
 )
-from rcstudy.mechanics.literature import behind, listed
-from rcstudy.record import FIELDS, SCALARS
-from rcstudy.result import VARIABLES, Result, Status
-from rcstudy.screen import foreign_content, reason_of
-from rcstudy.settings import unit_as_written
-from rcstudy.spec import MAX_CELLS, grid_name_problem
-from rcstudy.yamltree import shorten
+from rcstudy.storage.record import FIELDS, SCALARS
+from rcstudy.storage.screen import foreign_content, reason_of
+from rcstudy.studyfile.build import scene_hertz
+from rcstudy.studyfile.spec import MAX_CELLS, grid_name_problem
+from rcstudy.studyfile.yamltree import shorten
 
 if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
@@ -50,7 +50,7 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     are its children (:func:`grids` gives them in either layout).
 
     Raises UserError when the file is missing, unreadable, not an rcstudy cube, of a newer layout, or holds what no
-    cube holds (:mod:`rcstudy.screen`), and when there is no dask for chunks.
+    cube holds (:mod:`rcstudy.storage.screen`), and when there is no dask for chunks.
     """
     path = Path(path)
     if chunked and find_spec("dask") is None:

@@ -12,12 +12,12 @@ from pathlib import Path
 from rcstudy.cases import expand, scene_record
 from rcstudy.cube import grids, open_cube
 from rcstudy.errors import UserError
-from rcstudy.layout import LABEL
 from rcstudy.mechanics.scene import Scene
-from rcstudy.publish import make_folder, replacing
 from rcstudy.result import Status
-from rcstudy.spec import MAX_NAME
+from rcstudy.storage.layout import LABEL
+from rcstudy.storage.publish import make_folder, replacing
 from rcstudy.study import study_from_text
+from rcstudy.studyfile.spec import MAX_NAME
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy.errors import UserError
-from rcstudy.publish import make_folder
 from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES, paper_grids
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.style import check_formats, log, save, style
 from rcstudy.report.views import GridView, grids
-from rcstudy.yamltree import suggest
+from rcstudy.storage.publish import make_folder
+from rcstudy.studyfile.yamltree import suggest
 
 if TYPE_CHECKING:
     import xarray as xr

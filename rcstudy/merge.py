@@ -10,14 +10,14 @@ from rcstudy import provenance
 from rcstudy.assemble import Assembly
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
-from rcstudy.index import Index
-from rcstudy.layout import case_label
 from rcstudy.progress import counted
-from rcstudy.record import DamagedRecord, parse
+from rcstudy.storage.index import Index
+from rcstudy.storage.layout import case_label
+from rcstudy.storage.record import DamagedRecord, parse
+from rcstudy.storage.units import BadUnit, Unit, read_unit, unit_paths
 from rcstudy.store import opened, units_folder
 from rcstudy.study import Study
 from rcstudy.sweep import Summary, failures, keep_of
-from rcstudy.units import BadUnit, Unit, read_unit, unit_paths
 
 _SHOWN = 5
 

@@ -7,14 +7,14 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Layer, Scene
 from rcstudy.progress import counted, duration, in_bytes
 from rcstudy.result import VARIABLES
 from rcstudy.settings import unit_as_written
-from rcstudy.spec import OutputsSpec
 from rcstudy.study import Study
+from rcstudy.studyfile.build import scene_hertz
+from rcstudy.studyfile.spec import OutputsSpec
 from rcstudy.threads import available_memory
 
 # Estimates rest on the numbers in this block and nothing else. Measured on one core of a two-core machine of 2025 with

@@ -11,11 +11,11 @@ import pandas as pd
 import xarray as xr
 
 from rcstudy.cube import case_dims, case_table, grids, unit_text, value_text
-from rcstudy.layout import LABEL, REFERENCES
 from rcstudy.progress import duration, not_solved
 from rcstudy.result import VARIABLES, Status
-from rcstudy.spec import SceneSpec
-from rcstudy.written import starting_scene
+from rcstudy.storage.layout import LABEL, REFERENCES
+from rcstudy.studyfile.spec import SceneSpec
+from rcstudy.studyfile.written import starting_scene
 
 _WIDTH = 110  # of a line of words
 _SHOWN_FAILURES = 10

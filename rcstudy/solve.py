@@ -9,24 +9,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from rcstudy.estimate import error_estimates
-from rcstudy.hidden import Hidden, close_to_border, least_over_largest
+from rcstudy.bars.estimate import error_estimates
+from rcstudy.bars.hidden import Hidden, close_to_border, least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
-from rcstudy.mechanics.cusps import SlipZone
 from rcstudy.mechanics.jit import seconds_of_compiling
 from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
-from rcstudy.mechanics.pole import rise_at_pole
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import UNSETTLED, RollingSolution, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.series import Series
 from rcstudy.mechanics.stopping import pressure_tolerance
-from rcstudy.mechanics.unseen import Unseen
+from rcstudy.mechanics.subcell.cusps import SlipZone
+from rcstudy.mechanics.subcell.pole import rise_at_pole
+from rcstudy.mechanics.subcell.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
 
 _NOTHING = 1e-6  # tractions over their bounds that count as none: no pressure is sharp enough for them

@@ -6,15 +6,15 @@ from collections import Counter
 from pathlib import Path
 
 from rcstudy.cases import Case, expand
-from rcstudy.earlier import other_study
-from rcstudy.index import Index
-from rcstudy.lock import holders
 from rcstudy.progress import counted, in_bytes
 from rcstudy.result import Status
+from rcstudy.storage.earlier import other_study
+from rcstudy.storage.index import Index
+from rcstudy.storage.lock import holders
+from rcstudy.storage.units import BadUnit, read_unit, unit_paths
 from rcstudy.store import starts_over, take_cube, units_folder
 from rcstudy.study import Study
 from rcstudy.sweep import keep_of
-from rcstudy.units import BadUnit, read_unit, unit_paths
 
 _TRIES = 5
 _WORDS = ("cases", "solved", "failed", "missing")

@@ -1,9 +1,9 @@
 """The store: a folder beside a cube that keeps results as they are solved, until the cube is published from them.
 
-The folder of `paper.nc` is `paper.nc.units`. It holds units, files of results (:mod:`rcstudy.units`). A unit is written
-as soon as results for a thousand cases or some megabytes are pending, and at the latest after five seconds (sooner for
-the first units). Small units are merged now and then, so that slow studies do not end with one file per case. Once the
-cube is written, the units are removed, and later runs take the solved cases from the cube.
+The folder of `paper.nc` is `paper.nc.units`. It holds units, files of results (:mod:`rcstudy.storage.units`). A unit is
+written as soon as results for a thousand cases or some megabytes are pending, and at the latest after five seconds
+(sooner for the first units). Small units are merged now and then, so that slow studies do not end with one file per
+case. Once the cube is written, the units are removed, and later runs take the solved cases from the cube.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_other_study
 from rcstudy.errors import UserError
-from rcstudy.index import Index
-from rcstudy.lock import locked
 from rcstudy.progress import counted
-from rcstudy.publish import remove_leftovers, sync
-from rcstudy.record import Keep, Packed, Record, parse
 from rcstudy.result import Status
-from rcstudy.steady import interrupts_held
-from rcstudy.units import BadUnit, Unit, number_of, read_unit, unit_paths, write_unit
+from rcstudy.storage.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_other_study
+from rcstudy.storage.index import Index
+from rcstudy.storage.lock import locked
+from rcstudy.storage.publish import remove_leftovers, sync
+from rcstudy.storage.record import Keep, Packed, Record, parse
+from rcstudy.storage.steady import interrupts_held
+from rcstudy.storage.units import BadUnit, Unit, number_of, read_unit, unit_paths, write_unit
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case

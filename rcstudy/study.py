@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Never
 
-from rcstudy.build import BuildError, build, parts_of, window_problem
 from rcstudy.errors import UserError
-from rcstudy.grids import GridPlan, GridReader
 from rcstudy.mechanics.scene import Scene
-from rcstudy.spec import (
+from rcstudy.studyfile.build import BuildError, build, parts_of, window_problem
+from rcstudy.studyfile.grids import GridPlan, GridReader
+from rcstudy.studyfile.spec import (
     OutputsSpec,
     SceneSpec,
     StudySpec,
@@ -26,8 +26,8 @@ from rcstudy.spec import (
     report_missing,
     validate,
 )
-from rcstudy.yamlfile import parse, read_text
-from rcstudy.yamltree import Node, Problems, find, from_python
+from rcstudy.studyfile.yamlfile import parse, read_text
+from rcstudy.studyfile.yamltree import Node, Problems, find, from_python
 
 MAX_CASES = 2_000_000  # of one study
 

@@ -15,22 +15,23 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy import cluster, pool, provenance, threads
+from rcstudy import provenance, threads
 from rcstudy.assemble import Assembly
-from rcstudy.batch import make_batches, solve_batch, solve_series, warm_up_scenes
 from rcstudy.errors import UserError, is_interrupt
-from rcstudy.layout import case_label, lay_out
 from rcstudy.progress import Progress, Silent, announced_if_slow, counted
-from rcstudy.record import DamagedRecord, Keep, Packed, Packer, Packing
 from rcstudy.result import Result, Status
-from rcstudy.steady import interrupts_remembered
+from rcstudy.storage.layout import case_label, lay_out
+from rcstudy.storage.record import DamagedRecord, Keep, Packed, Packer, Packing
+from rcstudy.storage.steady import interrupts_remembered
 from rcstudy.store import Store, opened
+from rcstudy.workers import cluster, pool
+from rcstudy.workers.batch import make_batches, solve_batch, solve_series, warm_up_scenes
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion
-    from rcstudy.index import Index
-    from rcstudy.spec import OutputsSpec
+    from rcstudy.storage.index import Index
     from rcstudy.study import Study
+    from rcstudy.studyfile.spec import OutputsSpec
 
 _SECONDS_TO_JUDGE = 1.0  # of solving, before the time that is left is estimated
 _SECONDS_WORTH_WORKERS = 15.0  # estimated to be left for one process: with more, workers are started
@@ -106,7 +107,7 @@ def run(
     over to one worker per processor if what is left is worth starting them; with `scheduler` the workers of a Dask
     cluster solve all cases instead. `processes`: a pool whose workers may have been started already. `progress` is told
     of each case, `tell` is called with messages for the user; `solve` takes the place of
-    :func:`rcstudy.batch.solve_batch`. A case that fails gets its status and reason, and the batch goes on.
+    :func:`rcstudy.workers.batch.solve_batch`. A case that fails gets its status and reason, and the batch goes on.
 
     Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
     interrupted. A cube that was there before then stays as it was, and the results so far are kept beside it.

@@ -10,7 +10,6 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy.publish import make_folder
 from rcstudy.report import measures
 from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.layers import layers_text, thickness_text
@@ -22,6 +21,7 @@ from rcstudy.report.statements import comparisons_table, statements_table
 from rcstudy.report.views import CaseView, GridView, creepage_text, grids
 from rcstudy.report.writers import write_table
 from rcstudy.result import ESTIMATED
+from rcstudy.storage.publish import make_folder
 
 if TYPE_CHECKING:
     import xarray as xr

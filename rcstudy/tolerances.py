@@ -21,11 +21,11 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field, PlainValidator
 
 from rcstudy.errors import UserError
-from rcstudy.quantities import Passing, Whole, Words, between
 from rcstudy.result import VARIABLES
-from rcstudy.spec import Spec, validate
-from rcstudy.yamlfile import parse, read_text
-from rcstudy.yamltree import Problems, find, suggest
+from rcstudy.studyfile.quantities import Passing, Whole, Words, between
+from rcstudy.studyfile.spec import Spec, validate
+from rcstudy.studyfile.yamlfile import parse, read_text
+from rcstudy.studyfile.yamltree import Problems, find, suggest
 
 _Rtol = Annotated[float, PlainValidator(between(0, 1))]
 _FLIPS = Whole(0, 1000)

@@ -46,13 +46,13 @@ import scipy.fft
 from aligned_errors import rolling_groups
 
 from rcstudy import provenance, sweep
-from rcstudy.build import fitted_size
 from rcstudy.cases import expand
 from rcstudy.mechanics import contact, convolution, influence, layered, normal, proof
 from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.progress import Silent
 from rcstudy.result import Status
 from rcstudy.study import load_study
+from rcstudy.studyfile.build import fitted_size
 
 solve = importlib.import_module("rcstudy.solve")  # the package's own `solve` is a function
 ROOT = Path(__file__).resolve().parent.parent

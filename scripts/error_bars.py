@@ -39,7 +39,6 @@ from typing import Any
 
 import numpy as np
 
-from rcstudy.build import fitted_size
 from rcstudy.errors import UserError
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
@@ -47,6 +46,7 @@ from rcstudy.progress import counted
 from rcstudy.result import ESTIMATED, CellState, Status
 from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
+from rcstudy.studyfile.build import fitted_size
 
 STEEL = Material(210000.0, 0.3)
 _FINER = {"few": 8, "coarse": 8}  # times as many cells along each side for the truth; 4 for the others

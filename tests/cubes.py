@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from rcstudy.cube_writer import writing
-from rcstudy.layout import CHECKSUM
-from rcstudy.record import Keep, Packer, Record, parse
 from rcstudy.result import VARIABLES, Result
+from rcstudy.storage.cube_writer import writing
+from rcstudy.storage.layout import CHECKSUM
+from rcstudy.storage.record import Keep, Packer, Record, parse
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case, Expansion

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rcstudy import store
-from rcstudy.units import Unit
+from rcstudy.storage.units import Unit
 
 
 def give_room_for(most: int, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rcstudy.build import scene_hertz
 from rcstudy.cases import Axis, Case, Coord, Expansion, Grid
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.result import CellState, Result, Status
+from rcstudy.studyfile.build import scene_hertz
 
 if TYPE_CHECKING:
     import xarray as xr

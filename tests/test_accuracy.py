@@ -21,7 +21,6 @@ from workers import made_up
 from rcstudy import accuracy, cli, sweep
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
-from rcstudy.layout import CASE_KEY
 from rcstudy.mechanics.contact import influence_of
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.report import precision_summary
@@ -31,6 +30,7 @@ from rcstudy.report.precision_summary import errors_table, mesh_table, settings_
 from rcstudy.report.style import DPI, style
 from rcstudy.result import Result, Status
 from rcstudy.solve import solve_scene
+from rcstudy.storage.layout import CASE_KEY
 from rcstudy.study import load_study
 
 STUDY = """\

@@ -13,14 +13,15 @@ import pytest
 import synthetic
 import workers
 
-from rcstudy import assemble, cube_writer, store, sweep
+from rcstudy import assemble, store, sweep
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.report.views import grids
 from rcstudy.result import Result, Status
+from rcstudy.storage import cube_writer
+from rcstudy.storage.units import Unit, unit_paths
 from rcstudy.study import Study, study_from_text
-from rcstudy.units import Unit, unit_paths
 
 STUDY = """
 study: assembled

@@ -10,7 +10,7 @@ from studies import BASE, load_text, refusal
 
 from rcstudy import sweep
 from rcstudy.cube import case_table, open_cube
-from rcstudy.grids import AXIS_PATHS
+from rcstudy.studyfile.grids import AXIS_PATHS
 
 COATING = "    coating: {thickness: 0.1, modulus: 2 Es}\n"
 VALUES = {

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, hertz_of, solved, steel, window
 
-from rcstudy.elongated import shape
-from rcstudy.estimate import error_estimates
-from rcstudy.fits import ALIGNED, ALIKE, FITS, Fit
-from rcstudy.hidden import Hidden, close_to_border, least_over_largest
+from rcstudy.bars.elongated import shape
+from rcstudy.bars.estimate import error_estimates
+from rcstudy.bars.fits import ALIGNED, ALIKE, FITS, Fit
+from rcstudy.bars.hidden import Hidden, close_to_border, least_over_largest
+from rcstudy.bars.pressed import force_without_creepage, wider
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene, Tolerance
-from rcstudy.mechanics.unseen import Unseen
-from rcstudy.pressed import force_without_creepage, wider
+from rcstudy.mechanics.subcell.unseen import Unseen
 from rcstudy.result import Status
 from rcstudy.solve import _coarser_numbers, _hidden, _lift, _normal_numbers, _rolling_numbers, solve_scene
 from rcstudy.study import scene_from_mapping

@@ -349,9 +349,9 @@ def test_ctrl_c_inside_text_that_is_executed(folder: Path) -> None:
 def test_ctrl_c_when_all_is_done(folder: Path) -> None:
     """A second one, or one too late, while workers are ended: the code was 130, and 'interrupted' was told again."""
     (folder / "sitecustomize.py").write_text(
-        "import os, signal, rcstudy.pool\n"
-        "stop = rcstudy.pool.Pool.stop\n"
-        "rcstudy.pool.Pool.stop = lambda pool: (os.kill(os.getpid(), signal.SIGINT), stop(pool))\n"
+        "import os, signal, rcstudy.workers.pool\n"
+        "stop = rcstudy.workers.pool.Pool.stop\n"
+        "rcstudy.workers.pool.Pool.stop = lambda pool: (os.kill(os.getpid(), signal.SIGINT), stop(pool))\n"
     )
     environment = {**os.environ, "PYTHONPATH": f"{folder}{os.pathsep}{ROOT}"}
     command = [sys.executable, "-m", "rcstudy", "sweep", "none.yaml", "--workers", "2"]

@@ -12,10 +12,11 @@ import synthetic
 import workers
 from typer.testing import CliRunner, Result
 
-from rcstudy import cli, lock, sweep
+from rcstudy import cli, sweep
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result as Outcome
 from rcstudy.result import Status
+from rcstudy.storage import lock
 
 STUDY = """
 study: many

@@ -23,13 +23,14 @@ import workers
 import xarray as xr
 from test_sweep import Told
 
-from rcstudy import cli, cluster, remote, sweep
+from rcstudy import cli, sweep
 from rcstudy.cases import Case, expand
-from rcstudy.cluster import Scheduler, solve_on_cluster
 from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import Result, Status
 from rcstudy.study import Study, load_study
+from rcstudy.workers import cluster, remote
+from rcstudy.workers.cluster import Scheduler, solve_on_cluster
 
 TESTS = Path(__file__).parent
 STUDY = """
@@ -408,7 +409,7 @@ def test_workers_that_are_not_quite_right_are_told_of_once(study: Study) -> None
 def test_checkouts_of_one_version_that_were_edited_are_told_apart(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(remote, "__file__", str(tmp_path / "remote.py"))
+    monkeypatch.setattr(remote, "__file__", str(tmp_path / "workers" / "remote.py"))
     (tmp_path / "mechanics").mkdir()
     found = set()
     for text in ("a = 1", "a = 2"):

@@ -15,14 +15,14 @@ import xarray as xr
 from studies import BASE, load_text
 from workers import made_up
 
-from rcstudy.build import scene_hertz
 from rcstudy.cases import Case
 from rcstudy.compare import TABLE, Comparison, Difference, _natural_scales, _shared_scales, compare
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
-from rcstudy.layout import MISSING
 from rcstudy.result import CellState, Result, Status
+from rcstudy.storage.layout import MISSING
 from rcstudy.structure import _matches
+from rcstudy.studyfile.build import scene_hertz
 from rcstudy.sweep import run
 from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_option
 

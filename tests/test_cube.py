@@ -17,14 +17,14 @@ from cubes import write_cube
 
 import rcstudy
 from rcstudy import cube as cube_module
-from rcstudy import layout
-from rcstudy.build import scene_hertz
 from rcstudy.cube import case_dims, case_table, grids, open_cube, to_dataset
 from rcstudy.errors import UserError
-from rcstudy.layout import MISSING, SCHEMA_ATTRIBUTE
 from rcstudy.mechanics.scene import Mesh
 from rcstudy.result import VARIABLES, CellState, Result, Status
-from rcstudy.spec import RESERVED_NAMES
+from rcstudy.storage import layout
+from rcstudy.storage.layout import MISSING, SCHEMA_ATTRIBUTE
+from rcstudy.studyfile.build import scene_hertz
+from rcstudy.studyfile.spec import RESERVED_NAMES
 
 ENGINES = ("h5netcdf", "netcdf4")
 

@@ -22,12 +22,12 @@ import pytest
 import synthetic
 from cubes import write_cube
 
-from rcstudy import cube_writer, publish
 from rcstudy.cube import case_dims, case_table, grids, open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Mesh
-from rcstudy.publish import replacing
-from rcstudy.steady import SteadyFile
+from rcstudy.storage import cube_writer, publish
+from rcstudy.storage.publish import replacing
+from rcstudy.storage.steady import SteadyFile
 
 TESTS = Path(__file__).parent
 

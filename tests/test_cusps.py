@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from contacts import solved, steel
 
-from rcstudy.mechanics.cusps import difference, pressure_at_borders
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.subcell.cusps import difference, pressure_at_borders
 
 
 def test_differences_are_over_the_larger_value() -> None:

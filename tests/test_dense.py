@@ -30,8 +30,8 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
-from rcstudy.mechanics.krylov import gmres
 from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
+from rcstudy.mechanics.numerics.krylov import gmres
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import NewtonSystem, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance

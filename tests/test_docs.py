@@ -13,16 +13,26 @@ from typing import Any
 
 import pytest
 
-from rcstudy import provenance, yamlfile, yamltree
+from rcstudy import provenance
 from rcstudy.errors import UserError
-from rcstudy.grids import AXIS_PATHS, MAX_AXES
-from rcstudy.layout import CASE_KEY, LABEL, LAYER_SETTINGS, REFERENCES, SCHEMA_ATTRIBUTE, SETTINGS
 from rcstudy.mechanics.literature import PUBLICATIONS
 from rcstudy.result import VARIABLES, CellState, Status
-from rcstudy.spec import RESERVED_NAMES, CoatingSpec, GridSpec, SceneSpec, Spec, StudySpec, allowed_at, submodel
+from rcstudy.storage.layout import CASE_KEY, LABEL, LAYER_SETTINGS, REFERENCES, SCHEMA_ATTRIBUTE, SETTINGS
+from rcstudy.storage.units import FORMAT
 from rcstudy.study import MAX_CASES, load_study
+from rcstudy.studyfile import yamlfile, yamltree
+from rcstudy.studyfile.grids import AXIS_PATHS, MAX_AXES
+from rcstudy.studyfile.spec import (
+    RESERVED_NAMES,
+    CoatingSpec,
+    GridSpec,
+    SceneSpec,
+    Spec,
+    StudySpec,
+    allowed_at,
+    submodel,
+)
 from rcstudy.tolerances import TOLERABLE, Tolerances, load_tolerances
-from rcstudy.units import FORMAT
 
 ROOT = Path(__file__).parent.parent
 STUDY, CUBE = ROOT / "docs" / "study.md", ROOT / "docs" / "cube.md"
@@ -223,14 +233,14 @@ def test_the_table_of_equations_names_code_that_exists(name: str) -> None:
 def constants() -> list[tuple[str, float]]:
     """Names and values in the table of measured constants of docs/mechanics.md."""
     text = MECHANICS.read_text(encoding="utf-8").partition("### Constants that are measured")[2].partition("\n#")[0]
-    return [(name, float(value)) for name, value in re.findall(r"^\| `([\w.]+)` \| ([\d.]+) \|", text, re.MULTILINE)]
+    return [(name, float(value)) for name, value in re.findall(r"^\| `([\w./]+)` \| ([\d.]+) \|", text, re.MULTILINE)]
 
 
 def test_the_table_of_constants_has_their_values() -> None:
     found = constants()
     assert len(found) == 10
     for name, value in found:
-        module, _, constant = name.rpartition(".")
+        module, _, constant = name.replace("/", ".").rpartition(".")
         assert getattr(importlib.import_module(f"rcstudy.mechanics.{module}"), constant) == value, name
 
 

@@ -23,12 +23,13 @@ import workers
 from disks import give_room_for
 from workers import gone
 
-from rcstudy import cli, cube_writer, publish, store, sweep, units
+from rcstudy import cli, store, sweep
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
+from rcstudy.storage import cube_writer, publish, units
+from rcstudy.storage.units import read_unit, unit_paths
 from rcstudy.store import units_folder
 from rcstudy.study import load_study
-from rcstudy.units import read_unit, unit_paths
 
 TESTS = Path(__file__).parent
 ROOT = TESTS.parent

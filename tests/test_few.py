@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, hertz_of, steel
 
-from rcstudy import few
-from rcstudy.build import fitted_size
-from rcstudy.estimate import error_estimates
-from rcstudy.hidden import Hidden
+from rcstudy.bars import few
+from rcstudy.bars.estimate import error_estimates
+from rcstudy.bars.hidden import Hidden
 from rcstudy.mechanics.scene import Creepage, Discretisation, Layer, Mesh, Scene, Tolerance
 from rcstudy.result import ESTIMATED, Status
 from rcstudy.solve import solve_scene
+from rcstudy.studyfile.build import fitted_size
 
 SCALARS = MIDDLING | {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}
 

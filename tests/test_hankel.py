@@ -5,8 +5,8 @@ import pytest
 from scipy.fft import fht
 from scipy.special import loggamma
 
-from rcstudy.mechanics.hankel import hankel_transforms, log_gamma, running_integral
 from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.numerics.hankel import hankel_transforms, log_gamma, running_integral
 from rcstudy.mechanics.scene import Layer, Material
 
 STEP = 0.06

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, TIGHT, hertz_of, solved, steel, window
 
-from rcstudy import build
-from rcstudy.estimate import error_estimates
-from rcstudy.fits import ALIGNED, ALIKE, FITS
+from rcstudy.bars.estimate import error_estimates
+from rcstudy.bars.fits import ALIGNED, ALIKE, FITS
 from rcstudy.mechanics import aligned_coupled
 from rcstudy.mechanics import window as fitting
 from rcstudy.mechanics.exact import hertz_contact, thin_layer_contact
@@ -22,6 +21,7 @@ from rcstudy.mechanics.window import _extent, _reach, contact_extent, sliding_ex
 from rcstudy.result import ESTIMATED, VARIABLES, Status
 from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
+from rcstudy.studyfile import build
 
 
 @pytest.mark.heavy

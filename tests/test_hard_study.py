@@ -12,14 +12,14 @@ from studies import CONFIGS
 from synthetic import made_up_result, several, synthetic_tree
 
 from rcstudy import sweep
-from rcstudy.build import scene_hertz, with_part
 from rcstudy.cube import case_table, open_cube
-from rcstudy.grids import AxisPlan, GridPlan
-from rcstudy.layout import case_label
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.report.solver import PROOFS
 from rcstudy.result import VARIABLES, Status
+from rcstudy.storage.layout import case_label
 from rcstudy.study import Study, load_study
+from rcstudy.studyfile.build import scene_hertz, with_part
+from rcstudy.studyfile.grids import AxisPlan, GridPlan
 from rcstudy.tables import make_tables
 
 pytestmark = pytest.mark.heavy  # windows are fitted when the file is read

@@ -24,7 +24,7 @@ from rcstudy.cases import expand
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import Result, Status
-from rcstudy.screen import foreign_content
+from rcstudy.storage.screen import foreign_content
 from rcstudy.study import load_study
 
 

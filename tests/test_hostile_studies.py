@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 from studies import BASE, CONFIGS, load_text, refusal
 
-from rcstudy import cli, yamlfile
+from rcstudy import cli
 from rcstudy.errors import UserError
 from rcstudy.study import scene_from_mapping
+from rcstudy.studyfile import yamlfile
 
 SHORT = [CONFIGS / name for name in ("small.yaml", "paper.yaml", "accuracy.yaml")]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rcstudy.mechanics.convolution import PLAN_BYTES, transform
-from rcstudy.mechanics.keeping import keep_within
+from rcstudy.mechanics.numerics.keeping import keep_within
 
 
 def test_the_least_used_goes_when_bytes_run_out() -> None:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from rcstudy.mechanics import leading_zone
 from rcstudy.mechanics.kernels import leading_slip, stick
+from rcstudy.mechanics.subcell import leading_zone
 
 THETA, REACH = 0.748, 0.7
 ZONES = leading_zone.numbers(4, THETA, 0.0264)

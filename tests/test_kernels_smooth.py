@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
-from rcstudy.mechanics.edges import fit_outline
 from rcstudy.mechanics.kernels import smooth
+from rcstudy.mechanics.subcell.edges import fit_outline
 
 TERMS = 9
 

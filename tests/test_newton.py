@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from contacts import steel
 
-from rcstudy.mechanics import newton, rolling
+from rcstudy.mechanics import rolling
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal
-from rcstudy.mechanics.patience import Patience
+from rcstudy.mechanics.numerics import newton
+from rcstudy.mechanics.numerics.patience import Patience
 from rcstudy.mechanics.scene import Creepage, Mesh
 
 

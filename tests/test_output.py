@@ -17,13 +17,15 @@ import workers
 import xarray as xr
 from studies import BASE, SWEPT, load_text
 
-from rcstudy import pool, publish, solve, sweep
+from rcstudy import solve, sweep
 from rcstudy.cube import open_cube
-from rcstudy.earlier import is_replaced, refuse_cube, state_of
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result
 from rcstudy.status import report
+from rcstudy.storage import publish
+from rcstudy.storage.earlier import is_replaced, refuse_cube, state_of
+from rcstudy.workers import pool
 
 LOADS = f"{BASE}  g:\n    axes: {{load: [50, 100]}}\n"
 

@@ -12,11 +12,11 @@ import pytest
 from contacts import STEEL, hertz_of, steel
 from scipy.special import ellipe
 
-from rcstudy import few
-from rcstudy.elongated import Shape, shape
-from rcstudy.estimate import error_estimates
-from rcstudy.mechanics.pole import _RISE, rise_at_pole
+from rcstudy.bars import few
+from rcstudy.bars.elongated import Shape, shape
+from rcstudy.bars.estimate import error_estimates
 from rcstudy.mechanics.scene import Creepage, Mesh, Scene
+from rcstudy.mechanics.subcell.pole import _RISE, rise_at_pole
 from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 import workers
 
-from rcstudy import pool
 from rcstudy.__main__ import workers_wanted
-from rcstudy.batch import make_batches
 from rcstudy.cases import expand
 from rcstudy.study import study_from_text
+from rcstudy.workers import pool
+from rcstudy.workers.batch import make_batches
 
 STUDY = """
 study: pool

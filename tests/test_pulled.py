@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from contacts import MIDDLING, solved, steel
 
-from rcstudy.elongated import shape
-from rcstudy.estimate import error_estimates
-from rcstudy.hidden import Hidden
+from rcstudy.bars.elongated import shape
+from rcstudy.bars.estimate import error_estimates
+from rcstudy.bars.hidden import Hidden
+from rcstudy.bars.pulled import at_edges, of_peaks
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
-from rcstudy.pulled import at_edges, of_peaks
 
 
 def test_of_weak_pull() -> None:

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import synthetic
 
-from rcstudy.deflate import compress, decompress
 from rcstudy.mechanics.scene import Scene
-from rcstudy.record import FIELDS, SCALARS, DamagedRecord, Form, Keep, Packer, Packing, contact_box, parse
 from rcstudy.result import Result, Status
+from rcstudy.storage.deflate import compress, decompress
+from rcstudy.storage.record import FIELDS, SCALARS, DamagedRecord, Form, Keep, Packer, Packing, contact_box, parse
 
 CELLS = synthetic.MESH.cells
 

@@ -43,7 +43,6 @@ from synthetic import (
 )
 from workers import made_up
 
-from rcstudy.axis_labels import letters
 from rcstudy.cases import Axis, Coord
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
@@ -61,6 +60,7 @@ from rcstudy.report.style import LINES, save, style
 from rcstudy.report.views import CaseView, GridView, grids
 from rcstudy.report.writers import write_table
 from rcstudy.result import ESTIMATED, CellState, Status
+from rcstudy.studyfile.axis_labels import letters
 from rcstudy.sweep import run
 from rcstudy.tables import creepage_table, make_tables
 

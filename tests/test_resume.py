@@ -26,7 +26,7 @@ from disks import fill_up, give_room_for
 from studies import CASES, SWEPT
 from test_sweep import Told
 
-from rcstudy import assemble, index, lock, progress, publish, record, status, store, sweep
+from rcstudy import assemble, progress, status, store, sweep
 from rcstudy.cases import expand, scene_record
 from rcstudy.cube import case_table, grids, open_cube
 from rcstudy.errors import UserError
@@ -36,9 +36,10 @@ from rcstudy.mechanics.scene import Scene
 from rcstudy.merge import merge
 from rcstudy.result import Result, Status
 from rcstudy.status import report
+from rcstudy.storage import index, lock, publish, record
+from rcstudy.storage.units import read_unit, unit_paths, write_unit
 from rcstudy.store import units_folder
 from rcstudy.study import Study, load_study, study_from_text
-from rcstudy.units import read_unit, unit_paths, write_unit
 
 REPLACED = "; it will be replaced: to keep it, choose another --output"
 
@@ -318,11 +319,11 @@ def test_starting_over(sweeps: Sweeps) -> None:
 
 def test_another_solver_version_solves_all_again(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
     import rcstudy.cases
-    import rcstudy.units
+    import rcstudy.storage.units
 
     sweeps.run(5)
     monkeypatch.setattr(rcstudy.cases, "SOLVER_VERSION", "next")
-    monkeypatch.setattr(rcstudy.units, "SOLVER_VERSION", "next")
+    monkeypatch.setattr(rcstudy.storage.units, "SOLVER_VERSION", "next")
     assert len(sweeps.run()) == CASES
     assert f"of solver version {SOLVER_VERSION}, this is next; set aside" in sweeps.told[0]
 

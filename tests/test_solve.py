@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from contacts import STEEL, steel
 
-from rcstudy.hidden import least_over_largest
+from rcstudy.bars.hidden import least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.proof import prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
-from rcstudy.mechanics.trailing import Ending
-from rcstudy.mechanics.unseen import Unseen
+from rcstudy.mechanics.subcell.trailing import Ending
+from rcstudy.mechanics.subcell.unseen import Unseen
 from rcstudy.result import Status
 
 solve: Any = import_module("rcstudy.solve")  # in the package a function has its name

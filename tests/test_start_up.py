@@ -31,7 +31,7 @@ print(rcstudy.UserError.__module__, issubclass(rcstudy.UserError, Exception), *s
 def test_pyfftw_keeps_its_interfaces_for_those_who_ask():
     code = """
 import sys
-import rcstudy.mechanics.fftw
+import rcstudy.mechanics.numerics.fftw
 assert "pyfftw.interfaces" not in sys.modules
 import pyfftw
 print(pyfftw.interfaces.numpy_fft.rfft([1.0, 2.0])[0].real, type(sys.modules["pyfftw.interfaces"].cache).__name__)
@@ -45,8 +45,8 @@ def test_pyfftw_that_is_loaded_already_stays_as_it_is():
     code = """
 import pyfftw.interfaces
 before = pyfftw.interfaces
-import rcstudy.mechanics.fftw
-print(pyfftw.interfaces is before, rcstudy.mechanics.fftw.pyfftw is pyfftw)
+import rcstudy.mechanics.numerics.fftw
+print(pyfftw.interfaces is before, rcstudy.mechanics.numerics.fftw.pyfftw is pyfftw)
 """
     assert run_python(code) == ["True", "True"]
 
@@ -54,7 +54,7 @@ print(pyfftw.interfaces is before, rcstudy.mechanics.fftw.pyfftw is pyfftw)
 def test_what_is_put_off_is_loaded_when_it_is_used():
     code = """
 import sys
-from rcstudy.mechanics.later import deferred_import
+from rcstudy.mechanics.numerics.later import deferred_import
 with deferred_import("wave"):
     import wave
     print("wave" in sys.modules, hasattr(wave, "__file__"))
@@ -110,12 +110,13 @@ print(done.failed, *sorted(sys.modules))
 def test_a_worker_loads_what_solves_and_no_more():
     code = """
 import sys
-import rcstudy.pool
-from rcstudy.batch import solve_batch
-from rcstudy.record import Keep, Packing
+import rcstudy.workers.pool
+from rcstudy.workers.batch import solve_batch
+from rcstudy.storage.record import Keep, Packing
 print(list(Packing(solve_batch, Keep())([])), *sorted(sys.modules))
 """
     results, *loaded = run_python(code)
     assert results == "[]"
     assert "rcstudy.solve" in loaded
-    assert {"h5py", "pydantic", "ruamel.yaml", "typer", "xarray", "rcstudy.sweep", "rcstudy.spec"}.isdisjoint(loaded)
+    others = {"h5py", "pydantic", "ruamel.yaml", "typer", "xarray", "rcstudy.sweep", "rcstudy.studyfile.spec"}
+    assert others.isdisjoint(loaded)

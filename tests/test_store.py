@@ -15,9 +15,9 @@ from studies import SWEPT
 
 from rcstudy import store, sweep
 from rcstudy.cases import Case, expand
-from rcstudy.record import Packed
+from rcstudy.storage.record import Packed
+from rcstudy.storage.units import unit_paths
 from rcstudy.study import study_from_text
-from rcstudy.units import unit_paths
 
 
 @contextmanager

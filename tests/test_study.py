@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from studies import BASE, CONFIGS, load_text, refusal
 
-from rcstudy import grids
-from rcstudy.build import scene_hertz
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Creepage, Layer, Material
-from rcstudy.ranges import RangeSpec
 from rcstudy.study import MAX_CASES, load_study, scene_from_mapping
+from rcstudy.studyfile import grids
+from rcstudy.studyfile.build import scene_hertz
+from rcstudy.studyfile.ranges import RangeSpec
 
 SCENE = {
     "substrate": {"E": 210000, "nu": 0.3},

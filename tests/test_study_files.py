@@ -5,11 +5,11 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from studies import BASE, CONFIGS, refusal
 
-from rcstudy import yamlfile, yamltree
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
-from rcstudy.spec import StudySpec, allowed_at
 from rcstudy.study import Study, load_study
+from rcstudy.studyfile import yamlfile, yamltree
+from rcstudy.studyfile.spec import StudySpec, allowed_at
 
 PAPERS = "paper.yaml", "paper_fine.yaml"
 

@@ -21,8 +21,7 @@ import workers
 import xarray as xr
 from studies import CASES, OLD, SWEPT
 
-from rcstudy import pool, provenance, store, sweep, threads
-from rcstudy.batch import warm_up_scenes
+from rcstudy import provenance, store, sweep, threads
 from rcstudy.cases import Case, expand
 from rcstudy.compare import compare
 from rcstudy.cube import case_table, open_cube
@@ -30,10 +29,12 @@ from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.progress import Bar, Lines, counted, duration, for_stream, in_bytes
 from rcstudy.result import Result, Status
-from rcstudy.steady import interrupts_held, interrupts_remembered
+from rcstudy.storage.steady import interrupts_held, interrupts_remembered
+from rcstudy.storage.units import read_unit, unit_paths
 from rcstudy.study import Study, load_study
 from rcstudy.threads import THREAD_VARIABLES
-from rcstudy.units import read_unit, unit_paths
+from rcstudy.workers import pool
+from rcstudy.workers.batch import warm_up_scenes
 
 
 @pytest.fixture

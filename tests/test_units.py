@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rcstudy.units import number_of, unit_paths, write_unit
+from rcstudy.storage.units import number_of, unit_paths, write_unit
 
 
 def test_units_come_in_the_order_in_which_they_were_written(tmp_path: Path) -> None:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from contacts import STEEL, steel
 
-from rcstudy.mechanics import leading_zone
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
-from rcstudy.mechanics.unseen import Unseen, UnseenSlip
+from rcstudy.mechanics.subcell import leading_zone
+from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip
 from rcstudy.solve import _part_within, solve_scene
 
 HARDLY_SLIPPING = pytest.mark.parametrize(

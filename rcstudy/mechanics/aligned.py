@@ -24,7 +24,6 @@ from functools import cached_property
 
 import numpy as np
 
-from rcstudy.mechanics import leading_zone
 from rcstudy.mechanics.contact import NormalContact, along_by_pressure
 from rcstudy.mechanics.convolution import (
     Box,
@@ -41,19 +40,20 @@ from rcstudy.mechanics.convolution import (
     symbols,
     traction_quadrants,
 )
-from rcstudy.mechanics.cusps import SlipZone
-from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
-from rcstudy.mechanics.edges import Outline
-from rcstudy.mechanics.half_line import EDGE
 from rcstudy.mechanics.kernels import row_cells
-from rcstudy.mechanics.local_slip import by_pressure_at_centres, local_slip
 from rcstudy.mechanics.moved_rows import MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SlipOperator
-from rcstudy.mechanics.slip_zone import SlipZones
-from rcstudy.mechanics.trailing import Ending, ending_of_rows
-from rcstudy.mechanics.unseen import Unseen, UnseenSlip
+from rcstudy.mechanics.subcell import leading_zone
+from rcstudy.mechanics.subcell.cusps import SlipZone
+from rcstudy.mechanics.subcell.edge_slip import OF_HALF_SPACE
+from rcstudy.mechanics.subcell.edges import Outline
+from rcstudy.mechanics.subcell.half_line import EDGE
+from rcstudy.mechanics.subcell.local_slip import by_pressure_at_centres, local_slip
+from rcstudy.mechanics.subcell.slip_zone import SlipZones
+from rcstudy.mechanics.subcell.trailing import Ending, ending_of_rows
+from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip
 
 _SPIN_POINT = 0.5  # in cells ahead of the centre
 # At an oblique leading edge the discrete equations underestimate the slip across the tractions of the leading cells.

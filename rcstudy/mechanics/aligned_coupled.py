@@ -31,8 +31,8 @@ from rcstudy.mechanics.cascade import coarser_scene, coarser_tolerance
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_rolling
 from rcstudy.mechanics.coupled import from_coarser, solve_coupled
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.mixing import Mixing
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
+from rcstudy.mechanics.numerics.mixing import Mixing
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene, Tolerance
 

@@ -1,8 +1,8 @@
 """Cascade of meshes: each scene is first solved with cells of twice the size.
 
 The coarser solution is the first guess for pressure and tractions, and the difference between the two solutions serves
-to estimate the discretisation error (`rcstudy/estimate.py`). It never enters the finer solution, which solves its own
-discrete equations.
+to estimate the discretisation error (`rcstudy/bars/estimate.py`). It never enters the finer solution, which solves its
+own discrete equations.
 """
 
 from __future__ import annotations

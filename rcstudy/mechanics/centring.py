@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from rcstudy.mechanics.kernels import centring as kernel
-from rcstudy.mechanics.patience import Patience
+from rcstudy.mechanics.numerics.patience import Patience
 
 Law = tuple[np.ndarray, float, np.ndarray, np.ndarray, np.ndarray]
 """Bounds [m] (MPa), rho (MPa), slip flags [m], directions [m, 2] and shares [m] of cells, see `rolling.py`."""

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from rcstudy.mechanics.fftw import pyfftw
-from rcstudy.mechanics.keeping import keep_within
 from rcstudy.mechanics.kernels import arrays
+from rcstudy.mechanics.numerics.fftw import pyfftw
+from rcstudy.mechanics.numerics.keeping import keep_within
 
 PLAN_BYTES = 256 * 2**20
 """Most bytes held by cached plans of each kind: enough for one solve on 512 x 512 cells, and for all smaller meshes."""

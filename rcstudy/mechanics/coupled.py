@@ -30,7 +30,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from rcstudy.mechanics import newton
 from rcstudy.mechanics.cascade import coarser_scene, interpolated_pressure
 from rcstudy.mechanics.contact import (
     NormalContact,
@@ -48,10 +47,11 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, coupled, tractions
-from rcstudy.mechanics.krylov import gmres
-from rcstudy.mechanics.mixing import Mixing
 from rcstudy.mechanics.normal import LEAST_TOLERANCE, at_edge, clear_of_sides, initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
+from rcstudy.mechanics.numerics import newton
+from rcstudy.mechanics.numerics.krylov import gmres
+from rcstudy.mechanics.numerics.mixing import Mixing
 from rcstudy.mechanics.rolling import (
     NewtonSystem,
     RollingSolution,

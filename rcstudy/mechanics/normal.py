@@ -20,7 +20,7 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import frequency_response, half_space_response
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
-from rcstudy.mechanics.patience import Patience
+from rcstudy.mechanics.numerics.patience import Patience
 from rcstudy.mechanics.rim import RimSolver
 from rcstudy.mechanics.scene import Layer, Material, Scene
 from rcstudy.mechanics.stopping import pressure_residual

@@ -44,10 +44,10 @@ from itertools import cycle
 
 import numpy as np
 
-from rcstudy.mechanics import newton
 from rcstudy.mechanics.centring import Centring
 from rcstudy.mechanics.kernels import arrays, tractions
-from rcstudy.mechanics.krylov import Product, gmres
+from rcstudy.mechanics.numerics import newton
+from rcstudy.mechanics.numerics.krylov import Product, gmres
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SHIFT, SlipOperator
 from rcstudy.mechanics.stopping import traction_residual

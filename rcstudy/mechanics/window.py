@@ -10,8 +10,8 @@ import numpy as np
 
 from rcstudy.mechanics.contact import NormalContact, influence_of
 from rcstudy.mechanics.convolution import ONE_AT_A_TIME, Box
-from rcstudy.mechanics.mixing import Mixing
 from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
+from rcstudy.mechanics.numerics.mixing import Mixing
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 
 _CELLS = 24

@@ -11,14 +11,14 @@ from itertools import product
 
 import numpy as np
 
-from rcstudy.axis_labels import labelled_scenes
 from rcstudy.progress import counted
-from rcstudy.quantities import Quantity, number_text
 from rcstudy.report.labels import KEEP, literal, shortened
 from rcstudy.report.layers import layers_text, moduli_text, ratios_text, thickness_text
 from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, given_text
 from rcstudy.settings import LENGTH
-from rcstudy.spec import SceneSpec
+from rcstudy.studyfile.axis_labels import labelled_scenes
+from rcstudy.studyfile.quantities import Quantity, number_text
+from rcstudy.studyfile.spec import SceneSpec
 
 _LABELLED = ("creepage", "layers", "case")
 """Axes whose values are names of settings that the cube stores, which a caption spells out."""

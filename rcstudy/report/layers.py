@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rcstudy.quantities import number_text
 from rcstudy.report.views import CaseView, given_text, set_as
 from rcstudy.settings import LENGTH, MODULUS
+from rcstudy.studyfile.quantities import number_text
 
 _SCALES = (f" {LENGTH}", f" {MODULUS}")
 

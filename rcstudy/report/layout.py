@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rcstudy.quantities import number_text
 from rcstudy.report.labels import KEEP, wrapped
 from rcstudy.report.style import DPI, WIDTH
 from rcstudy.report.views import GridView, short_number
+from rcstudy.studyfile.quantities import number_text
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis

@@ -11,12 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from rcstudy.axis_labels import default_label, labelled_scenes
-from rcstudy.quantities import as_quantity, number_text
 from rcstudy.report.cells import Column, Value
 from rcstudy.report.views import CaseView, GridView
 from rcstudy.settings import unit_of
-from rcstudy.spec import SceneSpec
+from rcstudy.studyfile.axis_labels import default_label, labelled_scenes
+from rcstudy.studyfile.quantities import as_quantity, number_text
+from rcstudy.studyfile.spec import SceneSpec
 
 CREEPAGES = (
     Column("longitudinal", "xi_x", r"$\xi_x$"),

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 
-from rcstudy.axis_labels import letters
 from rcstudy.report.views import CaseView, GridView
+from rcstudy.studyfile.axis_labels import letters
 
 AXES: dict[str, frozenset[str]] = {
     "figure_3": frozenset({"layer_count", "thickness", "modulus"}),

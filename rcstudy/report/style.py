@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rcstudy.errors import UserError
-from rcstudy.publish import replacing
+from rcstudy.storage.publish import replacing
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap

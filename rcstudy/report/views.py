@@ -19,13 +19,13 @@ import xarray as xr
 from rcstudy.cube import case_dims, unit_text, value_text
 from rcstudy.cube import grids as cube_grids
 from rcstudy.errors import UserError
-from rcstudy.layout import LABEL, MISSING
-from rcstudy.quantities import number_text
 from rcstudy.report.labels import power_of_ten
 from rcstudy.result import CellState, Status
 from rcstudy.settings import unit_of
-from rcstudy.spec import SceneSpec
-from rcstudy.written import starting_scene
+from rcstudy.storage.layout import LABEL, MISSING
+from rcstudy.studyfile.quantities import number_text
+from rcstudy.studyfile.spec import SceneSpec
+from rcstudy.studyfile.written import starting_scene
 
 
 class GridView:

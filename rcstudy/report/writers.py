@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from rcstudy.publish import replacing
 from rcstudy.report.cells import Column, Value, cell, csv_cells
 from rcstudy.report.latex import latex_table
+from rcstudy.storage.publish import replacing
 
 
 def write_table(

@@ -1,0 +1,1 @@
+"""Error bars: estimates of the discretisation error of each scalar (entry: `estimate.py`)."""

@@ -1,0 +1,496 @@
+"""Estimates of the discretisation error of each scalar, from the coarser meshes on which each solution is started.
+
+`fits.py` estimates it from the differences between these meshes and from N, the number of cells per radius of the
+contact. Here the other contributions are added:
+
+- Contacts without a coarser mesh have the errors that contacts on so few cells have (`few.py`). Those with one coarser
+  mesh have at least half of these below twelve cells across, or all of it (`_OF_FEW`, `_BY_PLACE`).
+- The slip area with `aligned` has the error of the contact area, too, in quadrature. If no cell slips, a zone narrower
+  than half a cell may (`_UNSEEN`), and tractions grow towards the trailing edge beyond those of the cells (`aligned`
+  corrects for both, `trailing.py`). If all cells slip, a strip narrower than a cell may stick unless all of them slip
+  fast (`_STRIP`).
+- The largest traction, where it is mu times the largest pressure, has the error of that pressure.
+- The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
+  with `kalker`, is a known error (`balance_power`).
+- Estimates of forces along y and of moments fall with the creepages where bodies slip by pressure (`_BY_CREEPAGE`).
+- What pressure, not creepage, makes surfaces slip has parts of its own (`pressed.py`), edges under strong friction, too
+  (`pulled.py`).
+- All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`hidden.py`):
+  layers and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins, the
+  pole of spin.
+
+Forces and moments that vanish by symmetry have only what the solver leaves as error bar (`vanishes`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+from rcstudy.bars import elongated, few, pressed, pulled
+from rcstudy.bars.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
+from rcstudy.bars.hidden import Hidden
+from rcstudy.mechanics.scene import Creepage, Scene
+
+# With fewer cells per radius and only one coarser mesh the estimate by meshes is too small, as that mesh, of three to
+# six cells, may agree by chance: it is multiplied by these factors (set on 500 contacts) and is no less than half of
+# what so few cells miss (`few.py`); than all of it where errors depend on how edges lie between cells (`_BY_PLACE`).
+# That of the largest pressure with `aligned` is too small on more cells as well: round contacts 21 to 23 cells across
+# hardly differ from those on half as many (1400 contacts).
+_FEW = 6.0
+_ON_FEW = {"kalker": 1.15, "aligned": 1.2}
+_OF_FEW = 0.5
+_BY_PLACE = {"pressure_max", "contact_area", "contact_radius", "approach", "traction_max", "moment_z"}
+_PEAK_ON_TWO = 1.85
+
+# Relative errors per unit of `by_layers`. Areas are corrected for layers too thin for the cells, by the shift of the
+# edge (`half_line.py`): theirs are the parts that may be left. Forces are not corrected.
+_BY_LAYERS = {
+    "contact_area": 0.37,
+    "contact_radius": 0.185,
+    "slip_area": 0.18,
+    "pressure_max": 0.01,
+    "traction_max": 0.4,
+    "force_x": 0.26,
+    "force_y": 0.1,
+    "moment_z": 0.085,
+    "friction_power": 0.34,
+}
+# What is added to these if little slips, and the power of the part that sticks: slip zones are then within a few cells
+# of the edge. (Of 180 such contacts with layers thinner than a cell 57 to 84 in 100 slip areas are held without it. Of
+# 850 on soft films friction powers are held in 91 of 100 without it, now 93, largest tractions in 90, now 92.)
+_WITH_LITTLE_SLIP = {"slip_area": (1.2, 8), "friction_power": (0.7, 4), "traction_max": (1.0, 4)}
+_BY_SKINS = 1.8  # factor on that for layers stiffer than what is below, whose `by_layers` is negative
+_PEAK, _APPROACH = 0.5, 0.9  # relative errors of the largest pressure and of the approach, over `peak_by_layers`
+# Error of a largest pressure within two cells of the stick zone's border, full coupling, over the difference of the
+# finest two meshes: there it converges with dx or its root. (69 of 350 contacts: held in 84 of 100 without it, now 92.)
+_AT_CUSP = 1.0
+# Relative errors of the largest pressure and traction over what cusps change of them.
+_CUSPS = {"kalker": (0.7, 0.9), "aligned": (0.9, 0.22)}
+_STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative errors times N, where no cell slips
+# Relative errors of the area and of the largest traction of slip zones narrower than a cell, with `aligned`
+# (`trailing.py`), and the power of the width with which the latter falls in wider zones (`_UNSEEN`; 350 solutions of 70
+# contacts that hardly slip, on 24 to 96 cells).
+_NARROW_ZONE, _AT_BORDER, _NARROWING = 0.14, 0.105, 3.0
+# Square of the largest traction over the product of that of a cell and the bound one cell from the edge (1 to 1.2).
+_AT_MEETING = 1.2
+# Relative error of a largest pressure in the outermost cells: this part of `beyond_rim`, no more than
+# `_MOST_BEYOND_RIM` (57 pressures under stiff skins, on 24 to 128 cells); `_ALL_OF_IT` where `pull` is 1 beyond
+# `_STEEP`. (Of 57 such largest pressures with `aligned` 74 in 100 are held with the factor of `kalker`, now 93.)
+_BEYOND_RIM, _MOST_BEYOND_RIM, _STEEP = 0.5, 0.12, 0.5
+_ALL_OF_IT = {"kalker": 1.15, "aligned": 1.6}
+# What `aligned` misses of forces and slip areas by layers thinner than a cell where there is stick, and of the force
+# across that in x, over the estimates of `add_skin_at_edge` (800 contacts).
+_IN_SKIN, _TURNED = 0.5, 0.06
+_LIFT = {"kalker": 0.35, "aligned": 0.03}  # relative error of tractions, and so of their lift, times N
+# Errors of the corrections for slip zones at the leading edge, and of the power in these zones, over themselves.
+_OF_CORRECTION, _OF_POWER = 0.9, 0.4
+# Errors of forces along y and of moments of bodies that slip by pressure fall, where creepages are small, with this
+# multiple of the force that these cause where all sticks, over the friction force, to the power `_FALLING`. (Without it
+# 97 to 98 in 100 bars hold in contacts that hardly slip, and are more than six times the error.)
+_BY_CREEPAGE, _FALLING = 2.0, 1.0 / 3.0
+# Forces and moments that vanish by symmetry, over their scales and what directions of slip are unsettled by: these need
+# not be symmetric. (49 such numbers of 720 contacts by spin or longitudinal creepage alone: at most 0.14, 11 beyond the
+# tolerance.)
+_ASYMMETRY = 0.15
+# Errors over their scales, per unit of what cells miss of the bodies' compliance (`mechanics/missed.py`), and that of
+# the force along x of what sticks, in quadrature, per unit of what they miss of slip by pressure over friction. (Set on
+# 750 contacts on films of nu = 0.45 to 0.5, 0.03 to 2.5 cells thick; of 400 others 90 (`aligned`) and 93 in 100 forces
+# along x are held without it, 99 and 98 with it, 86 largest pressures without, 94 and 89 with it.)
+_MISSED = {
+    "contact_area": 0.45,
+    "contact_radius": 0.22,
+    "approach": 0.4,
+    "pressure_max": 0.7,
+    "slip_area": 0.3,
+    "traction_max": 0.5,
+    "force_x": 0.2,
+    "force_y": 0.2,
+    "moment_z": 0.2,
+}
+_MISSED_SLIP = 1.1
+# Errors with `kalker` under pressures more peaked than Hertz's, per unit of `peaked`. The largest pressure may lie half
+# a cell from the next centre along either side, which misses m/(2 N^2) of p0 (1 - r^2/a^2)^m: 0.4 of the at most 0.5 by
+# which that is beyond Hertz's, and up to 1.2 times the bar of the largest traction. (Set on 850 contacts on soft
+# films: bars of pressures were held in 88 of 100, now 97, of tractions in 89, now 95.)
+_BETWEEN_CELLS, _OF_PEAKED = 0.4, 0.4
+_ROUNDING = 1e-9
+_BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
+# Where all cells stick, a zone narrower than half a cell may slip behind them, of `_UNSEEN`/N of the contact's area.
+_UNSEEN = 0.3
+# Where all cells slip, a strip at the leading edge may stick. It is less than 1/N radii wide and so about N^(-1/2)
+# radii long: `_STRIP` N^(-3/2) of the contact's area, falling to zero as the least slip of all cells rises to
+# `_BEYOND`/N of the largest. That limit is lower for quasi-identical bodies (`_BEYOND_ALIKE`), which have no slip by
+# pressure, as this rises steeply towards the edge. As tractions in the strip are below the bound or point elsewhere,
+# forces have a bar of `_IN_STRIP` N^(-3/2) of their scale. Set on 650 contacts near full slip, on 16 to 64 cells;
+# checked on others (`scripts/error_bars.py`).
+_STRIP = 0.22
+_BEYOND, _BEYOND_ALIKE = 2.8, 1.0
+_IN_STRIP = 0.03
+
+
+def error_estimates(
+    scene: Scene,
+    cells: int,
+    levels: Sequence[dict[str, float]],
+    hidden: Hidden | None = None,
+) -> dict[str, float]:
+    """Error bars `<name>_error` of every scalar in FITS that `levels` has, in the scalar's own unit.
+
+    `levels`: scalars on the mesh of `scene`, then on coarser ones, finest first; `cells`: number of cells in contact;
+    `hidden`: errors that differences between the meshes do not show.
+    """
+    case = _Case(scene, levels[0], hidden or Hidden(), elongated.shape(scene, cells))
+    fits = (ALIGNED if scene.moves_by_pressure else ALIKE) if case.aligned else FITS
+    if scene.is_coupled:
+        fits = fits | COUPLED[scene.discretisation]
+    hides = case.parts_hidden()
+    factors = case.shape.of_edges if case.aligned else {}
+    factors |= {} if case.all_slips else pulled.of_peaks(case.hidden.pull, aligned=case.aligned)
+    bars = {}
+    for name, fit in fits.items():
+        if name in levels[0]:
+            by_meshes = math.hypot(case.by_meshes(name, fit, [level[name] for level in levels]), case.missed_slip(name))
+            of_cells = by_meshes + hides.get(name, 0.0) * abs(levels[0][name])
+            bars[name] = factors.get(name, 1.0) * of_cells + case.left_by_solver(name)
+    if "slip_area" in levels[0]:
+        case.add_turned_force(bars)
+        if len(levels) == 1 and case.on_few:  # the laws of few cells hold for all parts of the errors
+            if case.at_peak:
+                bars["traction_max"] = scene.friction * bars["pressure_max"]
+            case.add_pole_of_spin(bars, few_cells=True)
+            case.add_length(bars)
+        else:
+            case.add_lift_at_edges(bars)
+            case.add_slip_without_creepage(bars)
+            case.add_what_slips(bars, len(levels))
+            case.raise_largest_traction(bars)
+            case.add_unseen_slip(bars)
+            case.add_skin_at_edge(bars)
+            case.add_slip_by_pressure(bars)
+            case.add_pole_of_spin(bars)
+            case.add_island_that_sticks(bars)
+            case.add_length(bars)
+            case.balance_power(bars)
+    return {f"{name}_error": case.left_of_none(name) if case.vanishes(name) else bar for name, bar in bars.items()}
+
+
+class _Case:
+    """One solution: scalars on its own mesh (`finest`), hidden errors, and the scales of its errors.
+
+    `shape`: that of the contact. Methods with an argument `bars` (error bars by the names of the scalars) change it in
+    place.
+    """
+
+    def __init__(self, scene: Scene, finest: dict[str, float], hidden: Hidden, shape: elongated.Shape) -> None:
+        self.scene, self.finest, self.hidden = scene, finest, hidden
+        self.shape, self.per_radius = shape, shape.per_radius  # N
+        self.aligned = scene.discretisation == "aligned"
+        force = scene.friction * scene.load
+        if "traction_max" in finest:  # tractions far below the bound limit forces more than mu P does
+            largest = min(finest["traction_max"], hidden.largest_of_cells)
+            force = min(force, few.BY_TRACTION * largest * finest["contact_area"])
+        self.creepage = scene.creepage or Creepage()
+        self.fastest = self.creepage.fastest(finest["contact_radius"])  # largest rigid slip, about
+        slip = self.fastest
+        if not self.aligned:
+            slip += few.BY_PRESSURE * pressed.of_edges(self.peaked) * hidden.by_pressure
+        self.power = max(force * slip, abs(finest.get("friction_power", 0.0)))
+        moment = force * finest["contact_radius"]
+        self.scales = finest | {"force_x": force, "force_y": force, "moment_z": moment, "friction_power": self.power}
+        self.slipping = 0.0  # part of the contact
+        self.all_slips = False
+        if "slip_area" in finest:
+            self.scales["slip_area"] = finest["contact_area"]
+            self.slipping = finest["slip_area"] / finest["contact_area"]
+            self.all_slips = finest["slip_area"] == finest["contact_area"] and hidden.slip.missing == 0.0
+        # whether the largest traction is mu p at the largest pressure
+        most = scene.friction * finest.get("pressure_max", math.inf)
+        self.at_peak = hidden.slips_at_top and finest.get("traction_max", 0.0) >= (1.0 - _ROUNDING) * most
+
+    @cached_property
+    def on_few(self) -> bool:
+        """Whether the contact is less than twelve cells across its narrower side."""
+        return few.cells_per_radius(self.scene, self.per_radius) < _FEW
+
+    @cached_property
+    def peaked(self) -> float:
+        """Excess of m over Hertz's 1/2, at least 0, of pressures like p0 (1 - r^2/a^2)^m.
+
+        Largest pressures are m + 1 times the mean ones. m is 1 and 2 on thin compressible and incompressible films.
+        """
+        return max(self.finest["pressure_max"] * self.finest["contact_area"] / self.scene.load - 1.5, 0.0)
+
+    @cached_property
+    def of_small_creepage(self) -> float:
+        """Factor on errors of forces along y and of moments: pressure causes forces along x only (`_BY_CREEPAGE`)."""
+        force = self.scales["force_x"]
+        if not self.scene.moves_by_pressure or force == 0.0:
+            return 1.0
+        sticking = few.sticking_force(self.scene, self.finest["contact_radius"])
+        return math.pow(min(1.0, _BY_CREEPAGE * sticking / force), _FALLING)
+
+    def by_meshes(self, name: str, fit: Fit, values: Sequence[float]) -> float:
+        """Estimate from the `values` of a scalar on the meshes; from the number of cells if there is only one mesh."""
+        scale = abs(self.scales[name])
+        if len(values) == 1:
+            return self.by_few_cells(name) if self.on_few else fit.by_cells(scale, self.per_radius)
+        pulling = self.scene.friction if self.scene.is_coupled else 0.0
+        if name in ("force_y", "moment_z"):
+            scale *= self.of_small_creepage
+        by_meshes = fit.by_meshes(values, scale, self.per_radius, self.slipping, pulling)
+        if name == "pressure_max" and self.aligned and self.hidden.top_at_border:
+            by_meshes = max(by_meshes, _AT_CUSP * abs(values[0] - values[1]))
+        if len(values) > 2:
+            return by_meshes
+        if self.per_radius < _FEW:
+            part = 1.0 if name in _BY_PLACE else _OF_FEW
+            return max(by_meshes * _ON_FEW[self.scene.discretisation], part * self.by_few_cells(name))
+        return by_meshes * (_PEAK_ON_TWO if self.aligned and name == "pressure_max" else 1.0)
+
+    def by_few_cells(self, name: str) -> float:
+        """Estimate from the number of cells by the laws of few cells (`few.py`)."""
+        scene = self.scene
+        law = few.laws(scene)[name]
+        part = law.at(few.cells_per_radius(scene, self.per_radius), few.ORDER[scene.discretisation])
+        return part * self.scales_on_few[name]
+
+    @cached_property
+    def scales_on_few(self) -> dict[str, float]:
+        """Scales of the errors by the laws of few cells (`few.scales`)."""
+        return few.scales(self.scene, self.finest, self.hidden.largest_of_cells, self.hidden.by_pressure)
+
+    def vanishes(self, name: str) -> bool:
+        """Whether the scalar is a force or moment that vanishes by the mirror symmetry of the contact, on any mesh."""
+        creepage = self.creepage
+        if name == "force_x":
+            return creepage.longitudinal == 0.0 and not self.scene.moves_by_pressure
+        return name in ("force_y", "moment_z") and creepage.lateral == creepage.spin == 0.0
+
+    def left_by_solver(self, name: str) -> float:
+        """Error left by the tolerances, by unsettled directions of slip, and by layers too thin for the cells."""
+        off = self.hidden.unsettled if name in _BY_FRICTION else 0.0
+        by_layers = self.hidden.by_layers
+        part = _BY_LAYERS.get(name, 0.0)
+        if name in _WITH_LITTLE_SLIP:
+            most, power = _WITH_LITTLE_SLIP[name]
+            part += most * (1.0 - self.slipping) ** power
+        off += part * max(by_layers, -_BY_SKINS * by_layers) + _MISSED.get(name, 0.0) * self.hidden.missed.compliance
+        return self.tolerance(name) + off * abs(self.scales[name])
+
+    def left_of_none(self, name: str) -> float:
+        """Error of a scalar that vanishes by symmetry: left by the tolerances and by unsettled directions of slip."""
+        return self.tolerance(name) + _ASYMMETRY * self.hidden.unsettled * abs(self.scales[name])
+
+    def tolerance(self, name: str) -> float:
+        """Error that the solver's tolerances leave in a scalar, in its unit."""
+        tolerance = self.scene.tolerance
+        return max(tolerance.normal, tolerance.tangential) * abs(self.scales[name])
+
+    def parts_hidden(self) -> dict[str, float]:
+        """Relative errors of scalars from layers and rims (`Hidden`), cusps and the lift by tractions."""
+        hidden, discretisation = self.hidden, self.scene.discretisation
+        of_pressure, of_traction = _CUSPS[discretisation]
+        lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
+        counts = _ALL_OF_IT[discretisation] * min(max(hidden.pull - _STEEP, 0.0), 1.0)
+        beyond = max(min(_BEYOND_RIM * hidden.beyond_rim, _MOST_BEYOND_RIM), counts * hidden.beyond_rim)
+        between = 0.0 if self.aligned else _BETWEEN_CELLS * self.peaked * self.per_radius**-2.0
+        missed = hidden.at_rim + beyond + hidden.at_pole + between
+        return {
+            "pressure_max": of_pressure * hidden.cusp_of_pressure + _PEAK * hidden.peak_by_layers + missed,
+            "traction_max": of_traction * hidden.cusp_of_traction,
+            "approach": lift + _APPROACH * hidden.peak_by_layers,
+        }
+
+    def missed_slip(self, name: str) -> float:
+        """Error of the force along x by what cells miss of the slip by pressure on such layers; 0 for all others."""
+        if name != "force_x":
+            return 0.0
+        sticks = math.sqrt(max(1.0 - self.slipping, 0.0))
+        return _MISSED_SLIP * self.hidden.missed.slip / self.scene.friction * sticks * self.scales[name]
+
+    def add_what_slips(self, bars: dict[str, float], meshes: int) -> None:
+        """Set the bar of the slip area and, where no cell slips, those of power, forces and moment."""
+        scene, finest = self.scene, self.finest
+        dx, dy = scene.mesh.spacing
+        slip = finest["slip_area"]
+        if self.all_slips:
+            bars["slip_area"] = bars["contact_area"]
+            if self.shape.away < 1.0:
+                bars["slip_area"] += dx * dy  # a cell may stick around the pole of spin
+            else:
+                self.add_strip_that_sticks(bars)
+        elif finest["traction_max"] == 0.0:
+            bars["slip_area"] = self.left_by_solver("slip_area")
+        elif not self.hidden.slip_shown:
+            if self.aligned:
+                bars["slip_area"] += _NARROW_ZONE * slip
+            else:
+                bars["slip_area"] = max(bars["slip_area"], _UNSEEN / self.per_radius * finest["contact_area"])
+            # pressure goes like the root of the distance from the edge, so power like the width of the zone to 3/2
+            unseen = (_UNSEEN / self.per_radius) ** 1.5 * self.power
+            bars["friction_power"] = max(bars["friction_power"], unseen)
+            if self.aligned:  # tractions in stick are singular at the trailing edge
+                for name, part in _STUCK.items():
+                    bars[name] += part / self.per_radius * abs(finest[name])
+        elif slip and self.aligned and meshes > 1:
+            # the slip zone ends at the edge of the contact, whose error it shares
+            bars["slip_area"] = math.hypot(bars["slip_area"], bars["contact_area"])
+
+    def add_strip_that_sticks(self, bars: dict[str, float]) -> None:
+        """Add what may stick in a strip narrower than a cell at the leading edge, where slip vanishes; see `_STRIP`."""
+        unlike = self.scene.moves_by_pressure
+        left = max(1.0 - self.hidden.least_slip * self.per_radius / (_BEYOND if unlike else _BEYOND_ALIKE), 0.0)
+        part = left * self.per_radius**-1.5
+        bars["slip_area"] += _STRIP * part * self.finest["contact_area"]
+        if self.aligned and unlike:
+            for name in ("force_x", "force_y", "friction_power"):
+                if name in bars:
+                    bars[name] += _IN_STRIP * part * self.scales[name]
+
+    def add_slip_by_pressure(self, bars: dict[str, float]) -> None:
+        """Add what `aligned` misses of the power of tractions on slip by pressure, in quadrature."""
+        if self.aligned and "friction_power" in bars:
+            over_force = pressed.power(self.hidden, self.fastest, self.per_radius, self.peaked)
+            bars["friction_power"] = math.hypot(bars["friction_power"], over_force * self.scales["force_x"])
+
+    def add_turned_force(self, bars: dict[str, float]) -> None:
+        """Add what `aligned` misses of forces where pressure decides which way surfaces slip."""
+        if self.aligned and "force_x" in bars:
+            bars["force_y"] *= pressed.turned_across(self.hidden)
+            part = pressed.turned_force(self.hidden, self.fastest, self.per_radius)
+            bars["force_x"] = math.hypot(bars["force_x"], part * self.scales["force_x"])
+
+    def add_slip_without_creepage(self, bars: dict[str, float]) -> None:
+        """Add what is missed where pressure alone makes surfaces slip (`pressed.py`)."""
+        scene, hidden, scale = self.scene, self.hidden, self.scales["force_x"]
+        limited = scale / force if (force := scene.friction * scene.load) > 0.0 else 1.0
+        for name, factor in pressed.wider(hidden, scene.discretisation, self.fastest).items():
+            if name in bars:
+                bars[name] *= factor
+        parts = pressed.missed_on_films(hidden, scene, self.finest, limited)
+        part = pressed.force_without_creepage(hidden, scene.discretisation, self.fastest, self.per_radius)
+        parts["force_x"] = parts.get("force_x", 0.0) + part * scale
+        for name in parts.keys() & bars.keys():
+            bars[name] += parts[name]
+
+    def add_lift_at_edges(self, bars: dict[str, float]) -> None:
+        """Add what `aligned` misses of the lift by tractions at the edges of the contact (`pulled.py`)."""
+        if self.aligned:
+            parts = pulled.at_edges(self.hidden.pull, self.per_radius, self.slipping)
+            for name in parts.keys() & bars.keys():
+                bars[name] += parts[name] * self.scales[name]
+
+    def add_pole_of_spin(self, bars: dict[str, float], *, few_cells: bool = False) -> None:
+        """Add what is missed of forces, moment, power around a pole of spin within the slip zone (`elongated.py`).
+
+        `few_cells`: the bars follow from the laws of few cells, which have it but for long cells, as those of `kalker`.
+        """
+        shape, spin = self.shape, abs(self.creepage.spin)
+        if shape.away >= 1.0 or "force_x" not in bars:
+            return
+        by_cells, by_length = shape.at_pole(self.slipping)
+        by_cells = 0.0 if few_cells or not self.aligned else by_cells
+        of_moment = (by_cells + by_length) * elongated.OFF_POLE * self.scales["moment_z"]
+        if self.aligned:  # the power is that of the moment about the pole
+            about_pole = spin * bars["moment_z"] * shape.slips_at_pole(self.slipping) * (1.0 - shape.away)
+            bars["friction_power"] = max(bars["friction_power"], about_pole) + spin * of_moment
+        for name, arm in (("force_x", 1.0), ("force_y", 1.0), ("moment_z", math.hypot(*self.creepage.pole))):
+            scale = self.scales["force_x"] * arm
+            bars[name] = math.hypot(bars[name] + by_cells * scale, by_length * scale)
+        bars["moment_z"] += of_moment
+
+    def add_island_that_sticks(self, bars: dict[str, float]) -> None:
+        """Add what `aligned` misses of an island that sticks around the pole of spin (`elongated.py`)."""
+        if self.aligned and "moment_z" in bars:
+            of_area, of_moment = self.shape.of_island(self.slipping)
+            bars["slip_area"] = math.hypot(bars["slip_area"], of_area * self.scales["slip_area"])
+            if self.scene.moves_by_pressure:
+                bars["moment_z"] += of_moment * self.scales["moment_z"]
+
+    def add_length(self, bars: dict[str, float]) -> None:
+        """Add, in quadrature, what is missed in contacts that are long one way (`elongated.py`)."""
+        force = min(self.scales["force_x"], few.sticking_force(self.scene, self.finest["contact_radius"]))
+        if force == 0.0:
+            return
+        if self.aligned:
+            errors = self.shape.of_length(self.slipping, self.creepage.spin, self.fastest, self.hidden.turning)
+        else:
+            errors = self.shape.of_length_first_order(self.slipping)
+        over_friction = self.finest["contact_area"] / (self.scene.friction * self.scene.load)
+        for name in errors.keys() & bars.keys():
+            bars[name] = math.hypot(bars[name], errors[name] * force * (over_friction if name == "slip_area" else 1.0))
+
+    def balance_power(self, bars: dict[str, float]) -> None:
+        """Bound the power of quasi-identical bodies by its balance: friction takes the power of the creepages.
+
+        `kalker` misses that balance by a known error; with `aligned`, where no cell slips, errors of forces limit that
+        of the power.
+        """
+        creepage, finest = self.scene.creepage, self.finest
+        if self.scene.moves_by_pressure or creepage is None or not bars.keys() >= _BY_FRICTION:
+            return
+        lost = abs(finest["friction_power"] + creepage.power(finest["force_x"], finest["force_y"], finest["moment_z"]))
+        sizes = Creepage(abs(creepage.longitudinal), abs(creepage.lateral), abs(creepage.spin))
+        doubt = sizes.power(bars["force_x"], bars["force_y"], bars["moment_z"])
+        if self.aligned and not self.hidden.slip_shown:
+            bars["friction_power"] = min(bars["friction_power"], doubt)
+        elif not self.aligned:
+            bars["friction_power"] = max(bars["friction_power"], lost + doubt)
+
+    def raise_largest_traction(self, bars: dict[str, float]) -> None:
+        """Set the bar of the largest traction where nearly all sticks, or where it follows from the pressure.
+
+        Before that it is raised, with `kalker`, where pressures are more peaked than Hertz's (`_OF_PEAKED`).
+        """
+        finest, friction = self.finest, self.scene.friction
+        if not self.aligned:
+            bars["traction_max"] *= 1.0 + _OF_PEAKED * min(self.peaked, 0.5)
+        slip = finest["slip_area"]
+        width = (slip - self.hidden.slip.missing) / finest["contact_area"] * self.per_radius
+        if self.aligned:
+            narrow = min(1.0, _UNSEEN / width) ** _NARROWING if width > 0.0 else 1.0
+            bars["traction_max"] += _AT_BORDER * narrow * finest["traction_max"]
+        elif width <= _UNSEEN:
+            # tractions in stick grow like K/sqrt(r) towards the edge until they meet the bound, mu p0 sqrt(2 r/a)
+            found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
+            bars["traction_max"] = max(bars["traction_max"], math.sqrt(_AT_MEETING * found * bound) - found)
+        if self.at_peak:
+            bars["traction_max"] = friction * bars["pressure_max"]
+        elif slip and self.hidden.at_rim > 0.0:  # cells that slip at the rim carry mu times the pressure there
+            at_rim = friction * finest["pressure_max"] * (1.0 + self.hidden.at_rim)
+            bars["traction_max"] = max(bars["traction_max"], at_rim - finest["traction_max"])
+
+    def add_skin_at_edge(self, bars: dict[str, float]) -> None:
+        """Add, in quadrature, what `aligned` misses of tractions and slip by layers thinner than a cell.
+
+        Beside the edge slip by pressure follows their constants. In a strip as wide as their scale tractions
+        differ by mu p0 times the difference of beta/(pi mu) (`unseen.py`), at most by 2 mu p0, if there is stick. In
+        slip they turn, from the direction of force_x to that of force_y.
+        """
+        difference, width = self.hidden.skin
+        if difference == 0.0 or not self.aligned:
+            return
+        strip = 3.0 / math.pi * width / self.finest["contact_radius"]  # mu p0 on it, over mu P
+        part = strip * min(difference / (math.pi * self.scene.friction), 2.0)
+        sticks = _IN_SKIN * part * math.sqrt(max(1.0 - self.slipping, 0.0))
+        for name in ("force_x", "slip_area"):
+            bars[name] = math.hypot(bars[name], sticks * self.scales[name])
+        turned = _TURNED * part * abs(self.finest["force_x"])
+        bars["force_y"] = math.hypot(bars["force_y"], turned)
+        bars["moment_z"] = math.hypot(bars["moment_z"], turned * self.finest["contact_radius"])
+
+    def add_unseen_slip(self, bars: dict[str, float]) -> None:
+        """Add the errors due to slip zones narrower than a cell at the leading edge."""
+        slip = self.hidden.slip
+        if slip.doubtful_force <= 0.0:
+            return
+        bars["force_x"] += _OF_CORRECTION * abs(slip.force_x)
+        bars["force_y"] += _OF_CORRECTION * abs(slip.force_y)
+        bars["moment_z"] += _OF_CORRECTION * abs(slip.moment_z)
+        power = slip.doubtful_force * self.fastest + slip.doubtful_power
+        bars["friction_power"] += _OF_POWER * pressed.of_edges(self.peaked) * power
+        if not self.at_peak:
+            bars["traction_max"] += 0.5 * slip.doubtful_force / self.finest["contact_area"]
+        bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.doubtful_area

@@ -1,0 +1,73 @@
+"""Errors of a solution that the differences between its meshes do not show, for the error bars (`estimate.py`)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from rcstudy.mechanics.subcell.missed import Missed
+from rcstudy.mechanics.subcell.unseen import Unseen
+
+_CLOSE = 5  # square of a distance in cells: two cells away and one aside
+
+
+class Hidden(NamedTuple):
+    """Errors that differences between meshes do not show; with `kalker` `unsettled`, `by_layers` and `slip` are 0.
+
+    `unsettled`: deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`); `by_layers`: area
+    that layers too thin for the cells add to the contact (negative: take from it), over the contact's
+    (`AlignedContact.area_by_layers`); `slip`: effect of slip zones too narrow for the cells (`mechanics/unseen.py`);
+    `lift`: lift of the surface by tractions over the approach (full coupling); `peak_by_layers`: difference of the
+    largest pressure corrected for layers from that corrected as on half-spaces, over that pressure; `cusp_of_pressure`,
+    `cusp_of_traction`: by which fraction of themselves cusps change the largest pressure and traction, or would
+    (`mechanics/cusps.py`; full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not
+    known; `pull`: friction times Dundurs' constant, its magnitude (full coupling); `at_rim`: fraction by which the
+    largest pressure may be too small under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in
+    the outermost cells (`mechanics/plates.py`); `slip_shown`, `slips_at_top`: whether any cell slips, and whether one
+    of the largest pressure does; `largest_of_cells`: largest traction (MPa) of a cell; `by_pressure`: slip that the
+    largest pressure causes on the spot (`Influence.slip_under_pressure`); `turning`: magnitude of Dundurs' constant
+    over pi times friction; `skin`: difference of Dundurs' constant (-) on a scale below that of a cell beside the edge,
+    and that scale (mm) (`Influence.skin_at_edge`); `at_pole`: fraction by which the largest pressure may rise at the
+    pole of spin (`mechanics/pole.py`; full coupling); `top_at_border`: whether the cell of the largest pressure is
+    within two cells of the border of the stick zone (`close_to_border`; full coupling); `missed`: what cells miss of
+    the bodies' responses (`mechanics/missed.py`).
+    """
+
+    unsettled: float = 0.0
+    by_layers: float = 0.0
+    slip: Unseen = Unseen()
+    lift: float = 0.0
+    peak_by_layers: float = 0.0
+    cusp_of_pressure: float = 0.0
+    cusp_of_traction: float = 0.0
+    least_slip: float = 1.0
+    at_rim: float = 0.0
+    beyond_rim: float = 0.0
+    pull: float = 0.0
+    slip_shown: bool = True
+    slips_at_top: bool = True
+    largest_of_cells: float = math.inf
+    by_pressure: float = 0.0
+    turning: float = 0.0
+    skin: tuple[float, float] = (0.0, 0.0)
+    at_pole: float = 0.0
+    top_at_border: bool = False
+    missed: Missed = Missed()
+
+
+def least_over_largest(slip: np.ndarray) -> float:
+    """The smallest magnitude of slips [m, 2] over the largest; 1 if all of them are zero."""
+    sizes = np.hypot(slip[:, 0], slip[:, 1])
+    return float(sizes.min() / sizes.max()) if sizes.any() else 1.0
+
+
+def close_to_border(cells: np.ndarray, pressure: np.ndarray, slip: np.ndarray) -> bool:
+    """Whether the cell of the largest pressure is within two cells of one that slips, if it sticks, or the reverse.
+
+    `cells` [m, 2]: their indices; `pressure` [m] (MPa); `slip` [m]: flags of those that slip.
+    """
+    top = int(np.argmax(pressure))
+    across = cells[slip != slip[top]] - cells[top]
+    return bool(len(across)) and int((across**2).sum(axis=1).min()) <= _CLOSE

@@ -1,0 +1,1 @@
+"""Numerical methods that know nothing of contact, and the libraries beneath them."""
