@@ -316,6 +316,44 @@ def test_arrows_are_no_shorter_in_small_contacts(tmp_path: Path) -> None:
             assert np.hypot(arrows.U, arrows.V).min() > 0.05 * np.ptp(ax.get_xlim())
 
 
+PRESSURES = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  radius: [500, 5]
+  mesh: {size: auto, cells: [24, 24]}
+grids:
+  loads: {axes: {load: [1, 1000], tolerance.normal: [1.0e-5, 1.0e-16]}}
+  refused: {scene: {load: 1}, axes: {tolerance.normal: [1.0e-16]}}
+"""
+
+
+def test_pressures_alone_have_maps_of_the_pressure(tmp_path: Path) -> None:
+    run(load_text(tmp_path, PRESSURES), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        figure, refused = (case_maps(grid) for grid in grids(tree).values())
+        data = tree["loads"].to_dataset()
+        words = caption_of(figure)
+        shown = panels(figure)
+        for k, ax in enumerate(shown[::2]):
+            p = data.pressure.values[k, 0]
+            (image,) = ax.get_images()
+            drawn = image.get_array()
+            np.testing.assert_array_equal(drawn.compressed(), p.T[p.T > 0])
+            assert image.norm.vmax == data.pressure.max() and image.norm.vmin == 0
+            i, j = np.nonzero(p > 0)
+            dx, dy = (np.diff(data[f"{axis}_centre"].values[k, 0])[0] for axis in "xy")
+            edges = [data.x_centre.values[k, 0][i.min()] - dx / 2, data.y_centre.values[k, 0][j.max()] + dy / 2]
+            np.testing.assert_allclose([image.get_extent()[0], image.get_extent()[3]], edges)
+            texts = {text.get_gid(): text.get_text() for text in ax.texts}
+            assert texts == {"pressure-max": f"{data.pressure_max.values[k, 0]:.4g} MPa"}
+        assert [bool(remarks(ax)) for ax in shown] == [False, True] * 2
+        assert [ax.get_xlabel() for ax in shown[2:]] == ["$x$ (mm)"] * 2  # nothing rolls
+        assert "Pressure $p$." in words and "traction" not in words and "arrows" not in words
+        assert "Each panel has its own scale" in words and "as large along $y$ as along $x$." in words
+        assert remarks(panels(refused)[0]) and "Pressure" not in caption_of(refused)
+
+
 SIZES = """\
 study: s
 scene:
@@ -683,7 +721,8 @@ def test_grids_with_the_papers_names_but_other_axes_are_those_of_any_study(
     others = [(row["grid"], row["case"]) for row in read(tmp_path / "results_of_other_grids.csv")]
     loads = [("figure_3", "load=50"), ("figure_3", "load=100")]
     assert others == [("figure_3_bare", "plain"), *loads, ("figure_5", "spin=0.001"), ("figure_5", "spin=0.002")]
-    assert {p.stem for p in paths} == {"figure_3_bare", "figure_3", "figure_4", "figure_5", "figure_5_maps"}
+    overviews = {f"{grid}{kind}" for grid in ("figure_3_bare", "figure_3", "figure_5") for kind in ("", "_maps")}
+    assert {p.stem for p in paths} == {"figure_4", *overviews}
     assert "figure 5 skipped: the cube has no grid figure_5 like the paper's, with axes creepage, mod" in caplog.text
     several = NAMED_LIKE_THE_PAPERS.replace("[{label: plain}]", "[{label: one}, {label: two, load: 50}]")
     run(load_text(tmp_path, several.replace("  figure_3: ", "  loads: ")), tmp_path / "t.nc", workers=1, solve=made_up)
@@ -776,7 +815,8 @@ def test_studies_of_several_grids_get_overviews_and_results(tmp_path: Path) -> N
     with synthetic_tree(tmp_path, several()) as tree:
         names = [p.name for p in make_figures(tree, tmp_path, formats=("png",))]
         make_tables(tree, tmp_path)
-        assert names == ["product.png", "product_maps.png", "pressure_only.png", "listed.png", "listed_maps.png"]
+        expected = [f"{grid}{kind}.png" for grid in ("product", "pressure_only", "listed") for kind in ("", "_maps")]
+        assert names == expected
         rows = read(tmp_path / "results.csv")
         assert len(rows) == 4 + 3 + 2
         assert [r["grid"] for r in rows[4:]] == ["pressure_only"] * 3 + ["listed"] * 2

@@ -216,21 +216,11 @@ def traction_map(
     from matplotlib.collections import EllipseCollection
 
     qx, qy = traction(case)
-    state, (dx, dy) = case.state, case.spacing
+    state = case.state
     contact = state != CellState.EXTERIOR
-    i, j = np.nonzero(contact)
-    box = np.s_[i.min() : i.max() + 1, j.min() : j.max() + 1]
-    size = np.ma.array(np.hypot(qx, qy), mask=~contact)
-    x, y = case.x[box[0]], case.y[box[1]]
-    ax.imshow(
-        size[box].T,
-        origin="lower",
-        interpolation="nearest",
-        cmap=colours,
-        norm=norm,
-        extent=(x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2),
-    )
+    _coloured(ax, case, np.hypot(qx, qy), contact, norm, colours)
     shown.on(ax)
+    i, j = np.nonzero(contact)
     longest = max(shown.pitches(case, (int(np.ptp(i)) + 1, int(np.ptp(j)) + 1)))
     # in small contacts fewer: arrows that can be seen
     wanted = _steps(shown.pitches(case, (1, 1)), max(longest / ARROWS, shown.longest / ARROWS_AT_MOST))
@@ -260,6 +250,31 @@ def traction_map(
             ),
             autolim=False,
         )
+
+
+def pressure_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, shown: Window) -> None:
+    """Map of p: contact cells are coloured by it (MPa, `norm`). Axes in mm."""
+    p = case.field("pressure")
+    _coloured(ax, case, p, p > 0.0, norm, colours)
+    shown.on(ax)
+
+
+def _coloured(
+    ax: Axes, case: CaseView, values: np.ndarray, contact: np.ndarray, norm: Normalize, colours: Colormap
+) -> None:
+    """Colour the cells of `contact` by `values`, both [nx, ny]."""
+    i, j = np.nonzero(contact)
+    box = np.s_[i.min() : i.max() + 1, j.min() : j.max() + 1]
+    dx, dy = case.spacing
+    x, y = case.x[box[0]], case.y[box[1]]
+    ax.imshow(
+        np.ma.array(values, mask=~contact)[box].T,
+        origin="lower",
+        interpolation="nearest",
+        cmap=colours,
+        norm=norm,
+        extent=(x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2),
+    )
 
 
 def circle_steps(cases: Sequence[CaseView], shown: Sequence[Window]) -> list[tuple[int, int]]:

@@ -16,7 +16,7 @@ from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import DECADE, LINE_SPACING, caption, conditions, heighten, legend, log_ticks, panels
-from rcstudy.report.paper_figures import maps_figure, maps_show, one_scale, scales
+from rcstudy.report.maps import PRESSURES_SHOW, one_scale, pressure_maps, scales, traction_maps, tractions_show
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.settings import LENGTH, MODULUS
@@ -160,21 +160,28 @@ def _vanishes(cases: Iterable[CaseView], name: str) -> bool:
 
 
 def case_maps(grid: GridView) -> Figure | None:
-    """Traction maps of at most twelve cases, evenly chosen along all axes; None if the grid stores no tractions.
+    """Maps of at most twelve cases, evenly chosen along all axes: of their tractions, or else their pressures.
 
-    The caption says how many of the values of each axis are shown.
+    The caption says how many of the values of each axis are shown. None if the grid stores neither.
     """
-    if not {"traction_x", "traction_y", "state"} <= set(map(str, grid.dataset.data_vars)):
+    stored = set(map(str, grid.dataset.data_vars))
+    tractions = {"traction_x", "traction_y", "state"} <= stored
+    if not tractions and "pressure" not in stored:
         return None
     counts = _counts(grid.shape)
     places = [_spread(size, count) for size, count in zip(grid.shape, counts, strict=True)]
     cases = [grid.case(*index) for index in itertools.product(*places)]
-    width = _TITLE if one_scale(cases) else _NARROW
-    figure = maps_figure(cases, lambda case: _title(case, width))
-    body = "coated body" if any(case.layers for case in cases) else "substrate"
-    what = f"{maps_show(body)}." if any(case.rolling for case in cases) else ""
+    mapped = [case for case in cases if (case.rolling if tractions else case.solved)]
+    width = _TITLE if one_scale(mapped) else _NARROW
+    if tractions:
+        figure = traction_maps(cases, lambda case: _title(case, width))
+        body = "coated body" if any(case.layers for case in cases) else "substrate"
+        what = f"{tractions_show(body)}." if mapped else ""
+    else:
+        figure = pressure_maps(cases, lambda case: _title(case, width))
+        what = PRESSURES_SHOW if mapped else ""
     drawn = grid.at(dict(zip(grid.axes, places, strict=True)))
-    caption(figure, _caption(drawn, what, scales(cases), _chosen_cases(grid, counts)))
+    caption(figure, _caption(drawn, what, scales(mapped), _chosen_cases(grid, counts)))
     return figure
 
 

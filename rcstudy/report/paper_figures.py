@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,15 +16,15 @@ from rcstudy.report.layout import (
     LINE_SPACING,
     caption,
     conditions,
-    heighten,
     legend,
     outer_labels,
     panels,
     share_limits,
 )
-from rcstudy.report.measures import on_x_axis, slip_ratio, slip_ratio_error, traction
+from rcstudy.report.maps import scales, traction_maps, tractions_show
+from rcstudy.report.measures import on_x_axis
 from rcstudy.report.paper import AXES, BARE, panel_letter
-from rcstudy.report.style import BLUE, GREEN, LINES, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, traction_colours
+from rcstudy.report.style import BLUE, GREEN, LINES, ORANGE, PURPLE, SKY, VERMILLION
 from rcstudy.report.views import CaseView, GridView, creepage_text
 from rcstudy.settings import unit_of
 
@@ -60,12 +60,12 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     if number in (5, 6):
         return lines_figure(number, grids[name])
     cases = list(grids[name].cases())
-    figure = maps_figure(cases, paper_title)
+    figure = traction_maps(cases, paper_title)
     shown = "".join(map(panel_letter, cases))
     more = _symbols(cases) if number != 4 else OTHER_PANELS if shown == "aceg" else ""
     body = "coated body" if any(case.layers for case in cases) else "substrate"
-    what = rf"{maps_show(body)}; spin $\varphi$ in {unit_of('spin')}."
-    _caption(figure, number, grids[name], what, scales(cases), more)
+    what = rf"{tractions_show(body)}; spin $\varphi$ in {unit_of('spin')}."
+    _caption(figure, number, grids[name], what, scales([case for case in cases if case.rolling]), more)
     return figure
 
 
@@ -225,20 +225,6 @@ def _by_creepage(case: CaseView) -> dict[str, Any]:
     return LINES[case.index[case.grid.axes.index("creepage")] % len(LINES)]
 
 
-_BESIDE = 0.35  # width of the labels beside a map's panel, inches
-_NUMBERS = 0.17  # by which they are wider where all panels have numbers, inches
-_TITLE_LINE = 0.145  # height of a line of a title, inches
-
-
-def maps_show(body: str = "coated body") -> str:
-    """What maps of the traction on this body show, without the last full stop."""
-    return (
-        f"Magnitude $|q|$ (colour) and direction (arrows, where it is above {100 * draw.LEAST_ARROW:g} % of "
-        f"its largest) of the traction on the {body}. Rolling towards $+x$: the leading edge is at $+x$. In each "
-        "panel: area of slip over area of contact"
-    )
-
-
 OTHER_PANELS = "Letters are the paper's, whose b, d, f and h are the same by another method."
 """Remark on the panels of the paper's Figure 4 that are not drawn here, where the others are."""
 
@@ -247,97 +233,3 @@ def paper_title(case: CaseView) -> str:
     """Two lines: panel letter with the layers, and the creepages."""
     layers = layers_text(case, math=True) + (f", {thickness_text(case, math=True)}" if case.layers else "")
     return f"({literal(panel_letter(case))}) {layers}\n{creepage_text(case, math=True)}"
-
-
-def maps_figure(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
-    """Maps of |q|, a panel per case, with slip cells filled, stick cells open, arrows along q, one colour bar.
-
-    One column for one case, two for up to four, else three. Panels have the same limits, or each its own if contacts
-    differ much in size; no scales where no case has a map. UserError if the cube does not store the fields.
-    """
-    from matplotlib.colors import Normalize
-
-    columns = 1 if len(cases) == 1 else 2 if len(cases) <= 4 else 3
-    rows = -(-len(cases) // columns)
-    width = (3.4, 5.2, WIDTH)[columns - 1]
-    solved = [c for c in cases if c.rolling]
-    shown = draw.window(solved)
-    windows = dict(zip(solved, draw.windows(solved), strict=True))
-    shared = len(set(windows.values())) <= 1
-    beside = _BESIDE if shared else _BESIDE + _NUMBERS
-    height = (width / columns - beside) * shown.shape + beside
-    figure, axes = panels(rows, columns, (height + 0.12) * rows + 0.7, width=width)
-    titles = {case: title(case) for case in cases}
-    for row in range(rows):  # there is room for titles of two lines
-        lines = max(titles[case].count("\n") + 1 for case in cases[row * columns : (row + 1) * columns])
-        heighten(figure, _TITLE_LINE * max(0, lines - 2))
-    # of what is drawn: aligned cells may store more than `traction_max`; without any traction there is no scale
-    norm = Normalize(0.0, max((float(np.hypot(*traction(c)).max()) for c in solved), default=0.0) or 1.0)
-    colours = traction_colours()
-    for ax in axes.flat[len(cases) :]:
-        ax.set_visible(False)
-    steps = dict(zip(solved, draw.circle_steps(solved, list(windows.values())), strict=True))
-    for ax, case in zip(axes.flat, cases, strict=False):
-        shown.on(ax)
-        ax.set_title(titles[case], loc="left", linespacing=1.35)
-        if not case.rolling:
-            if not shared:
-                ax.set(xticks=[], yticks=[])
-            draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
-            continue
-        draw.traction_map(ax, case, norm, colours, windows[case], steps[case])
-        decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
-        ratio = f"slip {100 * slip_ratio(case):.{decimals}f} %"
-        ax.text(
-            0.98,
-            0.02,
-            ratio,
-            transform=ax.transAxes,
-            ha="right",
-            va="bottom",
-            fontsize=6.5,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
-            gid="slip-ratio",
-        )
-    if not solved:
-        for ax in axes.flat:
-            ax.set(xticks=[], yticks=[])
-        return figure
-    outer_labels(axes, "$x$ (mm), rolling $\\rightarrow$", "$y$ (mm)", shared=shared)
-    _map_legend(figure, axes, norm, colours, list(steps.values()))
-    return figure
-
-
-def one_scale(cases: Iterable[CaseView]) -> bool:
-    """Whether maps of these cases have the same limits in all panels."""
-    return len(set(draw.windows([c for c in cases if c.rolling]))) <= 1
-
-
-def scales(cases: Sequence[CaseView]) -> str:
-    """Sentences on maps of these cases that are not to scale, or not to one scale; empty if they are."""
-    words = [] if one_scale(cases) else ["Each panel has its own scale, as contacts differ much in size."]
-    factor = draw.window(c for c in cases if c.rolling).stretch
-    if factor != 1.0:
-        one, other, times = ("y", "x", factor) if factor > 1.0 else ("x", "y", 1.0 / factor)
-        words.append(f"Drawn {times:.2g} times as large along ${one}$ as along ${other}$, arrows at their true angles.")
-    return " ".join(words)
-
-
-def _map_legend(figure: Figure, axes: np.ndarray, norm: Any, colours: Any, steps: Sequence[tuple[int, int]]) -> None:
-    from matplotlib.cm import ScalarMappable
-
-    shown = [ax for ax in axes.flat if ax.get_visible()]
-    bar = figure.colorbar(ScalarMappable(norm, colours), ax=shown, location="bottom", shrink=0.62, aspect=45, pad=0.015)
-    bar.set_label("$|q|$ (MPa)")
-    fine = {pair for pair in steps if pair != (1, 1)}
-    every = f" (one of {' × '.join(map(str, min(fine)))} where fine)" if fine else ""
-    if len(fine) > 1:
-        every = " (one of several where fine)"
-    circle: dict[str, Any] = {"marker": "o", "linestyle": "", "color": "black", "markersize": 4, "markeredgewidth": 0.6}
-    arrow: dict[str, Any] = {"marker": r"$\rightarrow$", "linestyle": "", "color": VERMILLION, "markersize": 9}
-    looks = {
-        f"slip cell{every}": circle,
-        f"stick cell{every}": circle | {"markerfacecolor": "none"},
-        "direction of $q$": arrow,
-    }
-    legend(figure, looks)

@@ -231,7 +231,8 @@ class CaseView:
     @cached_property
     def half_sides(self) -> tuple[float, float]:
         """Largest |x| and |y| of a contact cell's outer edge, mm."""
-        i, j = np.nonzero(self.state != CellState.EXTERIOR)
+        # pressures alone have no states of cells
+        i, j = np.nonzero(self.state != CellState.EXTERIOR if self.mapped else self.field("pressure") > 0.0)
         dx, dy = self.spacing
         return float(np.abs(self.x[i]).max() + dx / 2), float(np.abs(self.y[j]).max() + dy / 2)
 

@@ -1,0 +1,169 @@
+"""Maps of several cases, a panel each: tractions with stick and slip, or pressures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rcstudy.report import draw
+from rcstudy.report.labels import literal
+from rcstudy.report.layout import heighten, legend, outer_labels, panels
+from rcstudy.report.measures import slip_ratio, slip_ratio_error, traction
+from rcstudy.report.style import VERMILLION, WIDTH, traction_colours
+from rcstudy.report.views import CaseView
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.figure import Figure
+
+_BESIDE = 0.35  # width of the labels beside a map's panel, inches
+_NUMBERS = 0.17  # by which they are wider where all panels have numbers, inches
+_TITLE_LINE = 0.145  # height of a line of a title, inches
+_X_ROLLING = r"$x$ (mm), rolling $\rightarrow$"
+
+PRESSURES_SHOW = "Pressure $p$. In each panel: its largest value."
+"""What maps of the pressure show."""
+
+
+def tractions_show(body: str = "coated body") -> str:
+    """What maps of the traction on this body show, without the last full stop."""
+    return (
+        f"Magnitude $|q|$ (colour) and direction (arrows, where it is above {100 * draw.LEAST_ARROW:g} % of "
+        f"its largest) of the traction on the {body}. Rolling towards $+x$: the leading edge is at $+x$. In each "
+        "panel: area of slip over area of contact"
+    )
+
+
+def traction_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
+    """Maps of |q|, a panel per case, with slip cells filled, stick cells open, arrows along q, one colour bar.
+
+    One column for one case, two for up to four, else three. Panels have the same limits, or each its own if contacts
+    differ much in size; no scales where no case has a map. UserError if the cube does not store the fields.
+    """
+    from matplotlib.colors import Normalize
+
+    mapped = [case for case in cases if case.rolling]
+    figure, drawn, windows = _panels(cases, mapped, title)
+    # of what is drawn: aligned cells may store more than `traction_max`; without any traction there is no scale
+    norm = Normalize(0.0, max((float(np.hypot(*traction(c)).max()) for c in mapped), default=0.0) or 1.0)
+    colours = traction_colours()
+    steps = dict(zip(mapped, draw.circle_steps(mapped, list(windows.values())), strict=True))
+    for case in mapped:
+        draw.traction_map(drawn[case], case, norm, colours, windows[case], steps[case])
+        decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
+        _corner(drawn[case], f"slip {100 * slip_ratio(case):.{decimals}f} %", "slip-ratio")
+    if mapped:
+        _colour_bar(figure, drawn.values(), norm, colours, "$|q|$ (MPa)")
+        _marks(figure, list(steps.values()))
+    return figure
+
+
+def pressure_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
+    """Maps of p, a panel per case, with its largest value and one colour bar; panels as those of `traction_maps`."""
+    from matplotlib.colors import Normalize
+
+    mapped = [case for case in cases if case.solved]
+    figure, drawn, windows = _panels(cases, mapped, title)
+    norm = Normalize(0.0, max((float(case.field("pressure").max()) for case in mapped), default=1.0))
+    colours = traction_colours()
+    for case in mapped:
+        draw.pressure_map(drawn[case], case, norm, colours, windows[case])
+        _corner(drawn[case], f"{case.number('pressure_max'):.4g} MPa", "pressure-max")
+    if mapped:
+        _colour_bar(figure, drawn.values(), norm, colours, "$p$ (MPa)")
+    return figure
+
+
+def _panels(
+    cases: Sequence[CaseView], mapped: Sequence[CaseView], title: Callable[[CaseView], str]
+) -> tuple[Figure, dict[CaseView, Axes], dict[CaseView, draw.Window]]:
+    """A figure with a panel for each case, which has its title, and the windows of those cases that have a map.
+
+    Panels of the others say why they have none.
+    """
+    columns = 1 if len(cases) == 1 else 2 if len(cases) <= 4 else 3
+    rows = -(-len(cases) // columns)
+    width = (3.4, 5.2, WIDTH)[columns - 1]
+    shown = draw.window(mapped)
+    windows = dict(zip(mapped, draw.windows(mapped), strict=True))
+    shared = one_scale(mapped)
+    beside = _BESIDE if shared else _BESIDE + _NUMBERS
+    height = (width / columns - beside) * shown.shape + beside
+    figure, axes = panels(rows, columns, (height + 0.12) * rows + 0.7, width=width)
+    titles = {case: title(case) for case in cases}
+    for row in range(rows):  # there is room for titles of two lines
+        lines = max(titles[case].count("\n") + 1 for case in cases[row * columns : (row + 1) * columns])
+        heighten(figure, _TITLE_LINE * max(0, lines - 2))
+    for ax in axes.flat[len(cases) :]:
+        ax.set_visible(False)
+    drawn = dict(zip(cases, axes.flat, strict=False))
+    for case, ax in drawn.items():
+        shown.on(ax)
+        ax.set_title(titles[case], loc="left", linespacing=1.35)
+        if case not in windows:
+            if not shared or not mapped:
+                ax.set(xticks=[], yticks=[])
+            draw.remark(ax, [f"not solved: {literal(case.failure)}" if case.failure else "pressure only"])
+    if mapped:
+        rolling = any(case.rolling for case in mapped)
+        outer_labels(axes, _X_ROLLING if rolling else "$x$ (mm)", "$y$ (mm)", shared=shared)
+    return figure, drawn, windows
+
+
+def one_scale(mapped: Sequence[CaseView]) -> bool:
+    """Whether maps of these cases have the same limits in all panels."""
+    return len(set(draw.windows(mapped))) <= 1
+
+
+def scales(mapped: Sequence[CaseView]) -> str:
+    """Sentences on maps of these cases that are not to scale, or not to one scale; empty if they are."""
+    words = [] if one_scale(mapped) else ["Each panel has its own scale, as contacts differ much in size."]
+    factor = draw.window(mapped).stretch
+    if factor != 1.0:
+        one, other, times = ("y", "x", factor) if factor > 1.0 else ("x", "y", 1.0 / factor)
+        angles = ", arrows at their true angles" if any(case.rolling for case in mapped) else ""
+        words.append(f"Drawn {times:.2g} times as large along ${one}$ as along ${other}${angles}.")
+    return " ".join(words)
+
+
+def _corner(ax: Axes, text: str, gid: str) -> None:
+    """Write a number in the lower right corner of a map."""
+    ax.text(
+        0.98,
+        0.02,
+        text,
+        transform=ax.transAxes,
+        ha="right",
+        va="bottom",
+        fontsize=6.5,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+        gid=gid,
+    )
+
+
+def _colour_bar(figure: Figure, shown: Collection[Axes], norm: Normalize, colours: Colormap, label: str) -> None:
+    from matplotlib.cm import ScalarMappable
+
+    bar = figure.colorbar(
+        ScalarMappable(norm, colours), ax=list(shown), location="bottom", shrink=0.62, aspect=45, pad=0.015
+    )
+    bar.set_label(label)
+
+
+def _marks(figure: Figure, steps: Sequence[tuple[int, int]]) -> None:
+    """A legend of the marks of cells and of arrows; `steps`: cells from one mark to the next, in each panel."""
+    fine = {pair for pair in steps if pair != (1, 1)}
+    every = f" (one of {' × '.join(map(str, min(fine)))} where fine)" if fine else ""
+    if len(fine) > 1:
+        every = " (one of several where fine)"
+    circle: dict[str, Any] = {"marker": "o", "linestyle": "", "color": "black", "markersize": 4, "markeredgewidth": 0.6}
+    arrow: dict[str, Any] = {"marker": r"$\rightarrow$", "linestyle": "", "color": VERMILLION, "markersize": 9}
+    looks = {
+        f"slip cell{every}": circle,
+        f"stick cell{every}": circle | {"markerfacecolor": "none"},
+        "direction of $q$": arrow,
+    }
+    legend(figure, looks)
