@@ -10,17 +10,17 @@ import pytest
 from contacts import LOAD, STEEL, hertz_of, solved, steel, window
 from scipy.linalg import solve_toeplitz
 
-from rcstudy.mechanics import aligned, moved_rows
+from rcstudy.mechanics import aligned
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
+from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
+from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.rolling import NewtonSystem, RollingSolution, within
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
-from rcstudy.mechanics.subcell import edges, slip_zone
-from rcstudy.mechanics.subcell.edge_slip import OF_HALF_SPACE
+from rcstudy.mechanics.subcell import edges, moved_rows, slip_zone
 from rcstudy.mechanics.subcell.edges import Outline
-from rcstudy.mechanics.subcell.half_line import HALF_SPACE
 from rcstudy.result import CellState, Status
 from rcstudy.solve import solve_group, solve_scene
 from rcstudy.study import scene_from_mapping

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from contacts import STEEL, steel
 
+from rcstudy.mechanics import edge_slip
+from rcstudy.mechanics.half_line import HALF_SPACE, HalfLine, for_pressure, wave_numbers
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.layered import frequency_response, half_space_response
-from rcstudy.mechanics.moved_rows import EDGE
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene
-from rcstudy.mechanics.subcell import edge_slip
-from rcstudy.mechanics.subcell.half_line import HALF_SPACE, HalfLine, for_pressure, wave_numbers
+from rcstudy.mechanics.subcell.moved_rows import EDGE
 from rcstudy.result import Status
 from rcstudy.solve import solve_scene
 

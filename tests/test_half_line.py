@@ -15,10 +15,10 @@ from scipy.integrate import quad
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal
+from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, for_pressure, for_tractions, wave_numbers
 from rcstudy.mechanics.kernels import rows
 from rcstudy.mechanics.layered import frequency_response
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Layer, Mesh, Scene
-from rcstudy.mechanics.subcell.half_line import HALF_SPACE, OF_NO_LAYERS, for_pressure, for_tractions, wave_numbers
 from rcstudy.result import Status
 from rcstudy.solve import solve_scene
 

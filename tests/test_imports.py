@@ -97,13 +97,32 @@ def test_mechanics_knows_nothing_of_files_studies_or_plots():
         assert {entry_of(name) for name in imports(path)} <= {"rcstudy.mechanics"}, path.name
 
 
-def test_no_module_imports_itself_by_way_of_others():
-    edges = {name_of(path): set(imports(path)) - {name_of(path)} for path in modules()}
-    # take away modules that import nothing that is left, until none is left
+def without_circles(edges):
+    """Raises unless the graph, sets of targets by source, has no circle."""
+    # take away what imports nothing that is left, until none is left
     while edges:
         free = {name for name, targets in edges.items() if not targets & edges.keys()}
         assert free, f"a circle among {sorted(edges)}"
         edges = {name: targets for name, targets in edges.items() if name not in free}
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    without_circles({name_of(path): set(imports(path)) - {name_of(path)} for path in modules()})
+
+
+def test_rooms_of_mechanics_import_one_way():
+    """Each of its folders counts as one."""
+    edges = {}
+    for path in (PACKAGE / "mechanics").rglob("*.py"):
+        room = ".".join(name_of(path).split(".")[:3])
+        edges.setdefault(room, set()).update(".".join(name.split(".")[:3]) for name in imports(path))
+    without_circles({room: targets - {room} for room, targets in edges.items()})
+
+
+def test_numerics_know_nothing_of_contact():
+    below = {"rcstudy.mechanics." + name for name in ("numerics", "kernels", "jit")}
+    for path in (PACKAGE / "mechanics" / "numerics").glob("*.py"):
+        assert {".".join(name.split(".")[:3]) for name in imports(path)} <= below, path.name
 
 
 def test_order_has_no_module_that_is_gone():

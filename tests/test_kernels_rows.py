@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from rcstudy.mechanics.half_line import HALF_SPACE, HalfLine
 from rcstudy.mechanics.kernels import arrays, centring, row_cells, row_fields, rows, tractions
-from rcstudy.mechanics.subcell.half_line import HALF_SPACE, HalfLine
 
 LINE = HalfLine(-0.3, -0.1, 0.7, -0.12, 0.01)  # something like a soft layer's
 LINES = LINE, HALF_SPACE

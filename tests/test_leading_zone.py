@@ -12,11 +12,11 @@ from scipy.optimize import brentq
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
+from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.exact import contact_modulus, hertz_contact
-from rcstudy.mechanics.moved_rows import EDGE
 from rcstudy.mechanics.scene import Creepage, Mesh, Scene
-from rcstudy.mechanics.subcell.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.subcell.leading_zone import numbers
+from rcstudy.mechanics.subcell.moved_rows import EDGE
 
 ZONES = numbers(5, EDGE, OF_HALF_SPACE)
 

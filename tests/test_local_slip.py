@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.kernels import centring
-from rcstudy.mechanics.moved_rows import EDGE
 from rcstudy.mechanics.subcell import local_slip
-from rcstudy.mechanics.subcell.edge_slip import OF_HALF_SPACE
+from rcstudy.mechanics.subcell.moved_rows import EDGE
 
 LENGTH = 40.0  # of the strip, in cells
 OF_THEORY = 0.57  # largest part that counts in strips

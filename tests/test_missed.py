@@ -11,8 +11,8 @@ import rcstudy
 from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.hidden import Hidden
 from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.scene import Layer, Material
-from rcstudy.mechanics.subcell.missed import Missed
 from rcstudy.study import scene_from_mapping
 
 STEEL = Material(210000.0, 0.3)

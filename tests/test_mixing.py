@@ -7,9 +7,9 @@ import pytest
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal
+from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.numerics.mixing import Mixing
-from rcstudy.mechanics.subcell.half_line import HALF_SPACE
 from rcstudy.result import Status
 from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from contacts import STEEL, solved
 
+from rcstudy.mechanics.plates import beyond_rim, missing_at_rim, skin
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
-from rcstudy.mechanics.subcell.plates import beyond_rim, missing_at_rim, skin
 
 HARD = Layer(100.0 * STEEL.E, 0.3, 0.01)
 

@@ -11,8 +11,8 @@ from contacts import solved, steel
 from rcstudy.bars import pressed
 from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.hidden import Hidden
+from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
-from rcstudy.mechanics.subcell.missed import Missed
 
 LEVEL = {"contact_area": 0.2, "contact_radius": 0.25, "pressure_max": 700.0, "approach": 1e-3}
 

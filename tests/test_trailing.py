@@ -11,8 +11,8 @@ from contacts import steel
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
-from rcstudy.mechanics.moved_rows import EDGE
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
+from rcstudy.mechanics.subcell.moved_rows import EDGE
 from rcstudy.mechanics.subcell.trailing import Ending, ending_of_rows
 from rcstudy.solve import solve_scene
 

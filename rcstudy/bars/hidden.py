@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rcstudy.mechanics.subcell.missed import Missed
+from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.subcell.unseen import Unseen
 
 _CLOSE = 5  # square of a distance in cells: two cells away and one aside

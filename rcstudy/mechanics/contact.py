@@ -31,18 +31,18 @@ from rcstudy.mechanics.convolution import (
     traction_quadrants,
     transform,
 )
+from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import meshes, outline
+from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
+from rcstudy.mechanics.plates import beyond_rim, missing_at_rim
 from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.slip_operator import SlipOperator
 from rcstudy.mechanics.subcell.cusps import SlipZone, difference, pressure_at_borders
-from rcstudy.mechanics.subcell.half_line import HALF_SPACE
-from rcstudy.mechanics.subcell.missed import Missed
-from rcstudy.mechanics.subcell.plates import beyond_rim, missing_at_rim
 from rcstudy.mechanics.subcell.trailing import Ending
 from rcstudy.mechanics.subcell.unseen import Unseen
 

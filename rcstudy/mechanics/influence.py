@@ -26,13 +26,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from rcstudy.mechanics import edge_slip
 from rcstudy.mechanics.convolution import good_length
-from rcstudy.mechanics.kernels import coefficients
-from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
-from rcstudy.mechanics.numerics.hankel import hankel_transforms, running_integral
-from rcstudy.mechanics.scene import Layer, Material
-from rcstudy.mechanics.subcell import edge_slip
-from rcstudy.mechanics.subcell.half_line import (
+from rcstudy.mechanics.half_line import (
     HALF_SPACE,
     OF_NO_LAYERS,
     HalfLine,
@@ -40,7 +36,11 @@ from rcstudy.mechanics.subcell.half_line import (
     for_tractions,
     wave_numbers,
 )
-from rcstudy.mechanics.subcell.missed import Missed, missed
+from rcstudy.mechanics.kernels import coefficients
+from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
+from rcstudy.mechanics.missed import Missed, missed
+from rcstudy.mechanics.numerics.hankel import hankel_transforms, running_integral
+from rcstudy.mechanics.scene import Layer, Material
 
 T = TypeVar("T")
 

@@ -28,7 +28,7 @@ import numpy as np
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.numerics.patience import Patience
-from rcstudy.mechanics.subcell.plates import all_around
+from rcstudy.mechanics.plates import all_around
 
 _MAX_SETS = 40  # sets of cells in contact that are tried
 _MAX_STEPS = 60  # of conjugate gradients on one set

@@ -1,1 +1,1 @@
-"""What lies between the centres of cells: edges, narrow slip zones, cusps and peaks, and what cells miss of them."""
+"""What lies between the centres of cells: edges, narrow slip zones, borders of stick, cusps; rows moved to an edge."""

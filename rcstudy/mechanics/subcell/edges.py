@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rcstudy.mechanics.half_line import HalfLine
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import outline as kernel
 from rcstudy.mechanics.kernels import rows, smooth
-from rcstudy.mechanics.subcell.half_line import HalfLine
 
 # Oblique edges are found this many cells too far inside, on average over a contact on square cells, and less on oblong
 # cells (Hertz contacts of 4 to 40 cells per radius, round or elliptic, 1 to 2.1: 0.0013 to 0.0025).

@@ -42,7 +42,7 @@ import numpy as np
 
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import centring as kernel
-from rcstudy.mechanics.moved_rows import MovedRows
+from rcstudy.mechanics.subcell.moved_rows import MovedRows
 
 _MOST = 0.8  # largest part of the local slip that counts
 _BEGINS = 0.12  # slip at which half of the largest part counts, over mu C p

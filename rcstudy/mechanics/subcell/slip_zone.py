@@ -15,10 +15,10 @@ import numpy as np
 
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import cusps, rows, smooth, stick
-from rcstudy.mechanics.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.subcell.cusps import NARROW_BEHIND_CUSP, SlipZone, difference
 from rcstudy.mechanics.subcell.edges import Outline
+from rcstudy.mechanics.subcell.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.subcell.trailing import NARROW
 
 # `smooth.too_far_back` is for bodies that are alike. Otherwise `stick.border_behind` puts borders less far back (cells)

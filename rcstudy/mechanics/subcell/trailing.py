@@ -42,7 +42,7 @@ import numpy as np
 from rcstudy.mechanics.kernels import stick
 
 if TYPE_CHECKING:
-    from rcstudy.mechanics.moved_rows import MovedRows
+    from rcstudy.mechanics.subcell.moved_rows import MovedRows
 
 NARROW = 0.5
 """Width (cells) below which slip zones are found here; wider ones by the room of the last cells, `kernels/stick.py`."""

@@ -49,7 +49,7 @@ from functools import cache
 import numpy as np
 
 from rcstudy.mechanics.convolution import sharpening
-from rcstudy.mechanics.subcell.half_line import EDGE, alike
+from rcstudy.mechanics.half_line import EDGE, alike
 
 OF_HALF_SPACE = 0.0264
 """The part between half-spaces, over the slip per unit pressure on the spot (its digits: `tests/test_aligned.py`)."""

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rcstudy.mechanics.subcell.half_line import OWN, alike
+from rcstudy.mechanics.half_line import OWN, alike
 
 _LEAST = 1e-3  # lower limit of A over C, as the logarithm is needed
 

@@ -26,9 +26,9 @@ from functools import cached_property
 import numpy as np
 
 from rcstudy.mechanics.convolution import Box
+from rcstudy.mechanics.half_line import EDGE, HALF_SPACE
 from rcstudy.mechanics.kernels import row_cells, row_fields, rows
 from rcstudy.mechanics.subcell.edges import Outline
-from rcstudy.mechanics.subcell.half_line import EDGE, HALF_SPACE
 
 TIE = 1e-3
 """In cells: a position this close to the middle between two cells counts as a tie.
