@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Layer, Scene
 from rcstudy.progress import counted, duration, in_bytes
-from rcstudy.result import VARIABLES
+from rcstudy.result import VARIABLES, Variable
 from rcstudy.settings import unit_as_written
 from rcstudy.study import Study
 from rcstudy.studyfile.build import scene_hertz
@@ -22,7 +22,8 @@ from rcstudy.threads import available_memory
 # counterbody, the contact filling 2 to 52 % of the window (the last with size: auto). Times are a fifth longer than
 # measured, as machines are rarely idle. Cells outside of the contact cost next to nothing, so times and sizes grow with
 # the number of cells in contact.
-PRESSURE_SECONDS, PRESSURE_CELL_SECONDS = 0.001, 2e-6  # one normal problem with its coefficients; each cell in contact
+PRESSURE_SECONDS, PRESSURE_CELL_SECONDS = 0.0013, 2e-6  # one normal problem; each cell in contact
+LAYERS_SECONDS, LAYERS_CELL_SECONDS = 0.003, 1.3e-6  # influence coefficients of layers on a mesh; each cell in contact
 TRACTION_SECONDS, TRACTION_CELL_SECONDS = 0.0012, 4.5e-6  # a case with creepage (newton, one-way); each cell in contact
 # More cells in contact than the first of these take longer each, by their ratio to this power: transforms do not fit
 # into the cache, and more products are needed. (On 512 and 1024 cells a side 2 and 3 times as long as on 256.)
@@ -31,8 +32,10 @@ FULL_COUPLING_FACTOR = 2.2  # of a traction solution, besides a pressure for eac
 PAPER_CG_FACTOR = 90.0  # it runs to its limit of iterations
 EMPTY = 0.008  # compressed over raw size of the zeros of fields; numbers in the contact do not compress
 LAYER_DEPTH = 0.5  # of the contact's radius: increase in depth by which the weight of a compliance falls to 1/e
-CASE_BYTES = 1000  # stored for a case besides fields: scalars, label, key, and the index of its chunks
-GROUP_BYTES = 80e3  # stored for a group of the cube: names, attributes, coordinates
+# Stored for a group of the cube: attributes and coordinates, what describes a scalar, and a field; for a case of it:
+# label and key, a scalar, the place of a field. (Measured: 1 to 1000 cases, 1 to 6 grids; compressed scalars hardly.)
+GROUP_BYTES, SCALAR_BYTES, FIELD_BYTES = 9000, 900, 5500
+CASE_BYTES, CASE_SCALAR_BYTES, CASE_FIELD_BYTES = 200, 8, 250
 PROCESS_BYTES = 250e6  # held by an interpreter with NumPy, Numba and the compiled kernels
 # Held by a solver for each cell in contact: pressure, and tractions besides; for each cell of the window. (Measured on
 # 256 to 1024 cells along a side: 4200 to 5400 in all with one-way coupling, 5400 to 8800 with full, up to twice as much
@@ -90,6 +93,10 @@ def _pressure_seconds(cells: float) -> float:
     return PRESSURE_SECONDS + PRESSURE_CELL_SECONDS * _slowed(cells)
 
 
+def _layers_seconds(scene: Scene, cells: float) -> float:
+    return LAYERS_SECONDS + LAYERS_CELL_SECONDS * _slowed(cells) if scene.joined.layers else 0.0
+
+
 def _traction_seconds(scene: Scene, cells: float) -> float:
     if scene.creepage is None:
         return 0.0
@@ -129,13 +136,25 @@ def _beyond_memory(worker_bytes: float, workers: int) -> str:
     return f"the largest cases need about {each}, and there are {in_bytes(memory)}: the system may end what takes more"
 
 
-def _cell_bytes(cases: Sequence[Case], outputs: OutputsSpec) -> int:
-    """Raw size of all fields of one cell in a grid: with tractions if any of its `cases` has them."""
-    if not outputs.fields:
-        return 0
+def _variables(cases: Sequence[Case]) -> list[Variable]:
+    """What is stored of the `cases` of a grid: with tractions if any of them has creepage."""
     tangential = any(case.scene.creepage is not None for case in cases)
+    return [variable for variable in VARIABLES.values() if tangential or not variable.tangential]
+
+
+def _cell_bytes(cases: Sequence[Case], outputs: OutputsSpec) -> int:
+    """Raw size of all fields of one cell in a grid."""
     width = {"f8": 8 if outputs.precision == "float64" else 4, "i1": 1}
-    return sum(width[v.dtype] for v in VARIABLES.values() if v.kind == "field" and (tangential or not v.tangential))
+    return sum(width[v.dtype] for v in _variables(cases) if v.kind == "field") if outputs.fields else 0
+
+
+def _bytes_besides(cases: Sequence[Case], outputs: OutputsSpec) -> float:
+    """Stored size of a grid besides the numbers of its fields."""
+    stored = _variables(cases)
+    fields = sum(v.kind == "field" for v in stored)
+    scalars, fields = len(stored) - fields, fields if outputs.fields else 0
+    group = GROUP_BYTES + SCALAR_BYTES * scalars + FIELD_BYTES * fields
+    return group + len(cases) * (CASE_BYTES + CASE_SCALAR_BYTES * scalars + CASE_FIELD_BYTES * fields)
 
 
 def _most_cells(cases: Sequence[Case], outputs: OutputsSpec, in_contact: Mapping[str, float]) -> float:
@@ -156,26 +175,30 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
     cell_bytes = {grid: _cell_bytes(cases, study.outputs) for grid, cases in of_grid.items()}
     seconds = filled = held = 0.0
     in_contact: dict[str, float] = {}
+    layer_sets: set[Hashable] = set()
     for group in groups:
         cells = contact_cells(group[0].scene)
         in_contact |= dict.fromkeys((case.key for case in group), cells)
+        if (layers := layer_set(group[0].scene)) not in layer_sets:
+            layer_sets.add(layers)
+            seconds += _layers_seconds(group[0].scene, cells)
         seconds += _pressure_seconds(cells) + sum(_traction_seconds(case.scene, cells) for case in group)
         held = max(held, _held_bytes(group, cells))
         filled += cells * sum(cell_bytes[case.grid] for case in group)
     stored = {grid: _most_cells(cases, study.outputs, in_contact) for grid, cases in of_grid.items()}
     fields = float(sum(len(cases) * stored[grid] * cell_bytes[grid] for grid, cases in of_grid.items()))
     count = len(expansion.cases)
-    groups_of_cube = 1 if len(study.grids) == 1 else 1 + len(study.grids)
+    besides = sum(_bytes_besides(cases, study.outputs) for cases in of_grid.values())
     return Estimate(
         cases=count,
         distinct=len({case.key for case in expansion.cases}),
         normal_problems=len(groups),
-        layer_sets=len({layer_set(case.scene) for case in expansion.cases}),
+        layer_sets=len(layer_sets),
         seconds=seconds,
         worker_bytes=PROCESS_BYTES + held,
         parent_bytes=PROCESS_BYTES + HELD_CASE_BYTES * count,
         field_bytes=fields,
-        file_bytes=filled + EMPTY * fields + CASE_BYTES * count + GROUP_BYTES * groups_of_cube,
+        file_bytes=filled + EMPTY * fields + besides,
     )
 
 
@@ -192,7 +215,7 @@ def plan_report(study: Study) -> str:
         lines += ["", *_grid_lines(grid, of_grid[grid.name])]
     stored = "scalars only"
     if study.outputs.fields:
-        stored = f"{study.outputs.precision} fields, {in_bytes(total.field_bytes)} before compression"
+        stored = f"{study.outputs.precision} fields of {in_bytes(total.field_bytes)} before compression"
     lines += [
         "",
         "total",
@@ -204,8 +227,9 @@ def plan_report(study: Study) -> str:
         f"  time, about      {duration(total.seconds)} of one core, divided among the workers",
         "",
         textwrap.fill(
-            f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure and {TRACTION_SECONDS * 1e3:g} ms a traction "
-            f"solution, and {PRESSURE_CELL_SECONDS * 1e6:g} and {TRACTION_CELL_SECONDS * 1e6:g} us more for each cell "
+            f"Times assume {PRESSURE_SECONDS * 1e3:g} ms a pressure, {TRACTION_SECONDS * 1e3:g} ms a traction solution "
+            f"and {LAYERS_SECONDS * 1e3:g} ms a set of layers, and {PRESSURE_CELL_SECONDS * 1e6:g}, "
+            f"{TRACTION_CELL_SECONDS * 1e6:g} and {LAYERS_CELL_SECONDS * 1e6:g} us more for each cell "
             f"in contact, where these are more than {MANY_CELLS:.0f} by a factor of "
             f"(cells/{MANY_CELLS:.0f})^{BY_MANY_CELLS:g}; full coupling counts {FULL_COUPLING_FACTOR:g} times, "
             f"paper-cg {PAPER_CG_FACTOR:g} times. Starting up and compiling are extra. Files assume that fields take "

@@ -24,8 +24,8 @@ from rcstudy.mechanics.rolling import UNSETTLED, RollingSolution, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.series import Series
 from rcstudy.mechanics.stopping import pressure_tolerance
-from rcstudy.mechanics.subcell.cusps import SlipZone
 from rcstudy.mechanics.subcell.pole import rise_at_pole
+from rcstudy.mechanics.subcell.slip_zone import SlipZone
 from rcstudy.mechanics.subcell.unseen import Unseen
 from rcstudy.result import CellState, Result, Status
 
@@ -369,7 +369,7 @@ def _rolling_numbers(
 ) -> dict[str, float]:
     """Scalars that follow from the tractions on the mesh of `contact`, which slips in `zone`, corrected by `unseen`.
 
-    The largest pressure is among them, as it may lie at the border of the stick zone (`mechanics/cusps.py`).
+    The largest pressure is among them, as it may lie at the border of the stick zone (`mechanics/subcell/cusps.py`).
     """
     force_x, force_y, moment = contact.resultant(rolling, scene.friction)
     ending = contact.ending(rolling, scene.friction)

@@ -21,21 +21,28 @@ from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.plan import (
     CASE_BYTES,
+    CASE_FIELD_BYTES,
+    CASE_SCALAR_BYTES,
     COUPLED_CELL_BYTES,
     EMPTY,
+    FIELD_BYTES,
     FULL_COUPLING_FACTOR,
     GROUP_BYTES,
+    LAYERS_CELL_SECONDS,
+    LAYERS_SECONDS,
     PAPER_CG_FACTOR,
     PRESSURE_CELL_BYTES,
+    PRESSURE_CELL_SECONDS,
     PRESSURE_SECONDS,
     PROCESS_BYTES,
+    SCALAR_BYTES,
     TRACTION_CELL_BYTES,
     WINDOW_CELL_BYTES,
     contact_cells,
     estimate,
     plan_report,
 )
-from rcstudy.result import Status
+from rcstudy.result import VARIABLES, Status
 from rcstudy.solve import solve_group, solve_scene
 from rcstudy.study import load_study, scene_from_mapping
 from rcstudy.sweep import run
@@ -447,8 +454,14 @@ def test_estimated_size_is_that_of_the_fields(study):
         expansion = expand(plan)
         total = estimate(plan, expansion)
         filled = contact_cells(expansion.cases[0].scene) / 32**2 * total.field_bytes
-        rest = EMPTY * total.field_bytes + 3 * CASE_BYTES + 3 * GROUP_BYTES
-        assert total.file_bytes == pytest.approx(filled + rest)
+        with_fields = total.field_bytes > 0
+        besides = 0.0
+        for cases, tangential in ((2, True), (1, False)):
+            stored = [v.kind == "field" for v in VARIABLES.values() if tangential or not v.tangential]
+            fields, scalars = with_fields * stored.count(True), stored.count(False)
+            besides += GROUP_BYTES + scalars * SCALAR_BYTES + fields * FIELD_BYTES
+            besides += cases * (CASE_BYTES + scalars * CASE_SCALAR_BYTES + fields * CASE_FIELD_BYTES)
+        assert total.file_bytes == pytest.approx(filled + EMPTY * total.field_bytes + besides)
         return total.field_bytes
 
     cells = 32 * 32
@@ -482,6 +495,19 @@ def test_estimated_size_is_that_of_the_cube(study, tmp_path, size, outputs):
     assert run(plan, cube, workers=1).failed == 0
     found = estimate(plan, expand(plan)).file_bytes / cube.stat().st_size
     assert 0.6 < found < 1.7
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("creepage", ["none", "{longitudinal: 0.001}"])
+@pytest.mark.parametrize("outputs", ["{fields: false}", "{}"])
+@pytest.mark.parametrize("grids", [1, 6])
+def test_estimated_size_is_that_of_cubes_of_few_cases(study, tmp_path, grids, outputs, creepage):
+    """Of pressures alone, without fields, it was three to four times that of the cube."""
+    each = f"{{scene: {{mesh: {{cells: [16, 16]}}, creepage: {creepage}}}, axes: {{load: [50, 100]}}}}"
+    plan = study("".join(f"  g{k}: {each}\n" for k in range(grids)) + f"outputs: {outputs}\n")
+    cube = tmp_path / "cube.nc"
+    assert run(plan, cube, workers=1).failed == 0
+    assert 0.7 < estimate(plan, expand(plan)).file_bytes / cube.stat().st_size < 1.4
 
 
 @pytest.mark.heavy
@@ -541,6 +567,19 @@ def test_estimated_time_grows_with_cells_in_contact_and_method(study):
     # more than 30 000 cells in contact on both: 4 times as many take 4^0.4 times as long each
     many, more = (seconds(f"mesh: {{size: auto, cells: [{n}, {n}]}}") - PRESSURE_SECONDS for n in (1024, 2048))
     assert more / many == pytest.approx(4.0**1.4)
+
+
+def test_estimated_seconds_count_each_set_of_layers_once(study):
+    """They were left out, which take longer than the pressure under them."""
+    stacks = (
+        "[{E: 2 Es, nu: 0.3, thickness: 0.1}], [{E: 2 Es, nu: 0.3, thickness: 0.2}], [{E: 1 Es, nu: 0.3, thickness: 1}]"
+    )
+    plan = study(f"  g: {{axes: {{load: [50, 100], layers: [{stacks}]}}}}\n")
+    cells = [contact_cells(case.scene) for case in expand(plan).cases]
+    bare = sum(PRESSURE_SECONDS + PRESSURE_CELL_SECONDS * count for count in cells)
+    layers = estimate(plan, expand(plan)).seconds - bare
+    # the last is none; the contact of either load may be the one that counts
+    assert layers == pytest.approx(2 * LAYERS_SECONDS + LAYERS_CELL_SECONDS * sum(cells[:2]), rel=0.01)
 
 
 def test_estimated_memory_grows_with_cells_in_contact_coupling_and_window(study):

@@ -1,4 +1,4 @@
-"""Cusps of the pressure at the border of the stick zone, under full coupling (`mechanics/cusps.py`)."""
+"""Cusps of the pressure at the border of the stick zone, under full coupling (`mechanics/subcell/cusps.py`)."""
 
 from __future__ import annotations
 

@@ -230,6 +230,16 @@ def test_the_table_of_equations_names_code_that_exists(name: str) -> None:
         found = getattr(found, part)
 
 
+def test_files_that_are_named_exist() -> None:
+    """In documents and in the code, by their paths or, beside it, by their names."""
+    code = [path for folder in ("rcstudy", "tests", "scripts") for path in (ROOT / folder).rglob("*.py")]
+    files = [*code, ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    folders = {ROOT} | {path.parent for path in code}
+    for path in files:
+        for name in set(re.findall(r"`([\w/]+\.py)`", path.read_text(encoding="utf-8"))):
+            assert any((folder / name).is_file() for folder in folders), (path.name, name)
+
+
 def constants() -> list[tuple[str, float]]:
     """Names and values in the table of measured constants of docs/mechanics.md."""
     text = MECHANICS.read_text(encoding="utf-8").partition("### Constants that are measured")[2].partition("\n#")[0]

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from rcstudy.report import layout
-from rcstudy.report.style import _METADATA, DPI, FORMATS, _palette, save, style, traction_colours
+from rcstudy.report.style import _METADATA, DPI, FORMATS, _palette, map_colours, save, style
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def styled() -> Iterator[None]:
 def drawn() -> Figure:
     """A square panel in many colours beside one of lines, small."""
     figure, axes = layout.panels(1, 2, 1.2, width=2.0)
-    axes[0, 0].imshow(np.arange(64).reshape(8, 8), cmap=traction_colours())
+    axes[0, 0].imshow(np.arange(64).reshape(8, 8), cmap=map_colours())
     axes[0, 0].set(aspect="equal", title="$p/p_0$")
     axes[0, 1].loglog([1.0, 10.0, 1000.0], [3.0, 1.0, 2.0], marker="o")
     axes[0, 1].set(xlabel=r"$\xi_x$", ylabel="force (N)")

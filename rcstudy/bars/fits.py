@@ -132,7 +132,7 @@ ALIKE = ALIGNED | {
     "traction_max": Fit(0.5, 0.0175, 0.16, (0.25, 2.0), stick=1.0, slip=-0.9, rest=0.007, excess=0.8),
     "friction_power": Fit(0.31, 0.015, 0.12, (0.0, 1.0), stick=0.15, rest=0.0011),
 }
-# largest values under full coupling, which may be those of a cusp (`mechanics/cusps.py`)
+# largest values under full coupling, which may be those of a cusp (`mechanics/subcell/cusps.py`)
 COUPLED: dict[str, dict[str, Fit]] = {
     "kalker": {
         "pressure_max": Fit(0.35, 0.03, 0.16, (0.45, 2.2), excess=0.2, first=0.015),

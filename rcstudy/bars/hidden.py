@@ -18,11 +18,11 @@ class Hidden(NamedTuple):
 
     `unsettled`: deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`); `by_layers`: area
     that layers too thin for the cells add to the contact (negative: take from it), over the contact's
-    (`AlignedContact.area_by_layers`); `slip`: effect of slip zones too narrow for the cells (`mechanics/unseen.py`);
+    (`AlignedContact.area_by_layers`); `slip`: effect of slip zones too narrow for the cells (`subcell/unseen.py`);
     `lift`: lift of the surface by tractions over the approach (full coupling); `peak_by_layers`: difference of the
     largest pressure corrected for layers from that corrected as on half-spaces, over that pressure; `cusp_of_pressure`,
     `cusp_of_traction`: by which fraction of themselves cusps change the largest pressure and traction, or would
-    (`mechanics/cusps.py`; full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not
+    (`subcell/cusps.py`; full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not
     known; `pull`: friction times Dundurs' constant, its magnitude (full coupling); `at_rim`: fraction by which the
     largest pressure may be too small under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in
     the outermost cells (`mechanics/plates.py`); `slip_shown`, `slips_at_top`: whether any cell slips, and whether one
@@ -30,7 +30,7 @@ class Hidden(NamedTuple):
     largest pressure causes on the spot (`Influence.slip_under_pressure`); `turning`: magnitude of Dundurs' constant
     over pi times friction; `skin`: difference of Dundurs' constant (-) on a scale below that of a cell beside the edge,
     and that scale (mm) (`Influence.skin_at_edge`); `at_pole`: fraction by which the largest pressure may rise at the
-    pole of spin (`mechanics/pole.py`; full coupling); `top_at_border`: whether the cell of the largest pressure is
+    pole of spin (`subcell/pole.py`; full coupling); `top_at_border`: whether the cell of the largest pressure is
     within two cells of the border of the stick zone (`close_to_border`; full coupling); `missed`: what cells miss of
     the bodies' responses (`mechanics/missed.py`).
     """

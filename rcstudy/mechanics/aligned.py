@@ -47,11 +47,10 @@ from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SlipOperator
 from rcstudy.mechanics.subcell import leading_zone
-from rcstudy.mechanics.subcell.cusps import SlipZone
 from rcstudy.mechanics.subcell.edges import Outline
 from rcstudy.mechanics.subcell.local_slip import by_pressure_at_centres, local_slip
 from rcstudy.mechanics.subcell.moved_rows import MovedRows
-from rcstudy.mechanics.subcell.slip_zone import SlipZones
+from rcstudy.mechanics.subcell.slip_zone import SlipZone, SlipZones
 from rcstudy.mechanics.subcell.trailing import Ending, ending_of_rows
 from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip
 

@@ -42,7 +42,8 @@ from rcstudy.mechanics.plates import beyond_rim, missing_at_rim
 from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.slip_operator import SlipOperator
-from rcstudy.mechanics.subcell.cusps import SlipZone, difference, pressure_at_borders
+from rcstudy.mechanics.subcell.cusps import difference, pressure_at_borders
+from rcstudy.mechanics.subcell.slip_zone import SlipZone
 from rcstudy.mechanics.subcell.trailing import Ending
 from rcstudy.mechanics.subcell.unseen import Unseen
 

@@ -1,1 +1,4 @@
-"""From a cube to paper: views of its cases, measures, figures and tables (entries: rcstudy.figures, rcstudy.tables)."""
+"""From a cube to paper: views of its cases, measures, figures and tables.
+
+Entries: rcstudy.figures, rcstudy.tables, rcstudy.accuracy.
+"""

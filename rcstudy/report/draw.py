@@ -1,4 +1,4 @@
-"""What goes into one panel: lines on the x-axis, a map of traction with stick and slip, or why there is none."""
+"""What goes into one panel: lines on the x-axis, a map of traction with stick and slip or of pressure, or why none."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from rcstudy.report import draw
 from rcstudy.report.labels import literal
 from rcstudy.report.layout import heighten, legend, outer_labels, panels
 from rcstudy.report.measures import slip_ratio, slip_ratio_error, traction
-from rcstudy.report.style import VERMILLION, WIDTH, traction_colours
+from rcstudy.report.style import VERMILLION, WIDTH, map_colours
 from rcstudy.report.views import CaseView
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def traction_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -
     figure, drawn, windows = _panels(cases, mapped, title)
     # of what is drawn: aligned cells may store more than `traction_max`; without any traction there is no scale
     norm = Normalize(0.0, max((float(np.hypot(*traction(c)).max()) for c in mapped), default=0.0) or 1.0)
-    colours = traction_colours()
+    colours = map_colours()
     steps = dict(zip(mapped, draw.circle_steps(mapped, list(windows.values())), strict=True))
     for case in mapped:
         draw.traction_map(drawn[case], case, norm, colours, windows[case], steps[case])
@@ -68,7 +68,7 @@ def pressure_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -
     mapped = [case for case in cases if case.solved]
     figure, drawn, windows = _panels(cases, mapped, title)
     norm = Normalize(0.0, max((float(case.field("pressure").max()) for case in mapped), default=1.0))
-    colours = traction_colours()
+    colours = map_colours()
     for case in mapped:
         draw.pressure_map(drawn[case], case, norm, colours, windows[case])
         _corner(drawn[case], f"{case.number('pressure_max'):.4g} MPa", "pressure-max")

@@ -111,12 +111,12 @@ def _missing_letters_told() -> Iterator[None]:
         warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 
 
-def traction_colours() -> Colormap:
+def map_colours() -> Colormap:
     """Viridis from light to dark without its darkest quarter, so that black markers stay visible on it."""
     import matplotlib
     from matplotlib.colors import ListedColormap
 
-    return ListedColormap(matplotlib.colormaps["viridis_r"](np.linspace(0.0, 0.75, 256)), name="traction")
+    return ListedColormap(matplotlib.colormaps["viridis_r"](np.linspace(0.0, 0.75, 256)), name="map")
 
 
 def check_formats(formats: Sequence[str]) -> None:
@@ -183,7 +183,7 @@ def _palette(pixels: np.ndarray) -> np.ndarray:
     from PIL import Image
 
     of_style = [[255 * c for c in to_rgb(name)] for name in ("white", *COLOURS)]
-    of_map = 255 * traction_colours()(np.linspace(0.0, 1.0, 128))[:, :3]
+    of_map = 255 * map_colours()(np.linspace(0.0, 1.0, 128))[:, :3]
     rest = 256 - len(of_style) - len(of_map)
     common = Image.fromarray(pixels.copy()).quantize(rest, method=Image.Quantize.MEDIANCUT).getpalette() or []
     return np.concatenate([np.round([*of_style, *of_map]).astype(int), np.reshape(common, (-1, 3))])

@@ -15,26 +15,9 @@ The pressure at the border is therefore extrapolated from the stick zone (`kerne
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from rcstudy.mechanics.kernels import cusps
-
-
-class SlipZone(NamedTuple):
-    """A slip zone and the largest values of the contact.
-
-    `area` (mm^2); largest `traction` and `pressure` (MPa); `cusp_of_traction`, `cusp_of_pressure`: by which fractions
-    of themselves cusps changed these (`aligned`; those of `kalker` are values of cells).
-    """
-
-    area: float
-    traction: float
-    pressure: float
-    cusp_of_traction: float = 0.0
-    cusp_of_pressure: float = 0.0
-
 
 # Cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured).
 NARROW_BEHIND_CUSP = 5.0

@@ -1,4 +1,4 @@
-"""The slip zone on aligned cells: its area, with borders found between cells, and the largest traction.
+"""The slip zone: its area and the largest values of the contact; on aligned cells with borders found between cells.
 
 `kernels/stick.py` finds where each row sticks. From that follows the fraction of the contact that slips, and the area
 of the contact follows from `edges.py`: both refer to the same edges. Where the stick zone is in one piece and extends
@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import cusps, rows, smooth, stick
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.subcell.cusps import NARROW_BEHIND_CUSP, SlipZone, difference
+from rcstudy.mechanics.subcell.cusps import NARROW_BEHIND_CUSP, difference
 from rcstudy.mechanics.subcell.edges import Outline
 from rcstudy.mechanics.subcell.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.subcell.trailing import NARROW
@@ -29,6 +30,20 @@ _BOW_BY_PRESSURE = 0.25
 _MOST_UNLIKE = 0.71  # largest (d - c)/sqrt(c d), see `smooth.too_far_back`: that of incompressible half-spaces
 _AS_LARGE = 1e-6  # pressures differ by less, relatively, by rounding and the solver's tolerance
 _NOT_KNOWN = np.full(2, np.nan)  # position of the tips of a zone
+
+
+class SlipZone(NamedTuple):
+    """A slip zone and the largest values of the contact.
+
+    `area` (mm^2); largest `traction` and `pressure` (MPa); `cusp_of_traction`, `cusp_of_pressure`: by which fractions
+    of themselves cusps changed these (`aligned`; those of `kalker` are values of cells).
+    """
+
+    area: float
+    traction: float
+    pressure: float
+    cusp_of_traction: float = 0.0
+    cusp_of_pressure: float = 0.0
 
 
 class SlipZones:
