@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy.report import measures
-from rcstudy.report.cells import Column, Table, Value
+from rcstudy.report.cells import Column, Table, Value, without_empty
 from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.listed import CREEPAGES, listed_numbers, listed_settings
 from rcstudy.report.paper import MAPS, PaperCase, paper_cases, paper_grids, select
@@ -76,9 +76,9 @@ def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
         paths += write_table(out, "statements", *statements_table(STATEMENTS, cases))
         paths += write_table(out, "statements_comparisons", *comparisons_table(STATEMENTS, cases))
     if others:
-        paths += write_table(out, "results_of_other_grids" if cases else "results", *case_table(others))
-    paths += write_table(out, "solver", *cases_table(found.values()))
-    paths += write_table(out, "solver_summary", *summary_table(list(found.values())))
+        paths += write_table(out, "results_of_other_grids" if cases else "results", *without_empty(case_table(others)))
+    paths += write_table(out, "solver", *without_empty(cases_table(found.values())))
+    paths += write_table(out, "solver_summary", *without_empty(summary_table(list(found.values()))))
     return paths
 
 
@@ -149,7 +149,8 @@ def case_table(found: Sequence[GridView]) -> Table:
     rows = [{"grid": case.grid.name, "case": case.label, **row} for case, row in zip(cases, rows, strict=True)]
     # what the note says of a coated body, and of several layers, is only true of studies that have them
     most = max((len(case.layers) for case in cases), default=0)
-    note = RESULTS_NOTE if most else RESULTS_NOTE.replace("the coated body", "the substrate")
+    note = RESULTS_NOTE if any(case.rolling for case in cases) else RESULTS_NOTE.replace(_FORCES, "")
+    note = note if most else note.replace("the coated body", "the substrate")
     order = "layer 1 is at the surface; " if most > 1 else ""
     return f"Results per case. {order}{note}", (*names, *columns), rows
 
@@ -162,10 +163,11 @@ def _described(cases: Sequence[CaseView]) -> tuple[Sequence[Column], list[dict[s
     return (*settings, *_WORDS, *numbers, *RESULTS), rows
 
 
+_FORCES = "forces and moment act on the coated body, which rolls towards +x; "
 RESULTS_NOTE = (
-    "p0: Hertz's peak pressure of the uncoated pair; forces and moment act on the coated body, which rolls towards +x; "
-    "±: the estimated discretisation error, meant to hold in nineteen of twenty cases; worst proof: the largest of the "
-    "case's own checks (relative). Cases that were not solved have no numbers."
+    f"p0: Hertz's peak pressure of the uncoated pair; {_FORCES}±: the estimated discretisation error, meant to hold in "
+    "nineteen of twenty cases; worst proof: the largest of the case's own checks (relative). Cases that were not "
+    "solved have no numbers."
 )
 
 

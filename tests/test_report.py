@@ -340,7 +340,8 @@ def test_pressures_alone_have_maps_of_the_pressure(tmp_path: Path) -> None:
             (image,) = ax.get_images()
             drawn = image.get_array()
             np.testing.assert_array_equal(drawn.compressed(), p.T[p.T > 0])
-            assert image.norm.vmax == data.pressure.max() and image.norm.vmin == 0
+            # ten times the other's: in the colours of the larger one it would have no shape
+            assert image.norm.vmax == data.pressure_max.values[k, 0] and image.norm.vmin == 0
             i, j = np.nonzero(p > 0)
             dx, dy = (np.diff(data[f"{axis}_centre"].values[k, 0])[0] for axis in "xy")
             edges = [data.x_centre.values[k, 0][i.min()] - dx / 2, data.y_centre.values[k, 0][j.max()] + dy / 2]
@@ -349,9 +350,36 @@ def test_pressures_alone_have_maps_of_the_pressure(tmp_path: Path) -> None:
             assert texts == {"pressure-max": f"{data.pressure_max.values[k, 0]:.4g} MPa"}
         assert [bool(remarks(ax)) for ax in shown] == [False, True] * 2
         assert [ax.get_xlabel() for ax in shown[2:]] == ["$x$ (mm)"] * 2  # nothing rolls
+        assert figure.axes[-1].get_xlabel() == "$p$ / largest $p$"
+        assert "its largest value, to which its colours refer." in words
         assert "Pressure $p$." in words and "traction" not in words and "arrows" not in words
         assert "Each panel has its own scale" in words and "as large along $y$ as along $x$." in words
         assert remarks(panels(refused)[0]) and "Pressure" not in caption_of(refused)
+
+
+def test_pressures_that_differ_little_have_one_colour_scale(tmp_path: Path) -> None:
+    """It holds the largest pressure, which with aligned cells may lie between their centres."""
+    grid = "loads: {scene: {discretisation: aligned}, axes: {load: [1, 100]}}"
+    text = PRESSURES.partition("grids:")[0] + f"grids: {{{grid}}}\n"
+    run(load_text(tmp_path, text), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        figure = case_maps(next(iter(grids(tree).values())))
+        largest = float(tree.to_dataset().pressure_max.max())
+        assert largest > float(tree.to_dataset().pressure.max())
+        assert [ax.get_images()[0].norm.vmax for ax in panels(figure)] == [largest] * 2
+        assert figure.axes[-1].get_xlabel() == "$p$ (MPa)" and "refer" not in caption_of(figure)
+
+
+def test_tables_of_pressures_alone_have_no_columns_of_tractions(tmp_path: Path) -> None:
+    run(load_text(tmp_path, PRESSURES), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree:
+        make_tables(tree, tmp_path)
+    titles = {name: (tmp_path / f"{name}.md").read_text(encoding="utf-8") for name in ("results", "solver")}
+    assert "Peak pressure (MPa)" in titles["results"] and "Products, pressure" in titles["solver"]
+    for absent in ("Largest traction", "Friction power", "forces and moment"):
+        assert absent not in titles["results"]
+    assert "Products, tractions" not in titles["solver"] and "Iterations, tractions" not in titles["solver"]
+    assert "force_x_N" in read(tmp_path / "results.csv")[0]  # programs find the same columns everywhere
 
 
 SIZES = """\
@@ -984,7 +1012,11 @@ def test_three_forms_of_a_table_have_the_same_rows(tables: Path) -> None:
             columns += in_part - len(names)
         errors = sum(key.endswith("_error") and key.removesuffix("_error") in rows[0] for key in rows[0])
         numbers = {"longitudinal", "lateral", "spin_rad_per_mm", "layer_count", "thickness_mm", "modulus_MPa"}
-        assert columns == len(rows[0]) - errors - (len(numbers & set(rows[0])) if path.stem == "results" else 0)
+        # what the made-up results lack
+        empty = {key for key in rows[0] if key != "reason" and not any(row[key] for row in rows)} - numbers
+        assert len(empty) == (2 if path.stem == "solver" else 0)
+        given = len(numbers & set(rows[0])) if path.stem == "results" else 0
+        assert columns == len(rows[0]) - errors - given - len(empty)
 
 
 def test_writer_escapes_and_rounds(tmp_path: Path) -> None:

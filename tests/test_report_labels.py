@@ -943,6 +943,13 @@ def test_long_numbers_on_a_logarithmic_axis_do_not_overlap(tmp_path: Path, value
             assert len(boxes) > 1 and all(one.x1 < other.x0 for one, other in pairwise(boxes))
 
 
+def test_ticks_on_a_logarithmic_axis_are_at_decades_first_and_plain_numbers(tmp_path: Path) -> None:
+    """They were `2e+04`, `5e+04` and `2e+05`, with none at 100000."""
+    with opened(tmp_path, make_grid("g", number_axis("friction", [2e4, 6e4, 1.8e5, 5.4e5]))) as grid, style():
+        texts = [label.get_text() for label in overview_figure(grid).axes[0].get_xticklabels()]
+    assert "100000" in texts and not any("e" in text for text in texts)
+
+
 def test_moduli_that_follow_from_others_have_six_digits(tmp_path: Path) -> None:
     """`E1 = 76530.6122449 MPa, E2 = 107142.857143 MPa`."""
     text = (

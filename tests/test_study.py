@@ -312,6 +312,10 @@ def test_text_that_only_its_quotes_tell_from_what_is_allowed(tmp_path):
             "scene.coating: unknown key: a coating belongs to a grid or a case of its list, a",
         ),
         (
+            "creepage: {¶label: a, spin: 0.1}",
+            "scene.creepage.label: unknown key: a label belongs to values of an axis and to cases of a list; allowed:",
+        ),
+        (
             "¶modulus: 1",
             "scene.modulus: unknown key: a coating belongs to a grid or a case of its list, a scene has la",
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 Value = str | float | int
 
@@ -36,6 +36,18 @@ class Column:
 
 Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
 """Caption, columns, rows."""
+
+
+def without_empty(table: Table) -> Table:
+    """The table, with columns that have nothing in any row in the CSV alone; as it is if no column has numbers.
+
+    Such are forces where tractions are not solved. Empty words are something.
+    """
+    caption, columns, rows = table
+    known = {key for row in rows for key, value in row.items() if not (isinstance(value, float) and math.isnan(value))}
+    if not any(isinstance(row.get(column.key), float) for column in columns for row in rows if column.key in known):
+        return table
+    return caption, [column if column.key in known else replace(column, csv_only=True) for column in columns], rows
 
 
 def text_of(value: Value, form: str) -> str:

@@ -12,7 +12,7 @@ from rcstudy.report.labels import literal
 from rcstudy.report.layout import heighten, legend, outer_labels, panels
 from rcstudy.report.measures import slip_ratio, slip_ratio_error, traction
 from rcstudy.report.style import VERMILLION, WIDTH, map_colours
-from rcstudy.report.views import CaseView
+from rcstudy.report.views import CaseView, short_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,10 +22,17 @@ if TYPE_CHECKING:
 _BESIDE = 0.35  # width of the labels beside a map's panel, inches
 _NUMBERS = 0.17  # by which they are wider where all panels have numbers, inches
 _TITLE_LINE = 0.145  # height of a line of a title, inches
+_BAR, _MARKS = 0.45, 0.25  # heights of the colour bar and of the legend of marks, inches
 _X_ROLLING = r"$x$ (mm), rolling $\rightarrow$"
 
-PRESSURES_SHOW = "Pressure $p$. In each panel: its largest value."
-"""What maps of the pressure show."""
+MUCH = 5.0
+"""Ratio of largest pressures above which each panel is coloured by its own: lower ones would have one colour."""
+
+
+def pressures_show(mapped: Sequence[CaseView]) -> str:
+    """What maps of the pressures of these cases show."""
+    own = "" if one_colour_scale(mapped) else ", to which its colours refer"
+    return f"Pressure $p$. In each panel: its largest value{own}."
 
 
 def tractions_show(body: str = "coated body") -> str:
@@ -46,7 +53,7 @@ def traction_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -
     from matplotlib.colors import Normalize
 
     mapped = [case for case in cases if case.rolling]
-    figure, drawn, windows = _panels(cases, mapped, title)
+    figure, drawn, windows = _panels(cases, mapped, title, _BAR + _MARKS)
     # of what is drawn: aligned cells may store more than `traction_max`; without any traction there is no scale
     norm = Normalize(0.0, max((float(np.hypot(*traction(c)).max()) for c in mapped), default=0.0) or 1.0)
     colours = map_colours()
@@ -56,7 +63,7 @@ def traction_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -
         decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
         _corner(drawn[case], f"slip {100 * slip_ratio(case):.{decimals}f} %", "slip-ratio")
     if mapped:
-        _colour_bar(figure, drawn.values(), norm, colours, "$|q|$ (MPa)")
+        _colour_bar(figure, drawn.values(), colours, norm, "$|q|$ (MPa)")
         _marks(figure, list(steps.values()))
     return figure
 
@@ -66,23 +73,36 @@ def pressure_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -
     from matplotlib.colors import Normalize
 
     mapped = [case for case in cases if case.solved]
-    figure, drawn, windows = _panels(cases, mapped, title)
-    norm = Normalize(0.0, max((float(case.field("pressure").max()) for case in mapped), default=1.0))
+    figure, drawn, windows = _panels(cases, mapped, title, _BAR)
+    # aligned cells: the largest pressure may lie between their centres
+    tops = {case: max(case.number("pressure_max"), float(case.field("pressure").max())) for case in mapped}
+    alike = one_colour_scale(mapped)
     colours = map_colours()
     for case in mapped:
-        draw.pressure_map(drawn[case], case, norm, colours, windows[case])
-        _corner(drawn[case], f"{case.number('pressure_max'):.4g} MPa", "pressure-max")
+        top = max(tops.values()) if alike else tops[case]
+        draw.pressure_map(drawn[case], case, Normalize(0.0, top), colours, windows[case])
+        _corner(drawn[case], f"{short_number(case.number('pressure_max'))} MPa", "pressure-max")
     if mapped:
-        _colour_bar(figure, drawn.values(), norm, colours, "$p$ (MPa)")
+        scale = (
+            (Normalize(0.0, max(tops.values())), "$p$ (MPa)") if alike else (Normalize(0.0, 1.0), "$p$ / largest $p$")
+        )
+        _colour_bar(figure, drawn.values(), colours, *scale)
     return figure
 
 
+def one_colour_scale(mapped: Sequence[CaseView]) -> bool:
+    """Whether maps of the pressures of these cases have the same colours for the same pressure."""
+    tops = [case.number("pressure_max") for case in mapped]
+    return not tops or max(tops) <= MUCH * min(tops)
+
+
 def _panels(
-    cases: Sequence[CaseView], mapped: Sequence[CaseView], title: Callable[[CaseView], str]
+    cases: Sequence[CaseView], mapped: Sequence[CaseView], title: Callable[[CaseView], str], besides: float
 ) -> tuple[Figure, dict[CaseView, Axes], dict[CaseView, draw.Window]]:
     """A figure with a panel for each case, which has its title, and the windows of those cases that have a map.
 
-    Panels of the others say why they have none.
+    Panels of the others say why they have none. `besides`: height of what else the figure shows if there is any map,
+    inches.
     """
     columns = 1 if len(cases) == 1 else 2 if len(cases) <= 4 else 3
     rows = -(-len(cases) // columns)
@@ -92,7 +112,7 @@ def _panels(
     shared = one_scale(mapped)
     beside = _BESIDE if shared else _BESIDE + _NUMBERS
     height = (width / columns - beside) * shown.shape + beside
-    figure, axes = panels(rows, columns, (height + 0.12) * rows + 0.7, width=width)
+    figure, axes = panels(rows, columns, (height + 0.12) * rows + (besides if mapped else 0.1), width=width)
     titles = {case: title(case) for case in cases}
     for row in range(rows):  # there is room for titles of two lines
         lines = max(titles[case].count("\n") + 1 for case in cases[row * columns : (row + 1) * columns])
@@ -120,7 +140,7 @@ def one_scale(mapped: Sequence[CaseView]) -> bool:
 
 def scales(mapped: Sequence[CaseView]) -> str:
     """Sentences on maps of these cases that are not to scale, or not to one scale; empty if they are."""
-    words = [] if one_scale(mapped) else ["Each panel has its own scale, as contacts differ much in size."]
+    words = [] if one_scale(mapped) else ["Each panel has its own scale of lengths, as contacts differ much in size."]
     factor = draw.window(mapped).stretch
     if factor != 1.0:
         one, other, times = ("y", "x", factor) if factor > 1.0 else ("x", "y", 1.0 / factor)
@@ -144,7 +164,7 @@ def _corner(ax: Axes, text: str, gid: str) -> None:
     )
 
 
-def _colour_bar(figure: Figure, shown: Collection[Axes], norm: Normalize, colours: Colormap, label: str) -> None:
+def _colour_bar(figure: Figure, shown: Collection[Axes], colours: Colormap, norm: Normalize, label: str) -> None:
     from matplotlib.cm import ScalarMappable
 
     bar = figure.colorbar(

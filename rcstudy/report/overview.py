@@ -16,7 +16,7 @@ from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import DECADE, LINE_SPACING, caption, conditions, heighten, legend, log_ticks, panels
-from rcstudy.report.maps import PRESSURES_SHOW, one_scale, pressure_maps, scales, traction_maps, tractions_show
+from rcstudy.report.maps import one_scale, pressure_maps, pressures_show, scales, traction_maps, tractions_show
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.settings import LENGTH, MODULUS
@@ -179,7 +179,7 @@ def case_maps(grid: GridView) -> Figure | None:
         what = f"{tractions_show(body)}." if mapped else ""
     else:
         figure = pressure_maps(cases, lambda case: _title(case, width))
-        what = PRESSURES_SHOW if mapped else ""
+        what = pressures_show(mapped) if mapped else ""
     drawn = grid.at(dict(zip(grid.axes, places, strict=True)))
     caption(figure, _caption(drawn, what, scales(mapped), _chosen_cases(grid, counts)))
     return figure
@@ -378,10 +378,10 @@ def _apart(ticks: Iterable[float], low: float, high: float, *, signs: bool) -> l
     shown = [float(tick) for tick in ticks if low <= tick <= high]
     room = [(len(short_number(tick)) + beside) / _ACROSS * math.log(high / low) for tick in shown]
     kept: list[int] = []
-    for k, tick in enumerate(shown):
-        if not kept or math.log(tick / shown[kept[-1]]) >= 0.5 * (room[k] + room[kept[-1]]):
+    for k in sorted(range(len(shown)), key=lambda k: not math.log10(shown[k]).is_integer()):  # decades first
+        if all(abs(math.log(shown[k] / shown[other])) >= 0.5 * (room[k] + room[other]) for other in kept):
             kept.append(k)
-    return [shown[k] for k in kept]
+    return [shown[k] for k in sorted(kept)]
 
 
 def geometric(values: np.ndarray) -> bool:

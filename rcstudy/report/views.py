@@ -310,8 +310,9 @@ def grids(tree: xr.DataTree) -> dict[str, GridView]:
 
 
 def short_number(value: float) -> str:
-    """A computed number as people write it: `0.5`, `0.002`, `0` (four significant digits)."""
-    return f"{value:.4g}"
+    """A computed number as people write it: `0.5`, `0.002`, `15820`, `0` (four significant digits)."""
+    text = f"{value:.4g}"
+    return f"{float(text):.0f}" if 1e4 <= abs(value) < 1e6 else text
 
 
 def given_text(value: float, *, math: bool) -> str:

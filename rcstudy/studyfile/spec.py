@@ -421,6 +421,8 @@ def _unknown(model: type[Spec], word: str, own: Sequence[str]) -> tuple[str, str
         if "coating" in own:
             return "coating", f"did you mean coating: {{{word}: ...}}? {suggest('', keys)}"
         return "", f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys)}"
+    if model is CreepageSpec and word == "label":  # close to lateral
+        return "", f"a label belongs to values of an axis and to cases of a list; {suggest('', keys)}"
     return closest(word, keys), suggest(word, keys)
 
 
