@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from rcstudy import hdf5
+from rcstudy.storage import hdf5
 
 ATTRIBUTES = {
     "units": "N mm",
