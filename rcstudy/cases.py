@@ -23,7 +23,7 @@ from rcstudy.mechanics.scene import Layer, Material, Scene
 from rcstudy.settings import DESCRIPTIONS, LENGTH, MODULUS, ratio_name
 from rcstudy.study import Study
 from rcstudy.studyfile.build import scene_hertz
-from rcstudy.studyfile.grids import AxisPlan, GridPlan
+from rcstudy.studyfile.grid_plan import AxisPlan, GridPlan
 from rcstudy.studyfile.quantities import Quantity
 
 CASE_SCHEMA = 2

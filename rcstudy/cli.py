@@ -184,8 +184,7 @@ def sweep(
     from rcstudy import progress
     from rcstudy import sweep as sweeping
     from rcstudy.study import load_study
-    from rcstudy.workers import pool
-    from rcstudy.workers.cluster import scheduler_at
+    from rcstudy.workers import cluster, pool
 
     target = _cube_target(spec, output)
     reporter: progress.Progress = progress.Silent() if quiet else progress.for_stream()
@@ -195,7 +194,7 @@ def sweep(
             target,
             workers=None if workers is None else _workers(workers),
             processes=context.obj if isinstance(context.obj, pool.Pool) else None,
-            scheduler=scheduler_at(scheduler, scheduler_file),
+            scheduler=cluster.scheduler_at(scheduler, scheduler_file),
             progress=reporter,
             fresh=fresh,
             series=series,

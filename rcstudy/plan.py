@@ -175,13 +175,11 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
     cell_bytes = {grid: _cell_bytes(cases, study.outputs) for grid, cases in of_grid.items()}
     seconds = filled = held = 0.0
     in_contact: dict[str, float] = {}
-    layer_sets: set[Hashable] = set()
+    layers: dict[Hashable, float] = {}  # seconds of each set
     for group in groups:
         cells = contact_cells(group[0].scene)
         in_contact |= dict.fromkeys((case.key for case in group), cells)
-        if (layers := layer_set(group[0].scene)) not in layer_sets:
-            layer_sets.add(layers)
-            seconds += _layers_seconds(group[0].scene, cells)
+        layers.setdefault(layer_set(group[0].scene), _layers_seconds(group[0].scene, cells))
         seconds += _pressure_seconds(cells) + sum(_traction_seconds(case.scene, cells) for case in group)
         held = max(held, _held_bytes(group, cells))
         filled += cells * sum(cell_bytes[case.grid] for case in group)
@@ -193,8 +191,8 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
         cases=count,
         distinct=len({case.key for case in expansion.cases}),
         normal_problems=len(groups),
-        layer_sets=len(layer_sets),
-        seconds=seconds,
+        layer_sets=len(layers),
+        seconds=seconds + sum(layers.values()),
         worker_bytes=PROCESS_BYTES + held,
         parent_bytes=PROCESS_BYTES + HELD_CASE_BYTES * count,
         field_bytes=fields,

@@ -15,7 +15,8 @@ from typing import Any, Never
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
 from rcstudy.studyfile.build import BuildError, build, parts_of, window_problem
-from rcstudy.studyfile.grids import GridPlan, GridReader
+from rcstudy.studyfile.grid_plan import GridPlan
+from rcstudy.studyfile.grids import GridReader
 from rcstudy.studyfile.spec import (
     OutputsSpec,
     SceneSpec,

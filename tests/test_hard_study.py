@@ -19,7 +19,7 @@ from rcstudy.result import VARIABLES, Status
 from rcstudy.storage.layout import case_label
 from rcstudy.study import Study, load_study
 from rcstudy.studyfile.build import scene_hertz, with_part
-from rcstudy.studyfile.grids import AxisPlan, GridPlan
+from rcstudy.studyfile.grid_plan import AxisPlan, GridPlan
 from rcstudy.tables import make_tables
 
 pytestmark = pytest.mark.heavy  # windows are fitted when the file is read

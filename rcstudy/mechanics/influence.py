@@ -28,14 +28,7 @@ import numpy as np
 
 from rcstudy.mechanics import edge_slip
 from rcstudy.mechanics.convolution import good_length
-from rcstudy.mechanics.half_line import (
-    HALF_SPACE,
-    OF_NO_LAYERS,
-    HalfLine,
-    for_pressure,
-    for_tractions,
-    wave_numbers,
-)
+from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, HalfLine, for_pressure, for_tractions, wave_numbers
 from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
 from rcstudy.mechanics.missed import Missed, missed

@@ -44,8 +44,13 @@ def without_empty(table: Table) -> Table:
     Such are forces where tractions are not solved. Empty words are something.
     """
     caption, columns, rows = table
-    known = {key for row in rows for key, value in row.items() if not (isinstance(value, float) and math.isnan(value))}
-    if not any(isinstance(row.get(column.key), float) for column in columns for row in rows if column.key in known):
+    known = {
+        key: value
+        for row in rows
+        for key, value in row.items()
+        if not isinstance(value, float) or not math.isnan(value)
+    }
+    if not any(isinstance(value, float) for value in known.values()):
         return table
     return caption, [column if column.key in known else replace(column, csv_only=True) for column in columns], rows
 

@@ -216,23 +216,21 @@ def traction_map(
     from matplotlib.collections import EllipseCollection
 
     qx, qy = traction(case)
-    state = case.state
-    contact = state != CellState.EXTERIOR
-    _coloured(ax, case, np.hypot(qx, qy), contact, norm, colours)
+    _coloured(ax, case, np.hypot(qx, qy), norm, colours)
     shown.on(ax)
-    i, j = np.nonzero(contact)
+    i, j = np.nonzero(case.contact)
     longest = max(shown.pitches(case, (int(np.ptp(i)) + 1, int(np.ptp(j)) + 1)))
     # in small contacts fewer: arrows that can be seen
     wanted = _steps(shown.pitches(case, (1, 1)), max(longest / ARROWS, shown.longest / ARROWS_AT_MOST))
     # every step beyond that would leave out all cells of a narrow contact
     every = min(wanted[0], int(np.ptp(i)) | 1), min(wanted[1], int(np.ptp(j)) | 1)
-    _arrows(ax, case, qx, qy, contact, every, shown)
+    _arrows(ax, case, qx, qy, every, shown)
     # beneath an arrow in each cell a circle has to be wider than the arrow's head
     diameter = (0.75 if every == (1, 1) else 0.5) * min(shown.pitches(case, steps))
     diameter = min(diameter, _LARGEST * shown.longest)
     chosen = _chosen(case, steps)
     for which, face in ((CellState.SLIP, "black"), (CellState.STICK, "none")):
-        i, j = np.nonzero(chosen & (state == which))
+        i, j = np.nonzero(chosen & (case.state == which))
         # circles in the axes' own units, so that they keep to their cells at any size of the panel
         ax.add_collection(
             EllipseCollection(
@@ -254,21 +252,18 @@ def traction_map(
 
 def pressure_map(ax: Axes, case: CaseView, norm: Normalize, colours: Colormap, shown: Window) -> None:
     """Map of p: contact cells are coloured by it (MPa, `norm`). Axes in mm."""
-    p = case.field("pressure")
-    _coloured(ax, case, p, p > 0.0, norm, colours)
+    _coloured(ax, case, case.field("pressure"), norm, colours)
     shown.on(ax)
 
 
-def _coloured(
-    ax: Axes, case: CaseView, values: np.ndarray, contact: np.ndarray, norm: Normalize, colours: Colormap
-) -> None:
-    """Colour the cells of `contact` by `values`, both [nx, ny]."""
-    i, j = np.nonzero(contact)
+def _coloured(ax: Axes, case: CaseView, values: np.ndarray, norm: Normalize, colours: Colormap) -> None:
+    """Colour the cells in contact by `values`, [nx, ny]."""
+    i, j = np.nonzero(case.contact)
     box = np.s_[i.min() : i.max() + 1, j.min() : j.max() + 1]
     dx, dy = case.spacing
     x, y = case.x[box[0]], case.y[box[1]]
     ax.imshow(
-        np.ma.array(values, mask=~contact)[box].T,
+        np.ma.array(values, mask=~case.contact)[box].T,
         origin="lower",
         interpolation="nearest",
         cmap=colours,
@@ -329,12 +324,11 @@ def _arrows(
     case: CaseView,
     qx: np.ndarray,
     qy: np.ndarray,
-    contact: np.ndarray,
     steps: tuple[int, int],
     shown: Window,
 ) -> None:
     size = np.hypot(qx, qy)
-    chosen = _chosen(case, steps) & contact & (size > LEAST_ARROW * size.max())
+    chosen = _chosen(case, steps) & case.contact & (size > LEAST_ARROW * size.max())
     pitches = shown.pitches(case, steps)
     length = min(0.62 * math.sqrt(math.prod(pitches)), 0.9 * min(pitches), _LONGEST * shown.longest)
     i, j = np.nonzero(chosen)

@@ -76,17 +76,14 @@ def pressure_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -
     figure, drawn, windows = _panels(cases, mapped, title, _BAR)
     # aligned cells: the largest pressure may lie between their centres
     tops = {case: max(case.number("pressure_max"), float(case.field("pressure").max())) for case in mapped}
-    alike = one_colour_scale(mapped)
-    colours = map_colours()
-    for case in mapped:
-        top = max(tops.values()) if alike else tops[case]
-        draw.pressure_map(drawn[case], case, Normalize(0.0, top), colours, windows[case])
+    colours, alike = map_colours(), one_colour_scale(mapped)
+    largest = max(tops.values(), default=1.0)
+    for case, top in tops.items():
+        draw.pressure_map(drawn[case], case, Normalize(0.0, largest if alike else top), colours, windows[case])
         _corner(drawn[case], f"{short_number(case.number('pressure_max'))} MPa", "pressure-max")
     if mapped:
-        scale = (
-            (Normalize(0.0, max(tops.values())), "$p$ (MPa)") if alike else (Normalize(0.0, 1.0), "$p$ / largest $p$")
-        )
-        _colour_bar(figure, drawn.values(), colours, *scale)
+        bar = Normalize(0.0, largest if alike else 1.0)
+        _colour_bar(figure, drawn.values(), colours, bar, "$p$ (MPa)" if alike else "$p$ / largest $p$")
     return figure
 
 

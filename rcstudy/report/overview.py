@@ -173,15 +173,12 @@ def case_maps(grid: GridView) -> Figure | None:
     cases = [grid.case(*index) for index in itertools.product(*places)]
     mapped = [case for case in cases if (case.rolling if tractions else case.solved)]
     width = _TITLE if one_scale(mapped) else _NARROW
-    if tractions:
-        figure = traction_maps(cases, lambda case: _title(case, width))
-        body = "coated body" if any(case.layers for case in cases) else "substrate"
-        what = f"{tractions_show(body)}." if mapped else ""
-    else:
-        figure = pressure_maps(cases, lambda case: _title(case, width))
-        what = pressures_show(mapped) if mapped else ""
+    draw = traction_maps if tractions else pressure_maps
+    figure = draw(cases, lambda case: _title(case, width))
+    body = "coated body" if any(case.layers for case in cases) else "substrate"
+    what = f"{tractions_show(body)}." if tractions else pressures_show(mapped)
     drawn = grid.at(dict(zip(grid.axes, places, strict=True)))
-    caption(figure, _caption(drawn, what, scales(mapped), _chosen_cases(grid, counts)))
+    caption(figure, _caption(drawn, what if mapped else "", scales(mapped), _chosen_cases(grid, counts)))
     return figure
 
 

@@ -229,10 +229,15 @@ class CaseView:
         return self.field("state")
 
     @cached_property
+    def contact(self) -> np.ndarray:
+        """Whether cells are in contact, [nx, ny]."""
+        # pressures alone have no states of cells
+        return self.state != CellState.EXTERIOR if self.mapped else self.field("pressure") > 0.0
+
+    @cached_property
     def half_sides(self) -> tuple[float, float]:
         """Largest |x| and |y| of a contact cell's outer edge, mm."""
-        # pressures alone have no states of cells
-        i, j = np.nonzero(self.state != CellState.EXTERIOR if self.mapped else self.field("pressure") > 0.0)
+        i, j = np.nonzero(self.contact)
         dx, dy = self.spacing
         return float(np.abs(self.x[i]).max() + dx / 2), float(np.abs(self.y[j]).max() + dy / 2)
 

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rcstudy.mechanics.scene import Scene
 from rcstudy.settings import LENGTH
 from rcstudy.studyfile.axis_labels import default_label
 from rcstudy.studyfile.build import (
@@ -26,8 +25,8 @@ from rcstudy.studyfile.build import (
     parts_of,
     scene_hertz,
     window_problem,
-    with_part,
 )
+from rcstudy.studyfile.grid_plan import AxisPlan, GridPlan
 from rcstudy.studyfile.quantities import Quantity
 from rcstudy.studyfile.ranges import spread
 from rcstudy.studyfile.spec import (
@@ -82,56 +81,6 @@ def _axis_paths() -> tuple[str, ...]:
 
 
 AXIS_PATHS = _axis_paths()
-
-
-@dataclass(frozen=True)
-class AxisPlan:
-    """An axis of a grid: the `path` of the setting it varies, the dim's `name`, and each value with its label.
-
-    Values are validated settings (float, int, str, pairs, Quantity, dicts of these, tuples of layers); of the axis
-    "case" of an explicit list they are whole Parts.
-    """
-
-    path: str
-    name: str
-    labels: tuple[str, ...]
-    values: tuple[Any, ...]
-
-
-@dataclass(frozen=True)
-class GridPlan:
-    """A validated grid: product of `axes` over the settings `base`."""
-
-    name: str
-    description: str
-    axes: tuple[AxisPlan, ...]
-    base: Parts
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of values of each axis."""
-        return tuple(len(axis.values) for axis in self.axes)
-
-    @property
-    def size(self) -> int:
-        """Number of cases."""
-        return math.prod(self.shape)
-
-    def indices(self) -> Iterator[tuple[int, ...]]:
-        """Index of every case, the last axis fastest."""
-        return itertools.product(*(range(n) for n in self.shape))
-
-    def parts(self, index: tuple[int, ...]) -> Parts:
-        """The settings of the case at `index`."""
-        parts = self.base
-        for axis, i in zip(self.axes, index, strict=True):
-            value = axis.values[i]
-            parts = value if axis.path == "case" else with_part(parts, axis.path, value)
-        return parts
-
-    def scene(self, index: tuple[int, ...]) -> Scene:
-        """The scene of the case at `index`."""
-        return build(self.parts(index))
 
 
 @dataclass

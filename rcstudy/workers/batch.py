@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rcstudy.cases import Case
     from rcstudy.mechanics.scene import Scene
     from rcstudy.study import Study
-    from rcstudy.studyfile.grids import GridPlan
+    from rcstudy.studyfile.grid_plan import GridPlan
 
 _BATCHES_PER_WORKER = 4  # so that workers end at about the same time
 SMALLEST_BATCH, LARGEST_BATCH = 8, 64  # cases; each part of a split batch solves for its pressure again
