@@ -17,6 +17,7 @@ from rcstudy.tables import make_tables
 
 SCENE = BASE.removesuffix("grids:\n")
 CREEPAGES = ["longitudinal", "lateral", "spin_rad_per_mm"]
+PAIRS = (("radius", "_mm"), ("window", "_mm"), ("cells", ""))
 
 
 def columns_of(folder: Path, text: str) -> dict[str, list[str]]:
@@ -86,6 +87,50 @@ grids:
     assert [found[name] for name in CREEPAGES] == [[""] * 10 + [text] for text in ("0", "-0.001", "0.25")]
     assert found["layers"][0] == "E1 = 2 Es, nu = 0.4, 0.5 a"
     assert "| Load (N) | Layers | Creepage | Status |" in titles(tmp_path)
+
+
+def test_layers_that_lists_of_cases_and_axes_give_whole_have_numbers(tmp_path: Path) -> None:
+    """They were in words alone. A list or an axis whose cases all have the same layers adds none."""
+    text = f"""{SCENE}
+grids:
+  listed:
+    cases:
+      - {{label: bare}}
+      - {{label: film, layers: [{{E: 300000, nu: 0.3, thickness: 0.01}}]}}
+      - {{label: two, coating: {{layer_count: 2, thickness: 0.1, modulus: 3000}}, load: 200}}
+  sets: {{axes: {{layers: [{{label: x, layers: [{{E: 1000, nu: 0.2, thickness: 0.02}}]}}, []]}}}}
+  same: {{axes: {{layers: [{{label: x, layers: [{{E: 1000, nu: 0.2, thickness: 0.02}}]}}]}}}}
+  loads: {{cases: [{{label: a}}, {{label: b, load: 300}}]}}
+"""
+    found = columns_of(tmp_path, text)
+    assert list(found)[-3:] == ["layer_count", "thickness_mm", "modulus_MPa"]
+    assert found["layer_count"] == ["0", "1", "2", "1", "0", "", "", ""]
+    assert found["thickness_mm"] == ["", "0.01", "0.1", "0.02", "", "", "", ""]
+    assert found["modulus_MPa"] == ["", "300000", "3000", "1000", "", "", "", ""]
+
+
+def test_pairs_have_their_numbers_along_x_and_y(tmp_path: Path) -> None:
+    """Radii of ellipses, windows and cells were in words alone."""
+    text = f"""{SCENE}
+grids:
+  ellipses: {{axes: {{radius: [40, [30, 50.5]]}}}}
+  windows:
+    cases:
+      - {{label: given, mesh: {{size: [2, 3], cells: [32, 48]}}}}
+      - {{label: over a, mesh: {{size: [4 a, 5 a], cells: [48, 48]}}}}
+      - {{label: fitted, mesh: {{size: auto, cells: [32, 32]}}}}
+"""
+    found = columns_of(tmp_path, text)
+    pairs = [f"{name}_{direction}{unit}" for name, unit in PAIRS for direction in "xy"]
+    assert list(found)[1:11] == ["radius_mm", "window_mm", "cells", *pairs, "layers"]
+    assert found["radius_mm"] == ["40", "30 x 50.5", "50", "50", "50"]
+    assert (found["radius_x_mm"], found["radius_y_mm"]) == (
+        ["40", "30", "50", "50", "50"],
+        ["40", "50.5", "50", "50", "50"],
+    )
+    assert (found["window_x_mm"], found["window_y_mm"]) == (["2", "2", "2", "", ""], ["2", "2", "3", "", ""])
+    assert (found["cells_x"], found["cells_y"]) == (["32", "32", "32", "48", "32"], ["32", "32", "48", "48", "32"])
+    assert "| Radius (mm) | Window (mm) | Cells | Layers |" in titles(tmp_path)
 
 
 def test_an_axis_of_one_number_is_in_the_csv_alone(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from functools import cache
 from rcstudy.report.cells import Column, Value
 from rcstudy.report.views import CaseView, GridView
 from rcstudy.settings import unit_of
-from rcstudy.studyfile.axis_labels import default_label, labelled_scenes
+from rcstudy.studyfile.axis_labels import PAIR, default_label, labelled_scenes
 from rcstudy.studyfile.quantities import as_quantity, number_text
 from rcstudy.studyfile.spec import SceneSpec
 
@@ -92,12 +92,16 @@ _PATHS = {
 }
 """Columns of settings, by the dotted paths of these."""
 
+_PAIRS = ("radius_mm", "window_mm", "cells")
+"""Columns whose values may be pairs of numbers, along x and y."""
+
 
 def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[str, Value]]]:
     """Columns of the settings in which these cases differ, of whatever grids they are, and the values of each case.
 
     Lengths are in mm, moduli in MPa, also those that the study gives over Es; windows are given in words. Settings that
-    do not differ have a column in the CSV alone if their numbers are an axis.
+    do not differ have a column in the CSV alone if their numbers are an axis. Where some of a column are pairs, such as
+    the radii of ellipses, the CSV has the numbers along x and y, too.
     """
     found = {id(case.grid): case.grid for case in cases}
     readers = {key: _reader(grid) for key, grid in found.items()}
@@ -106,7 +110,29 @@ def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[
     differ = {c.key for c in _PATHS.values() if len({str(row[c.key]) for row in rows if c.key in row}) > 1}
     along = {column.key for path, column in _PATHS.items() if any(_is_axis(path, grid) for grid in found.values())}
     columns = [c if c.key in differ else replace(c, csv_only=True) for c in _PATHS.values() if c.key in differ | along]
-    return columns, rows
+    return [*columns, *(along for column in columns for along in _split(column, rows))], rows
+
+
+def _split(column: Column, rows: list[dict[str, Value]]) -> list[Column]:
+    """Columns of the numbers along x and y if some values of `column` are pairs (`20 x 30`); puts these into `rows`.
+
+    A single number is that of either direction; NaN (written empty) for a window that is fitted or given over a.
+    """
+    if column.key not in _PAIRS or not any(PAIR in str(row.get(column.key)) for row in rows):
+        return []
+    name, _, unit = column.key.partition("_")
+    split = [f"{name}_{direction}_{unit}".rstrip("_") for direction in "xy"]
+    for row in rows:
+        first, _, second = str(row.get(column.key)).partition(PAIR)
+        row.update(zip(split, map(_number, (first, second or first)), strict=True))
+    return [replace(column, key=key, csv_only=True, digits=12) for key in split]
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:  # a fitted window, or one that is given over a
+        return math.nan
 
 
 def listed_numbers(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[str, Value]]]:
@@ -114,20 +140,29 @@ def listed_numbers(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[s
 
     The values of each case are longitudinal and lateral creepage (-) and spin (rad/mm); thickness (mm), modulus (MPa;
     of the layer next to the substrate) and Poisson's ratio of its layers, their number, and the margin of its window,
-    each if that is an axis of its grid. NaN (written empty) where a case has no creepage, no layers or no such axis.
+    each if that is an axis of its grid; thickness, modulus and number also where cases of a list, or values of an axis
+    `layers`, have other layers. NaN (written empty) where a case has no creepage, no layers or none of these.
     """
-    axes = {axis for case in cases for axis in case.grid.axes}
+    sets: dict[int, set[tuple[tuple[float, float], ...]]] = {}
+    for case in cases:
+        sets.setdefault(id(case.grid), set()).add(tuple(case.layers))
+
+    def given(case: CaseView) -> set[str]:
+        whole = {"case", "layers"} & set(case.grid.axes) and len(sets[id(case.grid)]) > 1
+        return {axis for axis in _ALONG if axis in case.grid.axes or (whole and axis in _OF_LAYERS)}
+
+    axes = set[str]().union(*map(given, cases))
     columns = [*CREEPAGES, *(column for axis, (column, _) in _ALONG.items() if axis in axes)]
     rows: list[dict[str, Value]] = []
     for case in cases:
         row: dict[str, Value] = dict(zip((c.key for c in CREEPAGES), case.creepage, strict=True))
-        rows.append(row | {c.key: read(case) for axis, (c, read) in _ALONG.items() if axis in case.grid.axes})
+        rows.append(row | {_ALONG[axis][0].key: _ALONG[axis][1](case) for axis in given(case)})
     return [replace(column, csv_only=True, digits=12) for column in columns], rows
 
 
 # a coating's thickness and modulus are read from its layers: coordinates of axes may be over a or Es, or words
 _ALONG: dict[str, tuple[Column, Callable[[CaseView], float]]] = {
-    "layer_count": (Column("layer_count", "Layers"), lambda case: case.stored("layer_count")),
+    "layer_count": (Column("layer_count", "Layers"), lambda case: len(case.layers)),
     "thickness": (Column("thickness_mm", "Thickness (mm)"), lambda case: _next_to_substrate(case)[1]),
     "modulus": (Column("modulus_MPa", "Modulus (MPa)"), lambda case: _next_to_substrate(case)[0]),
     "layer_nu": (
@@ -137,6 +172,9 @@ _ALONG: dict[str, tuple[Column, Callable[[CaseView], float]]] = {
     "margin": (_MARGIN.column, lambda case: case.stored("margin")),
 }
 """Columns of axes that are no settings of `_PATHS`, and what a case has there."""
+
+_OF_LAYERS = ("layer_count", "thickness", "modulus")
+"""Those of them that sets of layers differ in that are given whole."""
 
 
 def _next_to_substrate(case: CaseView) -> tuple[float, float]:

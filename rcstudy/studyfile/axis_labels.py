@@ -11,6 +11,9 @@ from rcstudy.studyfile.spec import SceneSpec, validate
 from rcstudy.studyfile.written import written_grid
 from rcstudy.studyfile.yamltree import Problems, find, merge, with_entry, without
 
+PAIR = " x "
+"""Between the two numbers of a pair, such as the radii of an ellipse: `20 x 30`."""
+
 
 def default_label(value: Any, position: int) -> str:
     """Label of the axis value at `position` that has none of its own: the value itself, or a letter."""
@@ -22,7 +25,7 @@ def default_label(value: Any, position: int) -> str:
         return number_text(value)
     if isinstance(value, tuple) and value and isinstance(value[0], int | float | Quantity):
         one, other = (default_label(v, 0) for v in value)
-        return one if isinstance(value[0], float) and one == other else f"{one} x {other}"
+        return one if isinstance(value[0], float) and one == other else f"{one}{PAIR}{other}"
     return letters(position)
 
 
