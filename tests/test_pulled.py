@@ -12,7 +12,7 @@ from contacts import MIDDLING, solved, steel
 from rcstudy.bars.elongated import shape
 from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.hidden import Hidden
-from rcstudy.bars.pulled import at_edges, of_peaks
+from rcstudy.bars.pulled import at_edges, beside_cusp, of_peaks
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
 
 
@@ -95,3 +95,26 @@ def test_bars_hold_where_pressures_do_not_end_like_roots(cells: int) -> None:
     for name, limit in (("contact_area", 0.39205), ("slip_area", 0.39205), ("approach", 0.0120844)):
         off = limit - found[name]
         assert 0.0 < off < found[f"{name}_error"] < 5.0 * off, name
+
+
+def test_least_bars_of_peaks_beside_the_stick_zone() -> None:
+    """Of `kalker` alone, where the largest pressure is there: 12 and 40 % of pull over the root of N, if not more."""
+    least = beside_cusp(0.5, 16.0)
+    assert least == pytest.approx({"pressure_max": 0.12 * 0.5 / 4.0, "traction_max": 0.4 * 0.5 / 4.0})
+
+    def bars(discretisation: str, coarse: float, hidden: Hidden) -> tuple[float, float]:
+        mesh = Mesh((2.0, 2.0), (64, 64))
+        scene = steel(mesh, creepage=Creepage(0.001), coupling="full", discretisation=discretisation, friction=0.5)
+        peaks = {"pressure_max": 100.0, "traction_max": 50.0, "contact_area": 1.0, "contact_radius": 0.56}
+        finest = peaks | {"slip_area": 0.4, "force_x": -10.0, "force_y": 0.0, "moment_z": 0.0, "friction_power": 0.01}
+        levels = [finest, finest | {"pressure_max": coarse, "traction_max": 0.5 * coarse}, finest]
+        found = error_estimates(scene, 804, levels, hidden)
+        return found["pressure_max_error"], found["traction_max_error"]
+
+    inside = Hidden(pull=0.5, slips_at_top=False)
+    beside = inside._replace(top_at_border=True)
+    by_chance, floor = bars("kalker", 100.0, inside), bars("kalker", 100.0, beside)
+    assert floor[0] > 1.1 * by_chance[0]
+    assert floor[1] > 1.1 * by_chance[1]
+    assert bars("kalker", 50.0, beside) == bars("kalker", 50.0, inside)  # meshes that differ say more
+    assert bars("aligned", 100.0, beside) == bars("aligned", 100.0, inside)
