@@ -38,8 +38,8 @@ _ISLAND, _LARGE = 0.03, 0.4
 
 # Factor on bars of area and radius with `aligned`: the length over the width of cells, from `_SQUARE` on and up to
 # `_LONGEST`, over the former, to the power `_BY_LENGTH`. Contacts as long as these, on square cells, need none.
-# (In 1980 bare and coated contacts up to ten times as long one way, 15 to 55 cells along either side of the window, 95
-# in 100 are held, at least 90 of any length of cells. With the length of the contact, to the power 1/2, in its place
+# (1980 bare and coated contacts, up to ten times as long one way, 15 to 55 cells along either side of the window, 95
+# in 100 held, at least 90 of any length of cells. With the length of the contact, to the power 1/2, in its place
 # it was 91 in 100, and 77 to 85 where cells are more than five times as long one way.)
 _SQUARE, _LONGEST, _BY_LENGTH = 2.0, 20.0, 0.6
 
