@@ -323,7 +323,7 @@ def _announced(
 ) -> Generator[tuple[Case, Result | Packed], None, None]:
     """The `results`, after a word on why the first one takes long, if it does."""
     with contextlib.closing(results):
-        with patiently("no case is solved yet: kernels used here for the first time are compiled, for up to a minute"):
+        with patiently("no case is solved yet: kernels not used here before are compiled first, for up to a minute"):
             first = next(results, None)
         if first is not None:
             yield first

@@ -213,3 +213,44 @@ def test_a_space_that_is_missing_is_told_where_it_is(refused, text, line):
 
 def test_a_line_that_is_no_key(refused):
     assert refused("study: s\nnonsense\nscene: 1\n") == ["s.yaml:2:1: not YAML: nonsense is no key with a value"]
+
+
+OTHERWISE = "indented otherwise than the keys or items that it stands among, which begin at"
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            "scene:\n  radius: 50\n   load: 1\n",
+            "3:4: not YAML: indented deeper than line 2, whose key has a value already",
+        ),
+        (
+            "scene:\n  substrate:\n    E: 2\n   radius: 50\n",
+            f"4:4: not YAML: {OTHERWISE} line 2, column 3",
+        ),
+        (
+            "cases:\n  - {load: 1}\n - {load: 2}\n",
+            f"3:2: not YAML: {OTHERWISE} line 1, column 1",
+        ),
+        (
+            "axes:\n  - load: [1]\n  friction: [1]\n",
+            "3:3: not YAML: a key where the next item ('- ...') of the list at line 2 is expected",
+        ),
+        (
+            "study: s\n%grids:\n  a: 1\n",
+            "2:1: not YAML: a line that begins with % is a directive of YAML, no part of a study",
+        ),
+    ],
+)
+def test_wrong_indentation_is_called_so(refused, text, line):
+    """It was a block mapping whose end was expected, or a space behind the ':' of a key; and keys were missing."""
+    assert refused(text) == [f"s.yaml:{line}"]
+
+
+def test_a_merge_key_stands_for_the_keys_that_are_missing(refused):
+    """They were told of, too, one by one."""
+    scene = BASE.removesuffix("grids:\n") + "  counterbody: {<<: {E: 1, nu: 0}}\n"
+    (told,) = refused(f"{scene}grids: {{g: {{axes: {{load: [1]}}}}}}\n")
+    assert "scene.counterbody.<<: merge keys are not part of YAML 1.2" in told
+    assert "*name alone gives a whole mapping" in told

@@ -375,7 +375,8 @@ def validate(
         if location in unknown:
             problems.add(at.at_key(), unknown[location][1], value="unknown key")
         elif one["type"] == "missing":
-            if partial or location in meant:
+            within = find(node, location[:-1])
+            if partial or location in meant or (within.is_mapping and "<<" in within.value):  # a merge key has it
                 continue
             if lacking is None:
                 report_missing(model, node, location, problems)
@@ -467,7 +468,7 @@ def _axis_hint(model: type[Spec], location: Sequence[str | int], node: Node) -> 
     """A hint that several values make an axis, where the refused `node` of a study's scene or coating is a list."""
     path = ".".join(map(str, location))
     # no hint for layers, which are a list, nor within the values of an axis of that name
-    fits = node.is_list and node.value and node.line and path != "layers" and not node.path.endswith("]")
+    fits = node.is_list and len(node.value) > 1 and node.line and path != "layers" and not node.path.endswith("]")
     if not fits or model not in (SceneSpec, CoatingSpec) or any(isinstance(token, int) for token in location):
         return ""
     return f"; several values are given as an axis: axes: {{{path}: [...]}}"

@@ -22,6 +22,7 @@ MAX_VALUES = 250_000  # written in a file, keys included; reading so many takes 
 _CORE = "tag:yaml.org,2002:"
 _UNSIGNED = re.compile(r"[-+]?\.[0-9]+[eE][0-9]+")  # numbers in YAML 1.2, but text to ruamel.yaml
 _NO_SPACE = re.compile(r"([\w.]+):[^\s/]")  # a key and its value without a space in between
+_WITH_VALUE = re.compile(r"( *)[\w.]+: +[^\s#|>]")  # a key and its value
 _ODD = r"[^\S \t\r\n]|[\u200b\u2060\ufeff]"  # characters that look like a space or are invisible; no spaces to YAML
 # YAML 1.2 has tabs between the tokens of a line, too, but the parser has not
 _TABS = "tabs are allowed only in quotes, brackets and comments: use spaces"
@@ -71,6 +72,7 @@ def parse(text: str, problems: Problems, whole: str = "a study: keys study, scen
     except MarkedYAMLError as error:
         line, column, reason = _fault(error, text.splitlines())
         problems.at(line + 1, column + 1, "" if reason == _TABS else "not YAML", "", shorten(reason, 250))
+        problems.check()  # what the rest of the file lacks is not known
     except ReaderError as error:
         before = text[: error.position]
         line, column = before.count("\n") + 1, len(before.rsplit("\n", 1)[-1]) + 1
@@ -108,6 +110,8 @@ def _fault(error: Any, lines: list[str]) -> tuple[int, int, str]:
     written = [k for k in range(line) if lines[k].strip() and not lines[k].lstrip().startswith("#")]
     if written and _NO_SPACE.match(word := lines[written[-1]].strip()):
         return written[-1], lines[written[-1]].index(word), _no_key(word)
+    if misplaced := _misplaced(error, lines, line, column, written):
+        return misplaced
     since = ""
     if began and (began.line, began.column) != (line, column):
         since = f"begun at line {began.line + 1}, column {began.column + 1}"
@@ -115,6 +119,28 @@ def _fault(error: Any, lines: list[str]) -> tuple[int, int, str]:
     if error.problem == "mapping values are not allowed here":
         reason += "; a space follows the ':' of a key, in the line before too; text with ': ' in it needs quotes"
     return line, column, reason
+
+
+def _misplaced(error: Any, lines: list[str], line: int, column: int, written: list[int]) -> tuple[int, int, str] | None:
+    """Place and reason of an error by indentation, or by a line that is no part of the document; None of others.
+
+    `written`: lines before this one that are neither empty nor comments.
+    """
+    problem, began = str(error.problem), error.context_mark
+    directives = [k for k, text in enumerate(lines[: line + 1]) if text.startswith("%")]
+    if "<document start>" in problem and directives:
+        return directives[-1], 0, "a line that begins with % is a directive of YAML, no part of a study"
+    if began and "expected <block end>" in problem:
+        if "'?'" in problem:
+            return line, column, f"a key where the next item ('- ...') of the list at line {began.line + 1} is expected"
+        there = f"line {began.line + 1}, column {began.column + 1}"
+        return line, column, f"indented otherwise than the keys or items that it stands among, which begin at {there}"
+    if problem == "mapping values are not allowed here" and written:
+        depth = len(lines[line]) - len(lines[line].lstrip())
+        above = _WITH_VALUE.match(lines[written[-1]])
+        if above and len(above[1]) < depth:
+            return line, depth, f"indented deeper than line {written[-1] + 1}, whose key has a value already"
+    return None
 
 
 def _no_key(word: str) -> str:
@@ -199,7 +225,10 @@ class _Builder:
         if event.ctag is not None or self._tag(event) not in ("str", "timestamp", "value"):
             problem = "a key is a word"
             if self._tag(event) == "merge":
-                problem = "merge keys are not part of YAML 1.2; a grid takes over the shared scene by itself"
+                problem = (
+                    "merge keys are not part of YAML 1.2; a grid takes over the shared scene by itself, "
+                    "and *name alone gives a whole mapping again"
+                )
             elif self._tag(event) in ("int", "float"):  # the 3 of `nu: 0,3` in braces
                 problem += " (numbers have a decimal point and no thousands separators)"
             self._refused.add((word, line, column))
