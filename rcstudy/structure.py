@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from rcstudy.storage.layout import LAYER
+
 COORDINATE_RTOL = 1e-9
 """Relative difference allowed to coordinates and settings, which both cubes take from a study."""
 
@@ -26,18 +28,9 @@ def align(
         order = ": the same in another order" if sorted(our_dims) == sorted(their_dims) else ""
         return None, [f"dimensions are {_words(our_dims)}, in the reference {_words(their_dims)}{order}"]
     cropped = _cropped(ours, theirs)
-    problems = [cropped] if cropped else []
-    for dim in theirs.dims:
-        if cropped and dim in ("x", "y"):
-            continue
-        if dim not in their_dims and ours.sizes.get(dim) != theirs.sizes[dim]:
-            found = ours.sizes.get(dim, "missing")
-            problems.append(f"dimension {dim}: {found}, in the reference {theirs.sizes[dim]}")
-    for dim in ours.dims:
-        if dim not in theirs.dims:
-            problems.append(f"dimension {dim}: not in the reference")
-    if problems:
-        return None, problems
+    if cropped:
+        return None, [cropped]
+    problems = []
     for dim in their_dims:
         here, there = _matches(ours, theirs, dim)
         for grid, kept, where in ((theirs, there, "missing in the cube"), (ours, here, "not in the reference")):
@@ -47,8 +40,33 @@ def align(
         if list(here) != sorted(here):
             problems.append(f"{dim}: in another order than in the reference")
         ours, theirs = _take(ours, dim, here), _take(theirs, dim, there)
+    if ours.sizes.get(LAYER) != theirs.sizes.get(LAYER):  # cases left out may have been the only ones with so many
+        ours, theirs = _with_layers(ours), _with_layers(theirs)
+    others = _other_dims(ours, theirs, their_dims)
+    if others:
+        return None, problems + others
     problems += _coordinates(ours, theirs, their_dims)
     return (ours, theirs), problems
+
+
+def _with_layers(grid: xr.Dataset) -> xr.Dataset:
+    """The grid without those layers that none of its cases has (NaN)."""
+    numbers = [v for v in grid.data_vars.values() if LAYER in v.dims and v.dtype.kind == "f"]
+    if not numbers:
+        return grid
+    has = [np.isfinite(v.transpose(LAYER, ...).values).reshape(grid.sizes[LAYER], -1).any(axis=1) for v in numbers]
+    most = int(np.any(has, axis=0).sum())
+    return grid.isel({LAYER: slice(most)}) if most else grid.drop_dims(LAYER)
+
+
+def _other_dims(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str, ...]) -> list[str]:
+    """Differences of the dimensions that are no axis, in words."""
+    problems = []
+    for dim in theirs.dims:
+        if dim not in case_dims and ours.sizes.get(dim) != theirs.sizes[dim]:
+            found = ours.sizes.get(dim, "missing")
+            problems.append(f"dimension {dim}: {found}, in the reference {theirs.sizes[dim]}")
+    return problems + [f"dimension {dim}: not in the reference" for dim in ours.dims if dim not in theirs.dims]
 
 
 def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str, ...]) -> tuple[list[str], list[str]]:

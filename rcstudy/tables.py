@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rcstudy.report import measures
 from rcstudy.report.cells import Column, Table, Value, without_empty
 from rcstudy.report.layers import layers_text, thickness_text
-from rcstudy.report.listed import CREEPAGES, listed_numbers, listed_settings
+from rcstudy.report.listed import CREEPAGES, listed_numbers, listed_pairs, listed_settings
 from rcstudy.report.paper import MAPS, PaperCase, paper_cases, paper_grids, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
@@ -159,8 +159,10 @@ def _described(cases: Sequence[CaseView]) -> tuple[Sequence[Column], list[dict[s
     """Columns and rows of what each case is, in which settings it differs from others, and of its results."""
     settings, differing = listed_settings(cases)
     numbers, given = listed_numbers(cases)
-    rows = [{**own, **along, **results_row(case)} for case, own, along in zip(cases, differing, given, strict=True)]
-    return (*settings, *_WORDS, *numbers, *RESULTS), rows
+    pairs, split = listed_pairs(settings, differing)
+    parts = zip(differing, given, split, map(results_row, cases), strict=True)
+    rows = [{key: value for part in row for key, value in part.items()} for row in parts]
+    return (*settings, *_WORDS, *numbers, *pairs, *RESULTS), rows
 
 
 _FORCES = "forces and moment act on the coated body, which rolls towards +x; "

@@ -752,3 +752,25 @@ def test_labels_made_of_numbers_may_differ_as_these_may(tmp_path: Path) -> None:
     assert found.bad == found.structure == []
     with open_cube(tmp_path / "two.nc") as tree:
         assert str(tree.to_dataset().label.values[1, 0]) == "load=100.00000005, friction=0.1"
+
+
+@pytest.mark.parametrize(("kept", "compared"), [(("bare", "one"), 2), (("bare",), 1), (("one", "two"), 2)])
+def test_cases_that_are_missing_may_have_had_the_most_layers(
+    tmp_path: Path, kept: tuple[str, ...], compared: int
+) -> None:
+    """Their grid had another number of layers, and nothing of it was compared."""
+    cases = {
+        "bare": "{label: bare}",
+        "one": "{label: one, layers: [{E: 1000, nu: 0.3, thickness: 0.02}]}",
+        "two": "{label: two, coating: {layer_count: 2, thickness: 0.1, modulus: 3000}}",
+    }
+    paths = [tmp_path / name / "s.nc" for name in ("whole", "part")]
+    for path, labels in zip(paths, (tuple(cases), kept), strict=True):
+        path.parent.mkdir()
+        text = f"{BASE}  g: {{cases: [{', '.join(cases[label] for label in labels)}]}}\n"
+        run(load_text(path.parent, text), path, workers=1, solve=made_up)
+    lost = ", ".join(label for label in cases if label not in kept)
+    for ours, theirs, where in ((paths[1], paths[0], "missing in the cube"), (*paths, "not in the reference")):
+        found = outcome(ours, theirs)
+        assert found.structure == [f"g: case {lost}: {where}"]
+        assert found.cases == compared and not found.bad

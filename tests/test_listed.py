@@ -122,7 +122,7 @@ grids:
 """
     found = columns_of(tmp_path, text)
     pairs = [f"{name}_{direction}{unit}" for name, unit in PAIRS for direction in "xy"]
-    assert list(found)[1:11] == ["radius_mm", "window_mm", "cells", *pairs, "layers"]
+    assert list(found)[1:] == ["radius_mm", "window_mm", "cells", "layers", "creepage", *CREEPAGES, *pairs]
     assert found["radius_mm"] == ["40", "30 x 50.5", "50", "50", "50"]
     assert (found["radius_x_mm"], found["radius_y_mm"]) == (
         ["40", "30", "50", "50", "50"],

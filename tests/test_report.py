@@ -370,6 +370,72 @@ def test_pressures_that_differ_little_have_one_colour_scale(tmp_path: Path) -> N
         assert figure.axes[-1].get_xlabel() == "$p$ (MPa)" and "refer" not in caption_of(figure)
 
 
+ROLLING = """\
+study: s
+scene:
+  substrate: {E: 210000, nu: 0.3}
+  counterbody: {E: 210000, nu: 0.3}
+  load: 100
+  radius: 50
+  creepage: {longitudinal: 0.001, spin: 0.01}
+  mesh: {size: auto, cells: [20, 20]}
+grids:
+  much: {axes: {creepage.longitudinal: [0, 0.00001, 0.01], creepage.spin: [0]}}
+  less: {axes: {friction: [0.2, 0.3]}}
+"""
+
+
+def test_tractions_that_differ_much_have_colours_of_their_own(tmp_path: Path) -> None:
+    """A hundred times smaller ones were of one colour. Without creepage there are none, which is no scale."""
+    run(load_text(tmp_path, ROLLING), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        much, less = (case_maps(grid) for grid in grids(tree).values())
+        assert much is not None and less is not None
+        data = tree["much"].to_dataset()
+        q = np.hypot(data.traction_x.values, data.traction_y.values).max(axis=(-2, -1)).ravel()
+        assert q[0] == 0.0 and q[2] > 5.0 * q[1] > 0.0
+        assert [ax.get_images()[0].norm.vmax for ax in panels(much)[:3]] == [1.0, q[1], q[2]]
+        texts = [next(t.get_text() for t in ax.texts if t.get_gid() == "slip-ratio") for ax in panels(much)[:3]]
+        assert [text.partition(", ")[2] for text in texts] == [f"{value:.4g} MPa" for value in q]
+        assert much.axes[-1].get_xlabel() == "$|q|$ / largest $|q|$"
+        assert "and the largest $|q|$, to which its colours refer." in caption_of(much)
+        assert len({ax.get_images()[0].norm.vmax for ax in panels(less)}) == 1
+        assert less.axes[-1].get_xlabel() == "$|q|$ (MPa)" and "refer" not in caption_of(less)
+
+
+CUT = """\
+study: s
+scene:
+  substrate: {E: 206000, nu: 0.28}
+  counterbody: {E: 206000, nu: 0.28}
+  radius: [460, 240]
+  load: 80000
+  mesh: {size: auto, cells: [20, 18], margin: 1.3}
+  creepage: {longitudinal: 0.001}
+grids:
+  g:
+    axes:
+      layers:
+        - {label: bare, layers: []}
+        - {label: soft, layers: [{E: 0.5 Es, nu: 0.3, thickness: 0.5 a}]}
+        - {label: two, layers: [{E: 2 Es, nu: 0.3, thickness: 0.2 a}, {E: 0.5 Es, nu: 0.3, thickness: 0.5 a}]}
+      counterbody: [rigid, {label: steel, E: 210000, nu: 0.3}]
+      friction: [0.2, 0.4]
+"""
+
+
+def test_no_label_is_cut_off_at_the_edge(tmp_path: Path) -> None:
+    """Room was made for the numbers of panels of another size, which have fewer digits: of a label a half was left."""
+    run(load_text(tmp_path, CUT), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        figure = case_maps(next(iter(grids(tree).values())))
+        assert figure is not None
+        save(figure, tmp_path, "maps", ("png",))
+        labels = [ax.yaxis.label for ax in panels(figure) if ax.get_ylabel()]
+        assert len(labels) == 4
+        assert min(label.get_window_extent().x0 for label in labels) > 0.0
+
+
 def test_tables_of_pressures_alone_have_no_columns_of_tractions(tmp_path: Path) -> None:
     run(load_text(tmp_path, PRESSURES), tmp_path / "s.nc", workers=1)
     with open_cube(tmp_path / "s.nc") as tree:

@@ -100,8 +100,7 @@ def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[
     """Columns of the settings in which these cases differ, of whatever grids they are, and the values of each case.
 
     Lengths are in mm, moduli in MPa, also those that the study gives over Es; windows are given in words. Settings that
-    do not differ have a column in the CSV alone if their numbers are an axis. Where some of a column are pairs, such as
-    the radii of ellipses, the CSV has the numbers along x and y, too.
+    do not differ have a column in the CSV alone if their numbers are an axis.
     """
     found = {id(case.grid): case.grid for case in cases}
     readers = {key: _reader(grid) for key, grid in found.items()}
@@ -110,22 +109,30 @@ def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[
     differ = {c.key for c in _PATHS.values() if len({str(row[c.key]) for row in rows if c.key in row}) > 1}
     along = {column.key for path, column in _PATHS.items() if any(_is_axis(path, grid) for grid in found.values())}
     columns = [c if c.key in differ else replace(c, csv_only=True) for c in _PATHS.values() if c.key in differ | along]
-    return [*columns, *(along for column in columns for along in _split(column, rows))], rows
+    return columns, rows
 
 
-def _split(column: Column, rows: list[dict[str, Value]]) -> list[Column]:
-    """Columns of the numbers along x and y if some values of `column` are pairs (`20 x 30`); puts these into `rows`.
+def listed_pairs(
+    columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]
+) -> tuple[list[Column], list[dict[str, Value]]]:
+    """Columns in the CSV alone of the numbers along x and y where values of these settings are pairs (`20 x 30`).
 
-    A single number is that of either direction; NaN (written empty) for a window that is fitted or given over a.
+    `columns`, `rows`: what `listed_settings` returns. A single number is that of either direction; NaN (written empty)
+    for a window that is fitted or given over a.
     """
-    if column.key not in _PAIRS or not any(PAIR in str(row.get(column.key)) for row in rows):
-        return []
-    name, _, unit = column.key.partition("_")
-    split = [f"{name}_{direction}_{unit}".rstrip("_") for direction in "xy"]
-    for row in rows:
-        first, _, second = str(row.get(column.key)).partition(PAIR)
-        row.update(zip(split, map(_number, (first, second or first)), strict=True))
-    return [replace(column, key=key, csv_only=True, digits=12) for key in split]
+    found: list[Column] = []
+    split: list[dict[str, Value]] = [{} for _ in rows]
+    for column in columns:
+        words = [str(row.get(column.key)) for row in rows]
+        if column.key not in _PAIRS or not any(PAIR in text for text in words):
+            continue
+        name, _, unit = column.key.partition("_")
+        keys = [f"{name}_{direction}_{unit}".rstrip("_") for direction in "xy"]
+        found += [replace(column, key=key, csv_only=True, digits=12) for key in keys]
+        for text, numbers in zip(words, split, strict=True):
+            first, _, second = text.partition(PAIR)
+            numbers.update(zip(keys, map(_number, (first, second or first)), strict=True))
+    return found, split
 
 
 def _number(text: str) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,81 +16,107 @@ from rcstudy.report.views import CaseView, short_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
 _BESIDE = 0.35  # width of the labels beside a map's panel, inches
 _NUMBERS = 0.17  # by which they are wider where all panels have numbers, inches
 _TITLE_LINE = 0.145  # height of a line of a title, inches
 _BAR, _MARKS = 0.45, 0.25  # heights of the colour bar and of the legend of marks, inches
+_OWN = ", to which its colours refer"
 _X_ROLLING = r"$x$ (mm), rolling $\rightarrow$"
 
 MUCH = 5.0
-"""Ratio of largest pressures above which each panel is coloured by its own: lower ones would have one colour."""
+"""Ratio of largest pressures, or tractions, above which each panel is coloured by its own.
+
+Those with lower ones would have one colour.
+"""
 
 
 def pressures_show(mapped: Sequence[CaseView]) -> str:
     """What maps of the pressures of these cases show."""
-    own = "" if one_colour_scale(mapped) else ", to which its colours refer"
+    own = "" if one_colour_scale(mapped, "pressure_max") else _OWN
     return f"Pressure $p$. In each panel: its largest value{own}."
 
 
-def tractions_show(body: str = "coated body") -> str:
-    """What maps of the traction on this body show, without the last full stop."""
+def tractions_show(body: str = "coated body", *, alike: bool = True) -> str:
+    """What maps of the traction on this body show, all with the same colours or not, without the last full stop."""
+    own = "" if alike else f", and the largest $|q|${_OWN}"
     return (
         f"Magnitude $|q|$ (colour) and direction (arrows, where it is above {100 * draw.LEAST_ARROW:g} % of "
         f"its largest) of the traction on the {body}. Rolling towards $+x$: the leading edge is at $+x$. In each "
-        "panel: area of slip over area of contact"
+        f"panel: area of slip over area of contact{own}"
     )
 
 
-def traction_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
+def traction_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str], *, alike: bool = True) -> Figure:
     """Maps of |q|, a panel per case, with slip cells filled, stick cells open, arrows along q, one colour bar.
 
     One column for one case, two for up to four, else three. Panels have the same limits, or each its own if contacts
-    differ much in size; no scales where no case has a map. UserError if the cube does not store the fields.
+    differ much in size, and the same colours if these are to be `alike`; no scales where no case has a map. UserError
+    if the cube does not store the fields.
     """
-    from matplotlib.colors import Normalize
-
     mapped = [case for case in cases if case.rolling]
     figure, drawn, windows = _panels(cases, mapped, title, _BAR + _MARKS)
-    # of what is drawn: aligned cells may store more than `traction_max`; without any traction there is no scale
-    norm = Normalize(0.0, max((float(np.hypot(*traction(c)).max()) for c in mapped), default=0.0) or 1.0)
-    colours = map_colours()
+    # of what is drawn: aligned cells may store more than `traction_max`
+    scale = _Colours("|q|", {case: float(np.hypot(*traction(case)).max()) for case in mapped}, alike)
     steps = dict(zip(mapped, draw.circle_steps(mapped, list(windows.values())), strict=True))
     for case in mapped:
-        draw.traction_map(drawn[case], case, norm, colours, windows[case], steps[case])
+        draw.traction_map(drawn[case], case, scale.of(case), scale.colours, windows[case], steps[case])
         decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
-        _corner(drawn[case], f"slip {100 * slip_ratio(case):.{decimals}f} %", "slip-ratio")
+        largest = "" if alike else f", {short_number(case.number('traction_max'))} MPa"
+        _corner(drawn[case], f"slip {100 * slip_ratio(case):.{decimals}f} %{largest}", "slip-ratio")
     if mapped:
-        _colour_bar(figure, drawn.values(), colours, norm, "$|q|$ (MPa)")
+        scale.draw_bar(figure, drawn.values())
         _marks(figure, list(steps.values()))
     return figure
 
 
 def pressure_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -> Figure:
     """Maps of p, a panel per case, with its largest value and one colour bar; panels as those of `traction_maps`."""
-    from matplotlib.colors import Normalize
-
     mapped = [case for case in cases if case.solved]
     figure, drawn, windows = _panels(cases, mapped, title, _BAR)
     # aligned cells: the largest pressure may lie between their centres
     tops = {case: max(case.number("pressure_max"), float(case.field("pressure").max())) for case in mapped}
-    colours, alike = map_colours(), one_colour_scale(mapped)
-    largest = max(tops.values(), default=1.0)
-    for case, top in tops.items():
-        draw.pressure_map(drawn[case], case, Normalize(0.0, largest if alike else top), colours, windows[case])
+    scale = _Colours("p", tops, one_colour_scale(mapped, "pressure_max"))
+    for case in mapped:
+        draw.pressure_map(drawn[case], case, scale.of(case), scale.colours, windows[case])
         _corner(drawn[case], f"{short_number(case.number('pressure_max'))} MPa", "pressure-max")
     if mapped:
-        bar = Normalize(0.0, largest if alike else 1.0)
-        _colour_bar(figure, drawn.values(), colours, bar, "$p$ (MPa)" if alike else "$p$ / largest $p$")
+        scale.draw_bar(figure, drawn.values())
     return figure
 
 
-def one_colour_scale(mapped: Sequence[CaseView]) -> bool:
-    """Whether maps of the pressures of these cases have the same colours for the same pressure."""
-    tops = [case.number("pressure_max") for case in mapped]
+def one_colour_scale(mapped: Sequence[CaseView], largest: str) -> bool:
+    """Whether maps of these cases have the same colours for the same values, of which `largest` names the largest."""
+    tops = [top for case in mapped if (top := case.number(largest)) > 0.0]
     return not tops or max(tops) <= MUCH * min(tops)
+
+
+class _Colours:
+    """Colours of maps of the quantity `symbol` (MPa): of one scale for all cases if they are `alike`, else their own.
+
+    `tops`: the largest value of each case. Where there is none but zero, there is no scale.
+    """
+
+    def __init__(self, symbol: str, tops: Mapping[CaseView, float], alike: bool) -> None:
+        self._symbol, self._tops, self.alike = symbol, tops, alike
+        self.colours = map_colours()
+
+    def of(self, case: CaseView) -> Normalize:
+        from matplotlib.colors import Normalize
+
+        return Normalize(0.0, (max(self._tops.values()) if self.alike else self._tops[case]) or 1.0)
+
+    def draw_bar(self, figure: Figure, shown: Collection[Axes]) -> None:
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import Normalize
+
+        norm = self.of(next(iter(self._tops))) if self.alike else Normalize(0.0, 1.0)
+        bar = figure.colorbar(
+            ScalarMappable(norm, self.colours), ax=list(shown), location="bottom", shrink=0.62, aspect=45, pad=0.015
+        )
+        bar.set_label(f"${self._symbol}$ (MPa)" if self.alike else f"${self._symbol}$ / largest ${self._symbol}$")
 
 
 def _panels(
@@ -159,15 +185,6 @@ def _corner(ax: Axes, text: str, gid: str) -> None:
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
         gid=gid,
     )
-
-
-def _colour_bar(figure: Figure, shown: Collection[Axes], colours: Colormap, norm: Normalize, label: str) -> None:
-    from matplotlib.cm import ScalarMappable
-
-    bar = figure.colorbar(
-        ScalarMappable(norm, colours), ax=list(shown), location="bottom", shrink=0.62, aspect=45, pad=0.015
-    )
-    bar.set_label(label)
 
 
 def _marks(figure: Figure, steps: Sequence[tuple[int, int]]) -> None:

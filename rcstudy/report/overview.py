@@ -16,7 +16,15 @@ from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, shortened, width_of
 from rcstudy.report.layout import DECADE, LINE_SPACING, caption, conditions, heighten, legend, log_ticks, panels
-from rcstudy.report.maps import one_scale, pressure_maps, pressures_show, scales, traction_maps, tractions_show
+from rcstudy.report.maps import (
+    one_colour_scale,
+    one_scale,
+    pressure_maps,
+    pressures_show,
+    scales,
+    traction_maps,
+    tractions_show,
+)
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.settings import LENGTH, MODULUS
@@ -173,10 +181,13 @@ def case_maps(grid: GridView) -> Figure | None:
     cases = [grid.case(*index) for index in itertools.product(*places)]
     mapped = [case for case in cases if (case.rolling if tractions else case.solved)]
     width = _TITLE if one_scale(mapped) else _NARROW
-    draw = traction_maps if tractions else pressure_maps
-    figure = draw(cases, lambda case: _title(case, width))
-    body = "coated body" if any(case.layers for case in cases) else "substrate"
-    what = f"{tractions_show(body)}." if tractions else pressures_show(mapped)
+    if tractions:
+        body = "coated body" if any(case.layers for case in cases) else "substrate"
+        alike = one_colour_scale(mapped, "traction_max")
+        figure = traction_maps(cases, lambda case: _title(case, width), alike=alike)
+        what = f"{tractions_show(body, alike=alike)}."
+    else:
+        figure, what = pressure_maps(cases, lambda case: _title(case, width)), pressures_show(mapped)
     drawn = grid.at(dict(zip(grid.axes, places, strict=True)))
     caption(figure, _caption(drawn, what if mapped else "", scales(mapped), _chosen_cases(grid, counts)))
     return figure

@@ -70,6 +70,7 @@ _METADATA: dict[str, dict[str, None]] = {
 }
 
 FORMATS = ("png", *_METADATA)
+_PASSES = 5  # of the layout, at most
 
 
 @contextmanager
@@ -126,6 +127,17 @@ def check_formats(formats: Sequence[str]) -> None:
         raise UserError(f"figure format {', '.join(unknown) or '(none)'}: allowed are {', '.join(FORMATS)}")
 
 
+def _numbers(figure: Figure) -> list[str]:
+    """The numbers at all axes of the figure."""
+    return [
+        label.get_text()
+        for ax in figure.axes
+        if ax.get_visible()
+        for axis in (ax.xaxis, ax.yaxis)
+        for label in axis.get_ticklabels()
+    ]
+
+
 def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[Path]:
     """Write `figure` as out/stem.<format> without dates or versions, so that equal data give equal files.
 
@@ -133,8 +145,14 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
     """
     engine = figure.get_layout_engine()
     assert engine is not None
-    for _ in range(2):  # in the first pass square panels are not yet where the room for titles is computed from
+    numbers: list[list[str]] = []
+    for _ in range(_PASSES):
+        # in the first pass square panels are not yet where the room for titles is computed from, nor have all axes the
+        # numbers that room was made for: in panels of another size they may have more digits
         engine.execute(figure)
+        numbers.append(_numbers(figure))
+        if numbers[-2:-1] == numbers[-1:]:
+            break
     figure.set_layout_engine(None)  # placed once: the same in every format; with "none" each is drawn twice
     paths = []
     for kind in formats:
