@@ -150,13 +150,14 @@ def listed_numbers(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[s
     each if that is an axis of its grid; thickness, modulus and number also where cases of a list, or values of an axis
     `layers`, have other layers. NaN (written empty) where a case has no creepage, no layers or none of these.
     """
-    sets: dict[int, set[tuple[tuple[float, float], ...]]] = {}
+    sets: dict[int, set[tuple[tuple[float, float], ...]]] = {}  # by grid, where layers are given whole
     for case in cases:
-        sets.setdefault(id(case.grid), set()).add(tuple(case.layers))
+        if {"case", "layers"} & set(case.grid.axes):
+            sets.setdefault(id(case.grid), set()).add(tuple(case.layers))
 
     def given(case: CaseView) -> set[str]:
-        whole = {"case", "layers"} & set(case.grid.axes) and len(sets[id(case.grid)]) > 1
-        return {axis for axis in _ALONG if axis in case.grid.axes or (whole and axis in _OF_LAYERS)}
+        differ = len(sets.get(id(case.grid), ())) > 1
+        return {axis for axis in _ALONG if axis in case.grid.axes or (differ and axis in _OF_LAYERS)}
 
     axes = set[str]().union(*map(given, cases))
     columns = [*CREEPAGES, *(column for axis, (column, _) in _ALONG.items() if axis in axes)]
