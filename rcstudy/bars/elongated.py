@@ -38,9 +38,9 @@ _ISLAND, _LARGE = 0.03, 0.4
 
 # Factor on bars of area and radius with `aligned`: the length over the width of cells, from `_SQUARE` on and up to
 # `_LONGEST`, over the former, to the power `_BY_LENGTH`. Contacts as long as these, on square cells, need none.
-# (1980 bare and coated contacts, up to ten times as long one way, 15 to 55 cells along either side of the window, 95
-# in 100 held, at least 90 of any length of cells. With the length of the contact, to the power 1/2, in its place
-# it was 91 in 100, and 77 to 85 where cells are more than five times as long one way.)
+# (Set on 1980 bare and coated contacts, up to ten times as long one way, 15 to 55 cells along either side of the
+# window: 95 in 100 held, at least 90 of any length of cells. With the length of the contact, to the power 1/2, in its
+# place it was 91 in 100, and 77 to 85 where cells are more than five times as long one way. Of 250 others, 96.)
 _SQUARE, _LONGEST, _BY_LENGTH = 2.0, 20.0, 0.6
 
 # Errors with `aligned` over the force, the force times the longer semi-axis, the force times the rigid slip, and the
@@ -50,7 +50,8 @@ _SQUARE, _LONGEST, _BY_LENGTH = 2.0, 20.0, 0.6
 # slip in less than 7 tenths of their area 94, 95, 92 and 92 in 100 forces along y, moments, powers and slip areas are
 # held, at most 3.5 bars off; 80, 81, 82, 88 and 7.7 without it. Of 599 others of unlike bodies and layers, of either
 # coupling, 96, 95, 97 and 95; 92, 89, 95 and 93. Forces along x, which small differences of coarse meshes say less of:
-# of the 1980 above 95 in 100 are held, without it 91, and 87 of those that slip in less than half of their area.)
+# of the 1980 above 95 in 100 are held, without it 91, and 87 of those that slip in less than half of their area; of 250
+# others 94.)
 # dx/b counts up to `_MOST`: errors are not larger than the friction force.
 _MOST = 4.0
 _LONG = {"force_x": 0.04, "force_y": 0.08, "moment_z": 0.04, "friction_power": 0.065, "slip_area": 0.1}
