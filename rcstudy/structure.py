@@ -27,9 +27,6 @@ def align(
     if our_dims != their_dims:
         order = ": the same in another order" if sorted(our_dims) == sorted(their_dims) else ""
         return None, [f"dimensions are {_words(our_dims)}, in the reference {_words(their_dims)}{order}"]
-    cropped = _cropped(ours, theirs)
-    if cropped:
-        return None, [cropped]
     problems = []
     for dim in their_dims:
         here, there = _matches(ours, theirs, dim)
@@ -61,8 +58,11 @@ def _with_layers(grid: xr.Dataset) -> xr.Dataset:
 
 def _other_dims(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str, ...]) -> list[str]:
     """Differences of the dimensions that are no axis, in words."""
-    problems = []
+    cropped = _cropped(ours, theirs)
+    problems = [cropped] if cropped else []
     for dim in theirs.dims:
+        if cropped and dim in ("x", "y"):
+            continue
         if dim not in case_dims and ours.sizes.get(dim) != theirs.sizes[dim]:
             found = ours.sizes.get(dim, "missing")
             problems.append(f"dimension {dim}: {found}, in the reference {theirs.sizes[dim]}")

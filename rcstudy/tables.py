@@ -160,8 +160,8 @@ def _described(cases: Sequence[CaseView]) -> tuple[Sequence[Column], list[dict[s
     settings, differing = listed_settings(cases)
     numbers, given = listed_numbers(cases)
     pairs, split = listed_pairs(settings, differing)
-    parts = zip(differing, given, split, map(results_row, cases), strict=True)
-    rows = [{key: value for part in row for key, value in part.items()} for row in parts]
+    parts = zip(cases, differing, given, split, strict=True)
+    rows = [{**own, **along, **sides, **results_row(case)} for case, own, along, sides in parts]
     return (*settings, *_WORDS, *numbers, *pairs, *RESULTS), rows
 
 

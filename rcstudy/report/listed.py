@@ -150,22 +150,24 @@ def listed_numbers(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[s
     each if that is an axis of its grid; thickness, modulus and number also where cases of a list, or values of an axis
     `layers`, have other layers. NaN (written empty) where a case has no creepage, no layers or none of these.
     """
-    sets: dict[int, set[tuple[tuple[float, float], ...]]] = {}  # by grid, where layers are given whole
+    of_grid: dict[int, list[CaseView]] = {}
     for case in cases:
-        if {"case", "layers"} & set(case.grid.axes):
-            sets.setdefault(id(case.grid), set()).add(tuple(case.layers))
-
-    def given(case: CaseView) -> set[str]:
-        differ = len(sets.get(id(case.grid), ())) > 1
-        return {axis for axis in _ALONG if axis in case.grid.axes or (differ and axis in _OF_LAYERS)}
-
-    axes = set[str]().union(*map(given, cases))
+        of_grid.setdefault(id(case.grid), []).append(case)
+    given = {key: _given(group) for key, group in of_grid.items()}
+    axes = set[str]().union(*given.values())
     columns = [*CREEPAGES, *(column for axis, (column, _) in _ALONG.items() if axis in axes)]
     rows: list[dict[str, Value]] = []
     for case in cases:
         row: dict[str, Value] = dict(zip((c.key for c in CREEPAGES), case.creepage, strict=True))
-        rows.append(row | {_ALONG[axis][0].key: _ALONG[axis][1](case) for axis in given(case)})
+        rows.append(row | {_ALONG[axis][0].key: _ALONG[axis][1](case) for axis in given[id(case.grid)]})
     return [replace(column, csv_only=True, digits=12) for column in columns], rows
+
+
+def _given(cases: Sequence[CaseView]) -> set[str]:
+    """Which of `_ALONG` have numbers in these cases of one grid."""
+    axes = set(cases[0].grid.axes)
+    differ = bool(axes & {"case", "layers"}) and len({tuple(case.layers) for case in cases}) > 1
+    return axes & _ALONG.keys() | (_OF_LAYERS if differ else set())
 
 
 # a coating's thickness and modulus are read from its layers: coordinates of axes may be over a or Es, or words
@@ -181,7 +183,7 @@ _ALONG: dict[str, tuple[Column, Callable[[CaseView], float]]] = {
 }
 """Columns of axes that are no settings of `_PATHS`, and what a case has there."""
 
-_OF_LAYERS = ("layer_count", "thickness", "modulus")
+_OF_LAYERS = {"layer_count", "thickness", "modulus"}
 """Those of them that sets of layers differ in that are given whole."""
 
 

@@ -145,14 +145,15 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
     """
     engine = figure.get_layout_engine()
     assert engine is not None
-    numbers: list[list[str]] = []
+    before = None
     for _ in range(_PASSES):
         # in the first pass square panels are not yet where the room for titles is computed from, nor have all axes the
         # numbers that room was made for: in panels of another size they may have more digits
         engine.execute(figure)
-        numbers.append(_numbers(figure))
-        if numbers[-2:-1] == numbers[-1:]:
+        numbers = _numbers(figure)
+        if numbers == before:
             break
+        before = numbers
     figure.set_layout_engine(None)  # placed once: the same in every format; with "none" each is drawn twice
     paths = []
     for kind in formats:

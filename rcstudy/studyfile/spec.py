@@ -369,14 +369,14 @@ def validate(
         own = ("label",) if _OF_AXIS.search(find(node, location).path) else ()
         unknown[location] = _unknown(_model_at(model, location)[0], str(location[-1]), own)
     meant = {(*location[:-1], key) for location, (key, _) in unknown.items()}
+    merged = {location[:-1] for location in unknown if location[-1] == "<<"}  # a merge key has whatever is missing
     for one in found:
         location = one["loc"]
         at = find(node, location)
         if location in unknown:
             problems.add(at.at_key(), unknown[location][1], value="unknown key")
         elif one["type"] == "missing":
-            within = find(node, location[:-1])
-            if partial or location in meant or (within.is_mapping and "<<" in within.value):  # a merge key has it
+            if partial or location in meant or location[:-1] in merged:
                 continue
             if lacking is None:
                 report_missing(model, node, location, problems)
