@@ -217,15 +217,10 @@ def _target(spec: Path, output: Path | None) -> Path:
 
 
 def _cube_target(spec: Path, output: Path | None) -> Path:
-    """Path of the cube for a command that writes it; UserError if it has none, or the suffix of another format.
-
-    Reports it to the user if the folder has to be made.
-    """
+    """Path of the cube for a command that writes it; UserError if it has none, or the suffix of another format."""
     target = _target(spec, output)
     if target.suffix.lower() in _OTHER_FORMATS.split():
         raise UserError(f"--output: {target}: a cube is a netCDF file: its name must not end with {target.suffix}")
-    if not target.parent.exists():
-        _say(f"{target.parent}: a new folder, which is made for the cube")
     return target
 
 

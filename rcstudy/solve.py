@@ -18,6 +18,7 @@ from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.jit import seconds_of_compiling
 from rcstudy.mechanics.kernels import arrays
+from rcstudy.mechanics.layered import BeyondRounding
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import UNSETTLED, RollingSolution, within
@@ -66,7 +67,7 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
                 else:
                     shared = shared or _Shared(scene, series)
                     result = _normal_failure(shared.contact) or shared.result(scene)
-            except Refusal as refusal:
+            except (Refusal, BeyondRounding) as refusal:
                 result = Result(Status.REFUSED, str(refusal))
             except Exception as error:  # a batch must go on: any failure of one case becomes its status
                 result = Result(Status.ERROR, f"{type(error).__name__}: {error}")

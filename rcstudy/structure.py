@@ -96,14 +96,37 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
 def _cropped(ours: xr.Dataset, theirs: xr.Dataset) -> str:
     """That the fields of one grid are cut to a part of the other's cells, in words; "" if they are not."""
     cells = [tuple(grid.sizes.get(dim, 0) for dim in "xy") for grid in (ours, theirs)]
-    if cells[0] == cells[1] or not all(dim in grid.coords for dim in "xy" for grid in (ours, theirs)):
+    if cells[0] == cells[1]:
         return ""
     small, large = (ours, theirs) if cells[0] <= cells[1] else (theirs, ours)
-    if any(len(_matches(small, large, dim)[0]) < small.sizes[dim] for dim in "xy"):
+    if not all(_is_part(_centres(small, dim), _centres(large, dim)) for dim in "xy"):
         return ""
     here, there = (f"{nx} x {ny}" for nx, ny in cells)
     part = "a part of the reference's" if small is ours else "of which the reference's are a part"
     return f"x, y: fields on {here} cells, {part}, {there}: cropped in another way (outputs: crop)"
+
+
+def _centres(grid: xr.Dataset, dim: str) -> np.ndarray:
+    """Centres of the cells along `dim`, of each case where windows fit the contacts: [cases or 1, n]; n = 0 if none."""
+    name = dim if dim in grid.coords else f"{dim}_centre"
+    if name not in grid or dim not in grid[name].dims:
+        return np.empty((1, 0))
+    centres: np.ndarray = grid[name].transpose(..., dim).values
+    return centres.reshape(-1, grid.sizes[dim])
+
+
+def _is_part(small: np.ndarray, large: np.ndarray) -> bool:
+    """Whether the centres `small` [cases, m] are consecutive ones of `large` [cases, n]."""
+    if small.shape[0] != large.shape[0] or not 0 < small.shape[1] <= large.shape[1]:
+        return False
+    known = np.isfinite(small).all(axis=1) & np.isfinite(large).all(axis=1)
+    if not known.any():
+        return False
+    small, large = small[known], large[known]
+    first = int(np.argmin(np.abs(large[0] - small[0, 0])))
+    part = large[:, first : first + small.shape[1]]
+    rounding = COORDINATE_RTOL * np.abs(large).max(axis=1, keepdims=True)
+    return part.shape == small.shape and bool(np.all(np.abs(small - part) <= rounding))
 
 
 def _kind(variable: xr.DataArray) -> str:

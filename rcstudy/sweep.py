@@ -122,6 +122,8 @@ def run(
         raise UserError("choose local workers or a scheduler, not both")
     if fresh and shard is not None:
         raise UserError("--fresh cannot be used with --shard: delete the units folder first")
+    if scheduler is not None:
+        cluster.check(scheduler)
     say = tell or (lambda text: None)
     # slow steps are reported only if progress is
     patiently = partial(announced_if_slow, (lambda text: None) if isinstance(progress, Silent | None) else say)
@@ -158,9 +160,7 @@ def run(
             summary.kept = len(cases) - len(pending)
             if summary.kept:
                 say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
-            if pending and scheduler is not None:
-                cluster.check(scheduler)
-            elif lacking := lack_of_memory(pending, workers or threads.available_cores()):
+            if scheduler is None and (lacking := lack_of_memory(pending, workers or threads.available_cores())):
                 say(lacking)
             store.expect(case.key for case in pending)
             with _interrupts(cases, store) as check_interrupts, contextlib.ExitStack() as making:

@@ -510,6 +510,16 @@ def test_a_folder_that_is_made_is_told(folder: Path) -> None:
     assert Path("nonexist/x").exists()
 
 
+def test_a_folder_that_is_not_made_is_not_told(folder: Path) -> None:
+    """It was told before the study was read, and before it turned out that there is no making it."""
+    Path("faulty.yaml").write_text("study: [")
+    for study, target in (("faulty.yaml", "other/x.nc"), ("quick.yaml", "quick.yaml/other/x.nc")):
+        done = run("sweep", study, "-o", target)
+        assert done.exit_code == EXIT_BAD_INPUT
+        assert "a new folder" not in done.output
+        assert not Path("other").exists()
+
+
 def test_a_long_plan_says_what_it_is_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "to count them" not in run("plan", "quick.yaml").output
     report = plan.plan_report

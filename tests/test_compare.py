@@ -256,6 +256,23 @@ def test_cropped_and_whole_fields(tmp_path: Path) -> None:
     assert outcome(whole, part).structure == [first, last]
 
 
+@pytest.mark.parametrize("moved", [False, True])
+def test_crops_of_windows_that_fit_the_contacts(tmp_path: Path, moved: bool) -> None:
+    """They were told by their dimensions alone, as other windows are: those of one case are moved by 0.1 um here."""
+    grid = "  g: {axes: {load: [50, 100], friction: [0.3, 0.4]}}\n"
+    for name, crop in (("whole", "none"), ("part", "contact")):
+        text = BASE.replace("size: [2, 2]", "size: auto").replace("grids:", f"outputs: {{crop: {crop}}}\ngrids:")
+        run(load_text(tmp_path, text + grid), tmp_path / f"{name}.nc", workers=1)
+    whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
+    if moved:
+        with h5py.File(whole, "r+") as file:
+            file["x_centre"][1, 0] += 1e-4
+    with open_cube(part) as tree:
+        cells = f"{tree.sizes['x']} x {tree.sizes['y']}"
+    crop = f"g: x, y: fields on {cells} cells, a part of the reference's, 32 x 32: cropped in another way (outputs: crop)"
+    assert (crop in outcome(part, whole).structure) != moved
+
+
 @pytest.mark.parametrize("mesh", ["size: [3, 3], cells: [16, 16]", "size: [2, 2], cells: [16, 16]"])
 def test_other_meshes_are_not_taken_for_crops(tmp_path: Path, mesh: str) -> None:
     grid = "  g: {axes: {load: [50, 100]}}\n"

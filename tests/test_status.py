@@ -198,6 +198,14 @@ def test_an_error_is_a_status_and_the_batch_goes_on(monkeypatch: pytest.MonkeyPa
     assert not results[1].fields
 
 
+@pytest.mark.parametrize("modulus", [2.1e21, 2.1e25, 1e300])
+def test_moduli_beyond_rounding_are_refused(modulus: float) -> None:
+    """They ended as errors of NumPy's, with warnings on the screen, or as a residual of infinity."""
+    result = solve_scene(replace(SCENE, layers=(Layer(modulus, 0.3, 0.1),)))
+    assert result.status == Status.REFUSED
+    assert result.reason == "moduli so far apart that rounding leaves nothing of what the layers yield"
+
+
 def test_an_error_in_the_pressure_is_every_cases_status(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the shared pressure raises, no case of the group is solved, and none is missing."""
 

@@ -33,11 +33,18 @@ from rcstudy.mechanics.kernels.coefficients import layered_response
 from rcstudy.mechanics.scene import Layer, Material
 
 
+class BeyondRounding(ArithmeticError):
+    """Raised for layers so unlike what is below them that rounding leaves nothing of their response."""
+
+    def __init__(self) -> None:
+        super().__init__("moduli so far apart that rounding leaves nothing of what the layers yield")
+
+
 def response_difference(substrate: Material, layers: tuple[Layer, ...], alpha: np.ndarray) -> np.ndarray:
     """alpha times (a, b, c, d) of the layered body minus that of a half-space of its top material.
 
     `alpha` [n] (1/mm), positive. Returns [4, n] (1/MPa); decays like exp(-2 alpha h1), h1 being the thickness of the
-    top layer; zero without layers.
+    top layer; zero without layers. Raises BeyondRounding where it is no finite number.
     """
     stack: tuple[Material, ...] = (*layers, substrate)
     out = np.zeros((4, alpha.size))
@@ -49,6 +56,8 @@ def response_difference(substrate: Material, layers: tuple[Layer, ...], alpha: n
             np.array([layer.thickness for layer in layers], dtype=float),
             out,
         )
+        if not np.isfinite(out).all():
+            raise BeyondRounding
     return out
 
 
@@ -62,7 +71,10 @@ def half_space_response(material: Material) -> np.ndarray:
 
 
 def frequency_response(substrate: Material, layers: tuple[Layer, ...], alpha: np.ndarray) -> np.ndarray:
-    """Frequency responses a, b, c, d (mm/MPa) of the layered half-space at `alpha` [n] (1/mm): array [4, n]."""
+    """Frequency responses a, b, c, d (mm/MPa) of the layered half-space at `alpha` [n] (1/mm): array [4, n].
+
+    Raises BeyondRounding where they are no finite numbers.
+    """
     alpha = np.asarray(alpha, dtype=float)
     top = layers[0] if layers else substrate
     scaled = half_space_response(top)[:, None] + response_difference(substrate, layers, alpha)

@@ -18,7 +18,7 @@ from rcstudy.mechanics.convolution import Box, transform
 from rcstudy.mechanics.exact import contact_modulus, hertz_contact
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
-from rcstudy.mechanics.layered import frequency_response, half_space_response
+from rcstudy.mechanics.layered import BeyondRounding, frequency_response, half_space_response
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.numerics.patience import Patience
 from rcstudy.mechanics.rim import RimSolver
@@ -61,7 +61,7 @@ def _estimate(
     """Semi-axes (mm) of the contact by Hertz's theory, with the bodies' modulus for waves of the contact's own size.
 
     A half-space has a(alpha) = 2/(E* alpha). For a layered body this defines an E* at alpha = 2/size, size being the
-    geometric mean of the semi-axes, which is found by iteration from that on the bare substrate. FloatingPointError if
+    geometric mean of the semi-axes, which is found by iteration from that on the bare substrate. BeyondRounding if
     rounding leaves no positive compliance. Exact without layers. With them it is a first guess only: errors are 6 % in
     95 of 100 contacts and 17 % at most with layers of a fifth to five times the substrate's modulus, 29 and 36 % with
     incompressible ones of 1e-5 to 0.3 of it (too small), 25 and 54 % with stiff plates of 3 to 1000 times it.
@@ -73,7 +73,7 @@ def _estimate(
         alpha = np.array([2.0 / size])
         compliance = frequency_response(substrate, layers, alpha)[0] + extra / alpha
         if not compliance[0] > 0.0:
-            raise FloatingPointError("moduli so far apart that rounding leaves nothing of what the layers yield")
+            raise BeyondRounding
         modulus = float(2.0 / (compliance * alpha)[0])
         semi_axes = hertz_contact(radius, load, modulus).a
         previous, size = size, math.sqrt(semi_axes[0] * semi_axes[1])
