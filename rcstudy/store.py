@@ -234,7 +234,8 @@ def opened(
     """The store of the cube `output`; its index has all results of `cases` of `study` that exist already.
 
     No other sweep can open it at the same time, except other shards if this is one. Damaged units, which are set aside,
-    and a folder that had to be made are reported to `tell`. `fresh`: existing results are ignored. `take_over`: so is a lock that another machine left.
+    and a folder that had to be made are reported to `tell`. `fresh`: existing results are ignored. `take_over`: so is a
+    lock that another machine left.
 
     Raises UserError when the output cannot be written to, when it or units beside it are of a study of another name and
     have none of these cases, or when another process is at work on it.

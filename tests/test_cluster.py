@@ -334,7 +334,7 @@ def test_options_that_exclude_each_other(study: Study, tmp_path: Path, capsys: p
 def test_a_missing_scheduler_file_is_told_even_if_nothing_is_left(study: Study, tmp_path: Path) -> None:
     """The mistake showed only once there was something to solve."""
     sweep.run(study, tmp_path / "c.nc", workers=1)
-    with pytest.raises(UserError, match="lost.json: cannot be read: No such file"):
+    with pytest.raises(UserError, match=r"lost\.json: cannot be read: No such file"):
         sweep.run(study, tmp_path / "c.nc", scheduler=Scheduler(file=tmp_path / "lost.json"))
 
 

@@ -269,7 +269,9 @@ def test_crops_of_windows_that_fit_the_contacts(tmp_path: Path, moved: bool) -> 
             file["x_centre"][1, 0] += 1e-4
     with open_cube(part) as tree:
         cells = f"{tree.sizes['x']} x {tree.sizes['y']}"
-    crop = f"g: x, y: fields on {cells} cells, a part of the reference's, 32 x 32: cropped in another way (outputs: crop)"
+    crop = (
+        f"g: x, y: fields on {cells} cells, a part of the reference's, 32 x 32: cropped in another way (outputs: crop)"
+    )
     assert (crop in outcome(part, whole).structure) != moved
 
 

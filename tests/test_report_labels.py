@@ -40,7 +40,7 @@ from rcstudy.cases import Axis, Case, Coord, Grid
 from rcstudy.cube import open_cube
 from rcstudy.mechanics.scene import Creepage, Layer
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
-from rcstudy.report.layers import _numbered, layers_text, thickness_text
+from rcstudy.report.layers import _numbered, abridged, layers_text, thickness_text
 from rcstudy.report.layout import conditions
 from rcstudy.report.overview import QUANTITIES, _counts, case_maps, geometric, overview_figure
 from rcstudy.report.style import style
@@ -958,6 +958,41 @@ def test_moduli_that_follow_from_others_have_six_digits(tmp_path: Path) -> None:
     run(load_text(tmp_path, text), tmp_path / "s.nc", workers=1, solve=made_up)
     with open_cube(tmp_path / "s.nc") as tree:
         assert layers_text(grids(tree)["g"].first) == "E1 = 76530.6 MPa, E2 = 107143 MPa, E3 = 150000 MPa"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("layers: a: $E_1 = 1$, $E_2 = 2$, 0.1 mm thick; b, c: no layer",) * 2,
+        (", ".join(f"$E_{k} = {k}$" for k in range(1, 7)),) * 2,
+        (", ".join(f"$E_{k} = {k}$" for k in range(1, 8)), "$E_1 = 1$, $E_2 = 2$, $E_3 = 3$, ..., $E_7 = 7$"),
+        (
+            "a: " + ", ".join(rf"$\nu_{k} = 0.{k}$" for k in range(1, 8)),
+            r"a: $\nu_1 = 0.1$, $\nu_2 = 0.2$, $\nu_3 = 0.3$, "
+            r"..., $\nu_7 = 0.7$",
+        ),
+        (", ".join(f"{k} mm" for k in range(1, 9)) + " thick; b: 1 mm", "1 mm, 2 mm, 3 mm, ..., 8 mm thick; b: 1 mm"),
+        (", ".join(rf"${k}\,a$" for k in range(1, 8)), r"$1\,a$, $2\,a$, $3\,a$, ..., $7\,a$"),
+        ("$E_1 = 1 = 2 = 3 = 4 = 5 = 6$", "$E_1 = 1 = 2 = ... = 6$"),
+    ],
+)
+def test_captions_spell_out_few_layers(text: str, shown: str) -> None:
+    """Of fifty layers that differ a caption was taller than its plots."""
+    assert abridged(text) == shown
+
+
+def test_the_caption_of_a_graded_coating_is_short_and_its_table_whole(tmp_path: Path) -> None:
+    """Two that differ in a layer that is not shown are not taken for one."""
+    stacks = [[f"{{E: {1000 * k}, nu: 0.3, thickness: 0.01}}" for k in range(1, 21)] for _ in "ab"]
+    stacks[1][9] = stacks[1][8]
+    sets = ", ".join(f"{{label: {x}, layers: [{', '.join(stack)}]}}" for x, stack in zip("ab", stacks, strict=True))
+    run(load_text(tmp_path, f"{SMALL_BALL}  g: {{axes: {{layers: [{sets}]}}}}\n"), tmp_path / "s.nc", solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        caption = caption_of(overview_figure(grids(tree)["g"]))
+        table = layers_text(grids(tree)["g"].first)
+    ends = r"$E_1 = 1000\,\mathrm{MPa}$, $E_2 = 2000\,\mathrm{MPa}$, $E_3 = 3000\,\mathrm{MPa}$, ..., $E_{20} = 20000"
+    assert caption.count(ends) == 2 and "E_4" not in caption
+    assert table.count("MPa") == 20
 
 
 @pytest.mark.parametrize(("creepage", "share"), [(Creepage(), 1.0), (Creepage(0.001), 0.9)])

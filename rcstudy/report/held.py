@@ -13,7 +13,7 @@ import numpy as np
 
 from rcstudy.progress import counted
 from rcstudy.report.labels import KEEP, literal, shortened
-from rcstudy.report.layers import layers_text, moduli_text, ratios_text, thickness_text
+from rcstudy.report.layers import abridged, layers_text, moduli_text, ratios_text, thickness_text
 from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, given_text
 from rcstudy.settings import LENGTH
 from rcstudy.studyfile.axis_labels import labelled_scenes
@@ -34,13 +34,13 @@ _LETTERS = 40  # of a label
 
 def held(grid: GridView) -> str:
     """Sentences on what all cases of `grid` share besides `layout.conditions`, and on what its labels stand for."""
-    return _sentences([_creepages(grid), _layers(grid), _graded(grid), *_numbers(grid), *_written(grid)])
+    return _sentences([_creepages(grid), abridged(_layers(grid)), _graded(grid), *_numbers(grid), *_written(grid)])
 
 
 def settings(grid: GridView) -> str:
     """The sentences of `held`, but for creepages and the layers' moduli and thickness, of a figure that names these."""
     ratios = _of_all_with_layers(grid, _ratios)
-    return _sentences([f"layers: {ratios}" if ratios else "", *_written(grid)])
+    return _sentences([abridged(f"layers: {ratios}") if ratios else "", *_written(grid)])
 
 
 def _sentences(texts: Iterable[str]) -> str:

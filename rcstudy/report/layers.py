@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from itertools import groupby
+
 import numpy as np
 
 from rcstudy.report.views import CaseView, given_text, set_as
@@ -15,6 +18,30 @@ ROUND = 1e-12
 
 
 _GIVEN = 9  # digits of a number that a study gives, at most
+
+_SPELT, _SHOWN = 6, 3  # numbers of a kind that a caption spells out, at most, and those shown of more, with the last
+_KINDS = re.compile(r"(\$E_)|(\$\\nu_)|((?:mm|a\$)(?: thick)?$)")  # of numbers: moduli, Poisson's ratios, thickness
+
+
+def abridged(text: str) -> str:
+    """A caption's `text` on layers, with no more than the first and the last of many numbers of a kind."""
+    return "; ".join(_abridged_list(part) for part in text.split("; "))
+
+
+def _abridged_list(text: str) -> str:
+    def kind(part: str) -> int:
+        found = _KINDS.search(part)
+        return found.lastindex or 0 if found else 0
+
+    parts: list[str] = []
+    for number, run in groupby(text.split(", "), kind):
+        those = list(run)
+        parts += _ends_of(those) if number else those
+    return ", ".join(" = ".join(_ends_of(part.split(" = "))) for part in parts)
+
+
+def _ends_of(numbers: list[str]) -> list[str]:
+    return numbers if len(numbers) <= _SPELT else [*numbers[:_SHOWN], "...", numbers[-1]]
 
 
 def layers_text(case: CaseView, *, math: bool = False, every: bool = False) -> str:
