@@ -38,7 +38,8 @@ def open(path: str | Path, *, chunked: bool = False) -> xr.DataTree:
 
     `chunked`: fields as dask arrays, one chunk for each field of each case; needs dask.
 
-    Raises UserError when the file is missing, unreadable, or not an rcstudy cube.
+    Raises UserError when the file is missing, unreadable, not an rcstudy cube, or one of another layout, and when there
+    is no dask for chunks.
     """
     from rcstudy.cube import open_cube
 

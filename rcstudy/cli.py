@@ -296,7 +296,7 @@ def merge(
     spec: SpecPath,
     folders: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[FOLDER]...", help="Folders of units from elsewhere, besides CUBE.units."),
+        typer.Argument(metavar="FOLDER", help="Folders of units from elsewhere, besides CUBE.units."),
     ] = None,
     output: CubeOption = None,
     unlock: Unlock = False,

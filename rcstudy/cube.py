@@ -49,7 +49,7 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     The root holds the provenance as attributes and, in a study of several grids, a table of all cases; the grids
     are its children (:func:`grids` gives them in either layout).
 
-    Raises UserError when the file is missing, unreadable, not an rcstudy cube, of a newer layout, or holds what no
+    Raises UserError when the file is missing, unreadable, not an rcstudy cube, of another layout, or holds what no
     cube holds (:mod:`rcstudy.storage.screen`), and when there is no dask for chunks.
     """
     path = Path(path)

@@ -50,11 +50,21 @@ def failed_cases(path: Path) -> list[FailedCase]:
                     raise UserError(f"{path}: its study has no case {place} of grid {grid}")
                 label, status = str(dataset[LABEL].values[index]), Status(int(dataset["status"].values[index]))
                 reason = str(dataset["status_reason"].values[index])
-                tail = f"-{grid}-{'-'.join(str(i + 1) for i in place)}"
-                own = name[: max(1, MAX_NAME - len(tail))] + tail
+                own = _name(name, grid, place, len(found))
                 heading = f"{grid}: {label}: {status.words}: {reason}"
                 found.append(FailedCase(own, grid, label, status, reason, _study(own, heading, scenes[grid, place])))
     return found
+
+
+def _name(study: str, grid: str, place: tuple[int, ...], before: int) -> str:
+    """Name of a study of one case, by that of its `study`, its grid and place, or how many others are listed before.
+
+    The last where a place on many axes leaves no room in what a name may have.
+    """
+    tail = f"-{grid}-{'-'.join(str(i + 1) for i in place)}"
+    if len(tail) >= MAX_NAME:
+        tail = f"-{grid}-case-{before + 1}"
+    return study[: MAX_NAME - len(tail)] + tail
 
 
 def _plain(name: str) -> str:

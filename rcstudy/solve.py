@@ -259,13 +259,13 @@ def _hidden(
         return hidden
     of_pressure, of_traction = contact.cusps(zone, rolling, scene.friction)
     pull = _pull(contact, scene)
-    share = rolling.q / (scene.friction * contact.pressure)[:, None]
+    fractions = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
         lift=_lift(contact, rolling),
         cusp_of_pressure=of_pressure,
         cusp_of_traction=of_traction,
         pull=pull,
-        at_pole=rise_at_pole(contact.cells, contact.pressure, share, pull),
+        at_pole=rise_at_pole(contact.cells, contact.pressure, fractions, pull),
         top_at_border=close_to_border(contact.cells, contact.pressure, rolling.slip),
     )
 

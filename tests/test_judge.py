@@ -119,6 +119,14 @@ def test_only_small_error_bars_tell_that_a_mesh_is_representative(
     assert found.holds is holds
 
 
+def test_a_ratio_of_nothing_does_not_tell_whether_a_mesh_is_representative(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no cell slips the error was divided by zero, and the cube taken to be damaged."""
+    none = ratio_of_slip(0.0, 0.01, 0.01)
+    none.state = np.full((2, 2), CellState.STICK)
+    (found,) = judge.representative(named(monkeypatch, {"a": none}), measures.slip_ratio)
+    assert (found.holds, found.undecided) == (None, "a has no such cells")
+
+
 def of_paper(modulus: float, thickness: float = 0.5, creepage: tuple[float, float, float] = (0.002, 0.0, 0.0)) -> Any:
     """A case of Figure 5 with one layer of this modulus, over the substrate's."""
     kind = "compliant" if modulus < 1.0 else "stiff"

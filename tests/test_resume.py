@@ -26,7 +26,7 @@ from disks import fill_up, give_room_for
 from studies import CASES, SWEPT
 from test_sweep import Told
 
-from rcstudy import assemble, progress, status, store, sweep
+from rcstudy import assemble, failures, progress, status, store, sweep
 from rcstudy.cases import expand, scene_record
 from rcstudy.cube import case_table, grids, open_cube
 from rcstudy.errors import UserError
@@ -1161,6 +1161,13 @@ def test_failures_of_a_study_with_a_long_name_have_names_of_their_own(tmp_path: 
     assert len(names) == len(found) == 14
     assert "n" * (100 - len("-loads-1-2")) + "-loads-1-2" in names
     assert all(load_study(path).size == 1 for path in (tmp_path / "studies").iterdir())
+
+
+def test_the_name_of_a_failure_on_many_axes_has_room() -> None:
+    """It was longer than a study's may be, and the study written was refused."""
+    names = {failures._name("study", "g" * 64, (0,) * 12 + place, k) for k, place in enumerate([(9,) * 4, (10,) * 4])}
+    assert names == {f"study-{'g' * 64}-case-{k}" for k in (1, 2)}
+    assert failures._name("n" * 100, "g" * 64, (0,) * 16, 0) == f"nnn-{'g' * 64}-{'-'.join('1' * 16)}"
 
 
 # the mechanics keep their word

@@ -51,7 +51,11 @@ def parts(scene: Scene) -> Parts:
 
 
 def behind(scenes: Iterable[Scene]) -> tuple[Publication, ...]:
-    """The publications whose equations or methods give the results of `scenes`, in the order of `PUBLICATIONS`."""
+    """The publications that results of such `scenes` rest on, in the order of `PUBLICATIONS`.
+
+    Some of them only where a scene needs it: whether layers bend like plates, or Newton's method fails, its solution
+    shows.
+    """
     kinds = {parts(scene) for scene in scenes}
     return tuple(one for one in PUBLICATIONS if any(one.serves(kind) for kind in kinds))
 

@@ -5,9 +5,10 @@ The unknowns are the tractions q on the cells in contact. The slip in cell (i, j
     s = w + s_p + B q,   w = (xi_x - phi y, xi_y + phi x),   (B q)_ij = (u_ij - u_(i+1)j)/dx,  u = A q,
 
 with s_p the same difference of the displacement by pressure (the paper's Eq. 5 with an upwind difference;
-Kalker 1990, section 4). Coulomb's law (Eq. 6) is equivalent to q = Proj(q - rho s), with Proj the projection onto the
-disc of radius mu p and any rho > 0. In its semismooth Newton step, with t = q - rho s at the last iterate, a cell with
-|t| <= mu p sticks, s = 0; elsewhere q = mu p n + tau m with n = t/|t|, m perpendicular to n, and
+Kalker 1990, section 4). Coulomb's law (Eq. 6, with the traction of slip cells opposite to their slip, which it leaves
+open; Kalker 1990) is equivalent to q = Proj(q - rho s), with Proj the projection onto the disc of radius mu p and any
+rho > 0. In its semismooth Newton step, with t = q - rho s at the last iterate, a cell with |t| <= mu p sticks, s = 0;
+elsewhere q = mu p n + tau m with n = t/|t|, m perpendicular to n, and
 
     c m.s + (1 - c) b tau = 0,   c = mu p/|t|,   b = 1/rho.
 

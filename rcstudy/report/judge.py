@@ -5,6 +5,7 @@ Thresholds stand for the paper's adjectives; each is printed in the table next t
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -213,10 +214,11 @@ def papers_mesh(cases: Cases) -> list[PaperCase]:
 
 
 def representative(cases: Cases, measure: Measure) -> Iterator[Comparison]:
-    """Whether the measure's error bar is below REPRESENTATIVE of its value; larger bars decide nothing."""
+    """Whether the measure's error bar is below REPRESENTATIVE of its value; larger bars decide nothing, nor does 0."""
 
     def relative(case: CaseView) -> float:
-        return BARS[measure](case) / measure(case)
+        value = measure(case)
+        return BARS[measure](case) / value if value else math.nan
 
     for c in at_most(cases, relative, REPRESENTATIVE):
         yield replace(c, holds=None, undecided="the error may be less than its estimate") if c.holds is False else c

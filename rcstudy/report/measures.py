@@ -116,7 +116,12 @@ def _odd_part(fields: np.ndarray, y: np.ndarray, signs: Sequence[float]) -> floa
     """
     whole = _about_axis(fields, y)
     image = np.reshape(signs, (-1, 1, 1)) * whole[:, :, ::-1]
-    return float(np.linalg.norm(whole - image) / (2.0 * np.linalg.norm(whole)))
+    return _part(float(np.linalg.norm(whole - image)), 2.0 * float(np.linalg.norm(whole)))
+
+
+def _part(part: float, whole: float) -> float:
+    """`part` over `whole`; NaN if that is nothing, as on few cells, or without tractions."""
+    return float(part / whole) if whole else float("nan")
 
 
 def _about_axis(fields: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -164,13 +169,13 @@ def slip_on_axis(case: CaseView) -> float:
     if not case.mapped:
         return float("nan")
     state = case.state[:, _next_to_axis(case.y)]
-    return float((state == CellState.SLIP).sum() / (state != CellState.EXTERIOR).sum())
+    return _part((state == CellState.SLIP).sum(), (state != CellState.EXTERIOR).sum())
 
 
 def cell_on_axis(case: CaseView) -> float:
     """Share of one cell in the contact on the x-axis, by which `slip_on_axis` is uncertain."""
     state = case.state[:, _next_to_axis(case.y)]
-    return float(state.shape[1] / (state != CellState.EXTERIOR).sum())
+    return _part(state.shape[1], (state != CellState.EXTERIOR).sum())
 
 
 def slip_behind_stick(case: CaseView) -> float:
@@ -182,8 +187,7 @@ def slip_behind_stick(case: CaseView) -> float:
     rows = sticks.any(axis=0)
     first_stick = np.argmax(sticks, axis=0)
     behind = slips & (np.arange(state.shape[0])[:, None] < first_stick[None, :])
-    total = slips[:, rows].sum()
-    return float(behind[:, rows].sum() / total) if total else float("nan")
+    return _part(behind[:, rows].sum(), slips[:, rows].sum())
 
 
 def trailing_slip(case: CaseView, *, upper: bool) -> float:
@@ -192,4 +196,4 @@ def trailing_slip(case: CaseView, *, upper: bool) -> float:
         return float("nan")
     state = case.state
     quarter = state[np.ix_(case.x < 0, case.y > 0 if upper else case.y < 0)]
-    return float((quarter == CellState.SLIP).sum() / (quarter != CellState.EXTERIOR).sum())
+    return _part((quarter == CellState.SLIP).sum(), (quarter != CellState.EXTERIOR).sum())

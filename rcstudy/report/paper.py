@@ -62,7 +62,8 @@ Pair = tuple[PaperCase, PaperCase]
 def paper_grids(found: Mapping[str, GridView]) -> dict[str, GridView]:
     """Those of a cube's grids that are the paper's, by their names and axes.
 
-    One named as the uncoated case of Figure 3 is if it has a single case, and if no other grid is named `figure_3`.
+    One named as the uncoated case of Figure 3 is if it has a single case, and if no grid that is not the paper's is
+    named `figure_3`.
     """
     papers = {name: grid for name, grid in found.items() if name in AXES and frozenset(grid.axes) == AXES[name]}
     bare = found.get(BARE)

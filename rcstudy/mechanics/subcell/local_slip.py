@@ -9,11 +9,11 @@ from the edge, which `centring.py` cannot interpolate. With p = sqrt(r), r in ce
     the mean over that cell, weighted with p, to 5/4 behind the edge: 0.838.
 
 So in the outermost cells of a row this part, or as much of it as counts (below), is taken out of the slips before these
-are interpolated, and its mean over the cell, weighted with the traction that it directs, is put in its place. (With
-version 31, in the next two cells as well: forces along x of mild contacts are a tenth closer, but Newton's method takes
-2 to 5 % more products.) Bodies unlike in kappa and with low friction gain, as their slip changes its direction towards
-the edge. A steel ball with friction 0.15 on a rigid plane that slips everywhere has forces 0.0 to 0.2 % of mu P off at
-ten cells a radius, without it 0.1 to 0.35 %.
+are interpolated, and its mean over the cell, weighted with the traction that it directs, is put in its place. (In the
+next two cells as well: forces along x of mild contacts are a tenth closer, but Newton's method takes 2 to 5 % more
+products.) Bodies unlike in kappa and with low friction gain, as their slip changes its direction towards the edge. A
+steel ball with friction 0.15 on a rigid plane that slips everywhere has forces 0.0 to 0.2 % of mu P off at ten cells a
+radius, without it 0.1 to 0.35 %.
 
 Tractions cancel it where slip is small. They turn until what they cause across the slip S themselves makes up for the
 slip by pressure there, and then nothing like a root is left. For small turns tractions q across the slip follow from

@@ -22,10 +22,10 @@ _RISE = 0.5  # on a mesh four times finer, over mu beta p, where directions turn
 _AROUND = np.stack(np.meshgrid(np.arange(-2, 3), np.arange(-2, 3))).reshape(2, -1)  # a cell and two around it
 
 
-def rise_at_pole(cells: np.ndarray, pressure: np.ndarray, share: np.ndarray, pulling: float) -> float:
+def rise_at_pole(cells: np.ndarray, pressure: np.ndarray, fractions: np.ndarray, pulling: float) -> float:
     """Fraction of itself by which the largest pressure may rise on a mesh four times finer.
 
-    `cells` [m, 2]: their indices; `pressure` [m] (MPa); `share` [m, 2]: tractions over their bounds; `pulling`:
+    `cells` [m, 2]: their indices; `pressure` [m] (MPa); `fractions` [m, 2]: tractions over their bounds; `pulling`:
     friction times the magnitude of Dundurs' constant. Cells at the border of the contact do not count.
     """
     most = float(pressure.max())
@@ -36,7 +36,7 @@ def rise_at_pole(cells: np.ndarray, pressure: np.ndarray, share: np.ndarray, pul
     around = around[(around >= 0).all(axis=1)]
     if not len(around):
         return 0.0
-    parts = share[around]
+    parts = fractions[around]
     turning = np.hypot(parts[..., 0], parts[..., 1]).mean(axis=1) - np.hypot(*parts.mean(axis=1).T)
     middle = _AROUND.shape[1] // 2
     risen = pressure[around[:, middle]] * (1.0 + _RISE * pulling * turning)
