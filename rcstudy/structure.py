@@ -39,6 +39,8 @@ def align(
         ours, theirs = _take(ours, dim, here), _take(theirs, dim, there)
     if ours.sizes.get(LAYER) != theirs.sizes.get(LAYER):  # cases left out may have been the only ones with so many
         ours, theirs = _with_layers(ours), _with_layers(theirs)
+    cropped, ours, theirs = _on_common_cells(ours, theirs)
+    problems += cropped
     others = _other_dims(ours, theirs, their_dims)
     if others:
         return None, problems + others
@@ -58,11 +60,8 @@ def _with_layers(grid: xr.Dataset) -> xr.Dataset:
 
 def _other_dims(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str, ...]) -> list[str]:
     """Differences of the dimensions that are no axis, in words."""
-    cropped = _cropped(ours, theirs)
-    problems = [cropped] if cropped else []
+    problems = []
     for dim in theirs.dims:
-        if cropped and dim in ("x", "y"):
-            continue
         if dim not in case_dims and ours.sizes.get(dim) != theirs.sizes[dim]:
             found = ours.sizes.get(dim, "missing")
             problems.append(f"dimension {dim}: {found}, in the reference {theirs.sizes[dim]}")
@@ -93,17 +92,23 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
     return problems, names
 
 
-def _cropped(ours: xr.Dataset, theirs: xr.Dataset) -> str:
-    """That the fields of one grid are cut to a part of the other's cells, in words; "" if they are not."""
+def _on_common_cells(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
+    """Both grids on the cells that both have where one's are a part of the other's, and that they are, in words."""
     cells = [tuple(grid.sizes.get(dim, 0) for dim in "xy") for grid in (ours, theirs)]
     if cells[0] == cells[1]:
-        return ""
+        return [], ours, theirs
     small, large = (ours, theirs) if cells[0] <= cells[1] else (theirs, ours)
-    if not all(_is_part(_centres(small, dim), _centres(large, dim)) for dim in "xy"):
-        return ""
-    here, there = (f"{nx} x {ny}" for nx, ny in cells)
+    firsts = [_place_in(_centres(large, dim), _centres(small, dim)) for dim in "xy"]
+    if min(firsts) < 0:
+        return [], ours, theirs
+    (i, j), (nx, ny) = firsts, (small.sizes["x"], small.sizes["y"])
+    large = large.isel(x=slice(i, i + nx), y=slice(j, j + ny))
+    here, there = (" x ".join(map(str, counts)) for counts in cells)
     part = "a part of the reference's" if small is ours else "of which the reference's are a part"
-    return f"x, y: fields on {here} cells, {part}, {there}: cropped in another way (outputs: crop)"
+    words = (
+        f"x, y: fields on {here} cells, {part}, {there}: cropped in another way (outputs: crop), or to other contacts"
+    )
+    return [words], *((small, large) if small is ours else (large, small))
 
 
 def _centres(grid: xr.Dataset, dim: str) -> np.ndarray:
@@ -115,18 +120,22 @@ def _centres(grid: xr.Dataset, dim: str) -> np.ndarray:
     return centres.reshape(-1, grid.sizes[dim])
 
 
-def _is_part(small: np.ndarray, large: np.ndarray) -> bool:
-    """Whether the centres `small` [cases, m] are consecutive ones of `large` [cases, n]."""
-    if small.shape[0] != large.shape[0] or not 0 < small.shape[1] <= large.shape[1]:
-        return False
-    known = np.isfinite(small).all(axis=1) & np.isfinite(large).all(axis=1)
-    if not known.any():
-        return False
-    small, large = small[known], large[known]
-    first = int(np.argmin(np.abs(large[0] - small[0, 0])))
+def _place_in(large: np.ndarray, small: np.ndarray) -> int:
+    """At which of the centres `large` [cases, n] the consecutive ones `small` [cases, m] of them begin; -1 if nowhere.
+
+    Where meshes differ from case to case the last centres of some are NaN.
+    """
+    if large.shape[0] != small.shape[0] or not 0 < small.shape[1] <= large.shape[1]:
+        return -1
+    known = np.isfinite(large) & np.isfinite(small[:, :1])
+    row = int(np.argmax(known.any(axis=1)))
+    if not known[row].any():
+        return -1
+    first = int(np.nanargmin(np.abs(large[row] - small[row, 0])))
     part = large[:, first : first + small.shape[1]]
-    rounding = COORDINATE_RTOL * np.abs(large).max(axis=1, keepdims=True)
-    return part.shape == small.shape and bool(np.all(np.abs(small - part) <= rounding))
+    rounding = COORDINATE_RTOL * np.nanmax(np.abs(large[row]))
+    same = part.shape == small.shape and np.allclose(part, small, rtol=0.0, atol=rounding, equal_nan=True)
+    return first if same else -1
 
 
 def _kind(variable: xr.DataArray) -> str:

@@ -238,41 +238,41 @@ def test_no_case_in_common(tmp_path: Path, reference: Path, several: Path) -> No
     assert "product: not in the reference" in found.text()
 
 
-def test_cropped_and_whole_fields(tmp_path: Path) -> None:
-    """All cases were said to be in one cube only."""
-    grid = "  g: {axes: {load: [50, 100]}}\n"
+@pytest.mark.parametrize("size", ["[2, 2]", "auto"])
+def test_cropped_and_whole_fields(tmp_path: Path, size: str) -> None:
+    """All cases were said to be in one cube only. What both hold is compared, and the difference of a cell found."""
+    grid = "  g: {axes: {load: [50, 100], friction: [0.3, 0.4]}}\n"
     for name, crop in (("whole", "none"), ("part", "contact")):
-        study = load_text(tmp_path, BASE.replace("grids:", f"outputs: {{crop: {crop}}}\ngrids:") + grid)
-        run(study, tmp_path / f"{name}.nc", workers=1)
+        text = BASE.replace("size: [2, 2]", f"size: {size}").replace("grids:", f"outputs: {{crop: {crop}}}\ngrids:")
+        run(load_text(tmp_path, text + grid), tmp_path / f"{name}.nc", workers=1)
     whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
     with open_cube(part) as tree:
         cells = f"{tree.sizes['x']} x {tree.sizes['y']}"
     assert cells != "32 x 32"
-    last = "cases cannot be matched: nothing was compared"
-    how = "cropped in another way (outputs: crop)"
+    how = "cropped in another way (outputs: crop), or to other contacts"
     first = f"g: x, y: fields on {cells} cells, a part of the reference's, 32 x 32: {how}"
-    assert outcome(part, whole).structure == [first, last]
+    found = outcome(part, whole)
+    assert (found.structure, found.bad, found.cases, found.same) == ([first], [], 4, False)
     first = f"g: x, y: fields on 32 x 32 cells, of which the reference's are a part, {cells}: {how}"
-    assert outcome(whole, part).structure == [first, last]
+    found = outcome(whole, part)
+    assert (found.structure, found.bad, found.cases, found.same) == ([first], [], 4, False)
+    with h5py.File(part, "r+") as file:
+        file["pressure"][0, 1, 5, 5] += 3.0
+    (bad,) = outcome(part, whole).bad
+    assert (bad.variable, bad.label, bad.note.startswith("in 1 of ")) == ("pressure", "load=50, friction=0.4", True)
 
 
-@pytest.mark.parametrize("moved", [False, True])
-def test_crops_of_windows_that_fit_the_contacts(tmp_path: Path, moved: bool) -> None:
-    """They were told by their dimensions alone, as other windows are: those of one case are moved by 0.1 um here."""
-    grid = "  g: {axes: {load: [50, 100], friction: [0.3, 0.4]}}\n"
-    for name, crop in (("whole", "none"), ("part", "contact")):
-        text = BASE.replace("size: [2, 2]", "size: auto").replace("grids:", f"outputs: {{crop: {crop}}}\ngrids:")
-        run(load_text(tmp_path, text + grid), tmp_path / f"{name}.nc", workers=1)
-    whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
-    if moved:
-        with h5py.File(whole, "r+") as file:
-            file["x_centre"][1, 0] += 1e-4
-    with open_cube(part) as tree:
-        cells = f"{tree.sizes['x']} x {tree.sizes['y']}"
-    crop = (
-        f"g: x, y: fields on {cells} cells, a part of the reference's, 32 x 32: cropped in another way (outputs: crop)"
+def test_other_windows_that_fit_are_not_taken_for_crops(tmp_path: Path) -> None:
+    """Those of one case are moved by 0.1 um here."""
+    text = BASE.replace("size: [2, 2]", "size: auto") + "  g: {axes: {load: [50, 100]}}\n"
+    run(load_text(tmp_path, text), tmp_path / "whole.nc", workers=1)
+    run(
+        load_text(tmp_path, text.replace("grids:", "outputs: {crop: contact}\ngrids:")), tmp_path / "part.nc", workers=1
     )
-    assert (crop in outcome(part, whole).structure) != moved
+    with h5py.File(tmp_path / "whole.nc", "r+") as file:
+        file["x_centre"][1] += 1e-4
+    found = outcome(tmp_path / "part.nc", tmp_path / "whole.nc")
+    assert found.structure[0].startswith("g: dimension x: ") and found.cases == 0
 
 
 @pytest.mark.parametrize("mesh", ["size: [3, 3], cells: [16, 16]", "size: [2, 2], cells: [16, 16]"])
