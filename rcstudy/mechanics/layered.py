@@ -49,13 +49,14 @@ def response_difference(substrate: Material, layers: tuple[Layer, ...], alpha: n
     stack: tuple[Material, ...] = (*layers, substrate)
     out = np.zeros((4, alpha.size))
     if layers:
-        layered_response(
-            np.ascontiguousarray(alpha, dtype=float),
-            np.array([m.E for m in stack], dtype=float),
-            np.array([m.nu for m in stack], dtype=float),
-            np.array([layer.thickness for layer in layers], dtype=float),
-            out,
-        )
+        with np.errstate(all="ignore"):  # what is no number is found below; without the JIT NumPy would warn of it
+            layered_response(
+                np.ascontiguousarray(alpha, dtype=float),
+                np.array([m.E for m in stack], dtype=float),
+                np.array([m.nu for m in stack], dtype=float),
+                np.array([layer.thickness for layer in layers], dtype=float),
+                out,
+            )
         if not np.isfinite(out).all():
             raise BeyondRounding
     return out
