@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from rcstudy.progress import counted
-from rcstudy.report.labels import KEEP, literal, shortened
+from rcstudy.report.labels import KEEP, literal, power_of_ten, shortened
 from rcstudy.report.layers import abridged, layers_text, moduli_text, ratios_text, thickness_text
 from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, given_text
 from rcstudy.settings import LENGTH
@@ -38,9 +38,13 @@ def held(grid: GridView) -> str:
 
 
 def settings(grid: GridView) -> str:
-    """The sentences of `held`, but for creepages and the layers' moduli and thickness, of a figure that names these."""
+    """The sentences of `held`, but for creepages and the layers' moduli and thickness, of a figure that names these.
+
+    Of more than two layers it names the modulus of one alone: how the others follow from it is told.
+    """
     ratios = _of_all_with_layers(grid, _ratios)
-    return _sentences([abridged(f"layers: {ratios}") if ratios else "", *_written(grid)])
+    graded = _graded(grid) if max(len(case.layers) for case in grid.cases()) > 2 else ""
+    return _sentences([abridged(f"layers: {ratios}") if ratios else "", graded, *_written(grid)])
 
 
 def _sentences(texts: Iterable[str]) -> str:
@@ -136,7 +140,8 @@ def _graded(grid: GridView) -> str:
     several = [case.layers for axis in varied for line in _lines(grid, axis) for case in line if len(case.layers) > 1]
     if not several:
         return ""
-    factor, what = f"{several[0][-2][0] / several[0][-1][0]:.6g}", ""
+    factor, what = power_of_ten(f"{several[0][-2][0] / several[0][-1][0]:.6g}"), ""
+    factor = f"({factor})" if "times" in factor else factor
     if "modulus" in varied:
         factor, what = "m", r"modulus $m\,E_s$ is that of the layer next to the substrate: "
     return rf"{what}the $k$-th layer above the substrate has ${factor}^k\,E_s$"
@@ -284,7 +289,7 @@ def _quantity(value: Quantity, units: str) -> str:
     """A length or modulus as it is written, with its `units` unless it is relative."""
     if not value.scale:
         return f"{value} {units}"
-    return rf"${number_text(value.value)}\,{'a' if value.scale == LENGTH else 'E_s'}$"
+    return rf"${given_text(value.value, math=True)}\,{'a' if value.scale == LENGTH else 'E_s'}$"
 
 
 _MAPPINGS = ("substrate", "counterbody", "mesh", "tolerance")

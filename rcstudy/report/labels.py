@@ -62,11 +62,23 @@ def _shortened(text: str, most: int) -> str:
     return f"{text[: most - 1 - tail].rstrip()}…{text[-tail:].lstrip()}"
 
 
-def width_of(lines: Sequence[str]) -> float:
-    """Width of the widest of these lines without mathematics in a panel's title, inches."""
+def fitted(text: str, width: float) -> list[str]:
+    """Lines of `text`, which may hold mathematics, as a title of at most `width` inches, as far as it can be broken."""
+    letters, lines = _LONGEST_TITLE, [text]
+    while width_of(lines, math=True) > width and letters > _SHORTEST_TITLE:
+        lines = wrapped(text, letters)
+        letters -= 2
+    return lines
+
+
+_LONGEST_TITLE, _SHORTEST_TITLE = 60, 10  # letters of a line of a title
+
+
+def width_of(lines: Sequence[str], *, math: bool = False) -> float:
+    """Width of the widest of these lines, with mathematics or without it, in a panel's title, inches."""
     from matplotlib import rcParams
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
     font = FontProperties(family=rcParams["font.family"], size=rcParams["axes.titlesize"])
-    return max(float(text_to_path.get_text_width_height_descent(line, font, False)[0]) for line in lines) / 72
+    return max(float(text_to_path.get_text_width_height_descent(line, font, math)[0]) for line in lines) / 72

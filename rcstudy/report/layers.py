@@ -7,6 +7,7 @@ from itertools import groupby
 
 import numpy as np
 
+from rcstudy.report.labels import power_of_ten
 from rcstudy.report.views import CaseView, given_text, set_as
 from rcstudy.settings import LENGTH, MODULUS
 from rcstudy.studyfile.quantities import number_text
@@ -70,7 +71,7 @@ def moduli_text(case: CaseView, *, math: bool = False) -> str:
         given = [E if _digits(number_text(E)) <= _GIVEN else float(f"{E:.6g}") for E in moduli]
         texts = [f"{name} = {given_text(E, math=math)}{space}{unit}" for name, E in zip(names, given, strict=True)]
     else:
-        ratios = [f"{moduli[0] / E:.6g}{space}" for E in (*moduli[1:], base)]
+        ratios = [_ratio(moduli[0] / E, math) + space for E in (*moduli[1:], base)]
         steps = [ratio + symbol for ratio, symbol in zip(ratios, (*names[1:], "E_s" if math else "Es"), strict=True)]
         texts = [" = ".join((names[0], *steps))]
     return ", ".join(set_as(text, math=math) for text in texts)
@@ -104,10 +105,15 @@ def thickness_text(case: CaseView, *, math: bool = False) -> str:
         ratio, length = f"{h / a:.6g}", f"{h:.6g}"
         rounder = _is_round(length, h) and _digits(length) < _digits(ratio)
         if _is_round(ratio, h, a) and not rounder:
-            texts.append(rf"${ratio}\,a$" if math else f"{ratio} a")
+            texts.append(rf"${power_of_ten(ratio)}\,a$" if math else f"{ratio} a")
         else:
             texts.append(f"{length} mm")
     return ", ".join(texts if len(set(texts)) > 1 else texts[:1])
+
+
+def _ratio(value: float, math: bool) -> str:
+    """A computed ratio in six digits."""
+    return power_of_ten(f"{value:.6g}") if math else f"{value:.6g}"
 
 
 def _is_round(text: str, value: float, unit: float = 1.0) -> bool:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _BESIDE = 0.35  # width of the labels beside a map's panel, inches
 _NUMBERS = 0.17  # by which they are wider where all panels have numbers, inches
+_TITLE, _NARROW = 2.0, 1.85  # width of a title, no more than its panel's, and where all panels have numbers, inches
 _TITLE_LINE = 0.145  # height of a line of a title, inches
 _BAR, _MARKS = 0.45, 0.25  # heights of the colour bar and of the legend of marks, inches
 _OWN = ", to which its colours refer"
@@ -154,6 +155,11 @@ def _panels(
         rolling = any(case.rolling for case in mapped)
         outer_labels(axes, _X_ROLLING if rolling else "$x$ (mm)", "$y$ (mm)", shared=shared)
     return figure, drawn, windows
+
+
+def title_width(mapped: Sequence[CaseView]) -> float:
+    """Largest width (inches) of titles of the maps of these cases."""
+    return _TITLE if one_scale(mapped) else _NARROW
 
 
 def one_scale(mapped: Sequence[CaseView]) -> bool:

@@ -14,14 +14,14 @@ from rcstudy.progress import counted
 from rcstudy.report import measures
 from rcstudy.report.draw import remark
 from rcstudy.report.held import held
-from rcstudy.report.labels import literal, shortened, width_of
+from rcstudy.report.labels import literal, power_of_ten, shortened, width_of
 from rcstudy.report.layout import DECADE, LINE_SPACING, caption, conditions, heighten, legend, log_ticks, panels
 from rcstudy.report.maps import (
     one_colour_scale,
-    one_scale,
     pressure_maps,
     pressures_show,
     scales,
+    title_width,
     traction_maps,
     tractions_show,
 )
@@ -47,8 +47,6 @@ QUANTITIES = {
 MAPS_AT_MOST = 12
 
 _TICKS = 0.2  # height of tick labels along x for which panels have room, inches
-_TITLE = 2.0  # width of a map's title, inches: no more than its panel's
-_NARROW = 1.85  # the same where all panels have numbers beside them
 
 _WORDS = {name: f"{name} creepage" for name in ("longitudinal", "lateral")}
 _WORDS |= {"normal": "tolerance of the pressure", "tangential": "tolerance of the tractions"}
@@ -63,6 +61,7 @@ _LETTERS = 20  # of the numbers or words of all ticks along x for which panels h
 _ACROSS = 28  # digits that are as wide as a panel
 _LONG = 5  # letters of a tick's number; of longer ones panels have room for few
 
+_PLAIN = 1e-4, 1e6  # largest values of an axis whose numbers are written without a power of ten
 _LEAST_DRAWN = 1e-100  # least value on a logarithmic axis, its inverse the largest: margins must be finite, too
 
 ROUNDED = 1e-3
@@ -180,7 +179,7 @@ def case_maps(grid: GridView) -> Figure | None:
     places = [_spread(size, count) for size, count in zip(grid.shape, counts, strict=True)]
     cases = [grid.case(*index) for index in itertools.product(*places)]
     mapped = [case for case in cases if (case.rolling if tractions else case.solved)]
-    width = _TITLE if one_scale(mapped) else _NARROW
+    width = title_width(mapped)
     if tractions:
         body = "coated body" if any(case.layers for case in cases) else "substrate"
         alike = one_colour_scale(mapped, "traction_max")
@@ -324,12 +323,17 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     """Make the x axis logarithmic if `values` are more even on it, with plain numbers where powers of ten are few.
 
     That of negative values is the mirror image of that of their amounts. On a linear axis whole numbers have ticks at
-    whole numbers, and long numbers have few ticks.
+    whole numbers, long numbers have few ticks, and very small and large ones a power of ten each.
     """
-    from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator
+    from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator
 
     values = np.unique(values[np.isfinite(values)])
     if not geometric(values):
+        if values.any() and not _PLAIN[0] <= np.abs(values).max() < _PLAIN[1]:
+            # Matplotlib's formatter would write a power of ten of all numbers into the axis's label
+            ax.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+            ax.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: f"${power_of_ten(short_number(tick))}$"))
+            return
         whole = bool(np.all(values == np.round(values)))
         if values.size and (whole or _long(values)):
             some = MaxNLocator(4 if _long(values) else 5, steps=[1, 2, 5, 10], integer=whole)

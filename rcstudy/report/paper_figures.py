@@ -10,26 +10,30 @@ import numpy as np
 from rcstudy.errors import UserError
 from rcstudy.report import draw
 from rcstudy.report.held import settings
-from rcstudy.report.labels import literal
+from rcstudy.report.labels import fitted, literal, power_of_ten
 from rcstudy.report.layers import layers_text, thickness_text
 from rcstudy.report.layout import (
     LINE_SPACING,
     caption,
     conditions,
+    heighten,
     legend,
     outer_labels,
     panels,
     share_limits,
 )
-from rcstudy.report.maps import scales, traction_maps, tractions_show
+from rcstudy.report.maps import scales, title_width, traction_maps, tractions_show
 from rcstudy.report.measures import on_x_axis
 from rcstudy.report.paper import AXES, BARE, panel_letter
-from rcstudy.report.style import BLUE, GREEN, LINES, ORANGE, PURPLE, SKY, VERMILLION
+from rcstudy.report.style import BLUE, GREEN, LINES, ORANGE, PURPLE, SKY, VERMILLION, WIDTH
 from rcstudy.report.views import CaseView, GridView, creepage_text
 from rcstudy.settings import unit_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_BESIDE = 0.9  # width of a title of Figures 5 and 6 over that of its part of the figure, at most
 
 ROWS_NEXT_TO_AXIS = (
     "With an even number of cells no row of cells lies on the x-axis: the mean of the two rows next to it is shown."
@@ -60,7 +64,8 @@ def paper_figure(name: str, grids: Mapping[str, GridView]) -> Figure:
     if number in (5, 6):
         return lines_figure(number, grids[name])
     cases = list(grids[name].cases())
-    figure = traction_maps(cases, paper_title)
+    width = title_width([case for case in cases if case.rolling])
+    figure = traction_maps(cases, lambda case: paper_title(case, width))
     shown = "".join(map(panel_letter, cases))
     more = _symbols(cases) if number != 4 else OTHER_PANELS if shown == "aceg" else ""
     body = "coated body" if any(case.layers for case in cases) else "substrate"
@@ -110,7 +115,9 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
         words = _layers_in_words(len(cases[0].layers) if cases else 0)
         ax.set_title(f"({letter}) {words}" if letter else words, loc="left")
         ax.set_xlabel("$x/a$")
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2, handlelength=3.4, columnspacing=1.0)
+    legends = [_legend_below(ax, WIDTH / columns) for ax in axes.flat[: len(groups)]]
+    for row in range(rows):
+        heighten(figure, max(legends[row * columns : (row + 1) * columns]))
     share_limits(axes)
     for row in axes:
         for ax in row:
@@ -122,12 +129,26 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     return figure
 
 
+def _legend_below(ax: Axes, width: float) -> float:
+    """Put a legend under a panel, in two columns if `width` (inches) allows; returns by how much more it is high."""
+    heights = []
+    for columns in (2, 1):
+        drawn = ax.legend(
+            loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=columns, handlelength=3.4, columnspacing=1.0
+        )
+        box = drawn.get_window_extent()
+        heights.append(box.height / ax.figure.dpi)
+        if box.width <= width * ax.figure.dpi:
+            break
+    return heights[-1] - heights[0]
+
+
 def _surface_text(case: CaseView) -> str:
-    """The moduli of a case's layers; of more than two, for which legends have no room, that at the surface alone."""
+    """The moduli of a case's layers; of more than two, for which there is no room, that at the surface alone."""
     ratio = case.layers[0][0] / case.substrate_modulus
     if len(case.layers) <= 2 or not np.isfinite(ratio):
         return layers_text(case, math=True)
-    return rf"$E_1 = {ratio:.4g}\,E_s$"
+    return rf"$E_1 = {power_of_ten(f'{ratio:.4g}')}\,E_s$"
 
 
 def _layers_in_words(count: int) -> str:
@@ -169,8 +190,8 @@ def lines_figure(number: int, grid: GridView) -> Figure:
         failures = [f"{creepage_text(c, math=True)}: {literal(c.failure)}" for c in cases if not c.solved]
         if failures:
             draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
-        title = f"({letter}) {layers_text(cases[0], math=True)}, {thickness_text(cases[0], math=True)}"
-        ax.set_title(title, loc="left")
+        title = f"({letter}) {_surface_text(cases[0])}, {thickness_text(cases[0], math=True)}"
+        ax.set_title("\n".join(fitted(title, _BESIDE * WIDTH / sizes["thickness"])), loc="left")
         if not solved:
             ax.set(xticks=[], yticks=[])
     if any(case.solved for case in grid.cases()):
@@ -229,7 +250,8 @@ OTHER_PANELS = "Letters are the paper's, whose b, d, f and h are the same by ano
 """Remark on the panels of the paper's Figure 4 that are not drawn here, where the others are."""
 
 
-def paper_title(case: CaseView) -> str:
-    """Two lines: panel letter with the layers, and the creepages."""
-    layers = layers_text(case, math=True) + (f", {thickness_text(case, math=True)}" if case.layers else "")
-    return f"({literal(panel_letter(case))}) {layers}\n{creepage_text(case, math=True)}"
+def paper_title(case: CaseView, width: float) -> str:
+    """Panel letter with the layers, and below it the creepages, in lines of at most `width` inches."""
+    layers = f"{_surface_text(case)}, {thickness_text(case, math=True)}" if case.layers else layers_text(case)
+    above = fitted(f"({literal(panel_letter(case))}) {layers}", width)
+    return "\n".join((*above, *fitted(creepage_text(case, math=True), width)))

@@ -70,7 +70,8 @@ _METADATA: dict[str, dict[str, None]] = {
 }
 
 FORMATS = ("png", *_METADATA)
-_PASSES = 5  # of the layout, at most
+_PASSES = 10  # of the layout, at most
+_MOVED = 2e-3  # part of the figure's size by which its panels may still move in the last pass
 
 
 @contextmanager
@@ -127,15 +128,11 @@ def check_formats(formats: Sequence[str]) -> None:
         raise UserError(f"figure format {', '.join(unknown) or '(none)'}: allowed are {', '.join(FORMATS)}")
 
 
-def _numbers(figure: Figure) -> list[str]:
-    """The numbers at all axes of the figure."""
-    return [
-        label.get_text()
-        for ax in figure.axes
-        if ax.get_visible()
-        for axis in (ax.xaxis, ax.yaxis)
-        for label in axis.get_ticklabels()
-    ]
+def _laid_out(figure: Figure) -> tuple[list[str], np.ndarray]:
+    """The numbers at all axes of the figure, and where these are, over its size."""
+    shown = [ax for ax in figure.axes if ax.get_visible()]
+    numbers = [label.get_text() for ax in shown for axis in (ax.xaxis, ax.yaxis) for label in axis.get_ticklabels()]
+    return numbers, np.array([ax.get_position().bounds for ax in shown])
 
 
 def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[Path]:
@@ -145,15 +142,15 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
     """
     engine = figure.get_layout_engine()
     assert engine is not None
-    before = None
+    before: tuple[list[str], np.ndarray] = [], np.zeros((0, 4))
     for _ in range(_PASSES):
         # in the first pass square panels are not yet where the room for titles is computed from, nor have all axes the
         # numbers that room was made for: in panels of another size they may have more digits
         engine.execute(figure)
-        numbers = _numbers(figure)
-        if numbers == before:
+        found = _laid_out(figure)
+        if found[0] == before[0] and np.allclose(found[1], before[1], rtol=0.0, atol=_MOVED):
             break
-        before = numbers
+        before = found
     figure.set_layout_engine(None)  # placed once: the same in every format; with "none" each is drawn twice
     paths = []
     for kind in formats:
