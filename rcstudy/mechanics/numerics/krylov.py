@@ -63,11 +63,12 @@ def gmres(
     b: np.ndarray,
     precondition: Product,
     relative: float,
+    max_steps: int = _MAX_STEPS,
     extra: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solution x [n] of A x = b by flexible GMRES (Saad 1993) from x = 0, and extra products with x [extra].
 
-    It ends at ||b - A x|| <= relative * ||b||, or after `_MAX_STEPS` steps. `apply(v, out)` and `precondition(v, out)`
+    It ends at ||b - A x|| <= relative * ||b||, or after `max_steps` steps. `apply(v, out)` and `precondition(v, out)`
     write products into `out`. With right preconditioning the residual is that of the system itself. The matrix of
     `apply` may have `extra` more rows that are not part of the system; their product with x is the second result.
     """
@@ -79,7 +80,7 @@ def gmres(
     g[0] = beta
     np.divide(b, beta, out=v[0])
     k = 0
-    while k < _MAX_STEPS:
+    while k < max_steps:
         if k == len(z):
             work.double()
             v, z, w, h, rotation, g = work.arrays
