@@ -19,6 +19,7 @@ from rcstudy.report.paper import paper_grids
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.style import save, style
 from rcstudy.report.views import grids
+from rcstudy.result import Result, Status
 from rcstudy.sweep import run
 
 SCENE = """
@@ -97,6 +98,11 @@ def drawn(tmp_path: Path, grid: str, kind: str, radius: str = "50") -> Figure:
             "axes: {tolerance.tangential: [1.0e-5, 1.0e-7]}}",
             "overview",
         ),
+        (
+            "figure_5: {coating: {layer_count: 0}, axes: {thickness: [1 a], modulus: [2 Es], "
+            "creepage: [{longitudinal: 0.001}]}}",
+            "paper",
+        ),
         ("g: {axes: {creepage.longitudinal: [-2.0e-5, 0, 2.0e-5]}}", "overview"),
         ("g: {axes: {substrate.E: [1.0e+6, 2.0e+6, 3.0e+6, 4.0e+6]}}", "overview"),
     ],
@@ -135,3 +141,16 @@ def test_fitted_text_is_whole_and_narrow(width: float) -> None:
         assert len(lines) == {1.0: 7, 1.5: 5, 2.5: 3, 9.0: 1}[width]
         if width > 1.0:  # of which one number with its letter is wider
             assert width_of(lines, math=True) <= width
+
+
+def test_figures_without_any_number_at_their_axes_are_laid_out(tmp_path: Path) -> None:
+    """Where no case is solved."""
+    study = load_text(
+        tmp_path, f"{SCENE.replace('RADIUS', '50')}  g: {{axes: {{creepage: [{{spin: 1}}, {{spin: 2}}]}}}}\n"
+    )
+    run(study, tmp_path / "s.nc", workers=1, solve=lambda scenes: (Result(Status.ERROR, "none") for _ in scenes))
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        figure = case_maps(grids(tree)["g"])
+        assert figure is not None
+        save(figure, tmp_path, "figure", ["png"])
+    check_texts(figure)

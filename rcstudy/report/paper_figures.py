@@ -105,7 +105,7 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
         failures = []
         plain = list(bare.cases() if bare else ()) or [case for case in cases if not case.layers][:1]
         for case in (*plain, *(case for case in cases if case.layers)):
-            label = f"{_surface_text(case)}, {thickness_text(case, math=True)}" if case.layers else "no layer, computed"
+            label = _coating_text(case) if case.layers else "no layer, computed"
             if case.solved:
                 draw.pressure_line(ax, case, label, _by_modulus_and_thickness(case))
             else:
@@ -145,10 +145,15 @@ def _legend_below(ax: Axes, width: float) -> float:
 
 def _surface_text(case: CaseView) -> str:
     """The moduli of a case's layers; of more than two, for which there is no room, that at the surface alone."""
-    ratio = case.layers[0][0] / case.substrate_modulus
-    if len(case.layers) <= 2 or not np.isfinite(ratio):
+    if len(case.layers) <= 2 or not np.isfinite(case.substrate_modulus):
         return layers_text(case, math=True)
+    ratio = case.layers[0][0] / case.substrate_modulus
     return rf"$E_1 = {power_of_ten(f'{ratio:.4g}')}\,E_s$"
+
+
+def _coating_text(case: CaseView) -> str:
+    """The layers' moduli and thickness, `no layer` without any."""
+    return ", ".join(filter(None, (_surface_text(case), thickness_text(case, math=True))))
 
 
 def _layers_in_words(count: int) -> str:
@@ -190,8 +195,8 @@ def lines_figure(number: int, grid: GridView) -> Figure:
         failures = [f"{creepage_text(c, math=True)}: {literal(c.failure)}" for c in cases if not c.solved]
         if failures:
             draw.remark(ax, [f"not solved: {failure}" for failure in failures], top=True)
-        title = f"({letter}) {_surface_text(cases[0])}, {thickness_text(cases[0], math=True)}"
-        ax.set_title("\n".join(fitted(title, _BESIDE * WIDTH / sizes["thickness"])), loc="left")
+        title = fitted(f"({letter}) {_coating_text(cases[0])}", _BESIDE * WIDTH / sizes["thickness"])
+        ax.set_title("\n".join(title), loc="left")
         if not solved:
             ax.set(xticks=[], yticks=[])
     if any(case.solved for case in grid.cases()):
@@ -252,6 +257,5 @@ OTHER_PANELS = "Letters are the paper's, whose b, d, f and h are the same by ano
 
 def paper_title(case: CaseView, width: float) -> str:
     """Panel letter with the layers, and below it the creepages, in lines of at most `width` inches."""
-    layers = f"{_surface_text(case)}, {thickness_text(case, math=True)}" if case.layers else layers_text(case)
-    above = fitted(f"({literal(panel_letter(case))}) {layers}", width)
+    above = fitted(f"({literal(panel_letter(case))}) {_coating_text(case)}", width)
     return "\n".join((*above, *fitted(creepage_text(case, math=True), width)))

@@ -142,13 +142,13 @@ def save(figure: Figure, out: Path, stem: str, formats: Sequence[str]) -> list[P
     """
     engine = figure.get_layout_engine()
     assert engine is not None
-    before: tuple[list[str], np.ndarray] = [], np.zeros((0, 4))
+    before: tuple[list[str], np.ndarray] | None = None
     for _ in range(_PASSES):
         # in the first pass square panels are not yet where the room for titles is computed from, nor have all axes the
         # numbers that room was made for: in panels of another size they may have more digits
         engine.execute(figure)
         found = _laid_out(figure)
-        if found[0] == before[0] and np.allclose(found[1], before[1], rtol=0.0, atol=_MOVED):
+        if before and found[0] == before[0] and np.allclose(found[1], before[1], rtol=0.0, atol=_MOVED):
             break
         before = found
     figure.set_layout_engine(None)  # placed once: the same in every format; with "none" each is drawn twice
