@@ -21,6 +21,7 @@ from rcstudy.report.style import save, style
 from rcstudy.report.views import grids
 from rcstudy.result import Result, Status
 from rcstudy.sweep import run
+from rcstudy.workers.pool import Solve
 
 SCENE = """
 study: s
@@ -60,10 +61,10 @@ def check_texts(figure: Figure) -> None:
         assert not (across > near and along > 3 * near), (words, others)
 
 
-def drawn(tmp_path: Path, grid: str, kind: str, radius: str = "50") -> Figure:
+def drawn(tmp_path: Path, grid: str, kind: str, radius: str = "50", solve: Solve = made_up) -> Figure:
     """The figure of `grid`, the only one of a study: the paper's of that name, or an overview, or maps."""
     study = load_text(tmp_path, f"{SCENE.replace('RADIUS', radius)}  {grid}\n")
-    run(study, tmp_path / "s.nc", workers=1, solve=made_up)
+    run(study, tmp_path / "s.nc", workers=1, solve=solve)
     with open_cube(tmp_path / "s.nc") as tree, style():
         views = grids(tree)
         (view,) = views.values()
@@ -71,6 +72,7 @@ def drawn(tmp_path: Path, grid: str, kind: str, radius: str = "50") -> Figure:
             figure = paper_figure(view.name, paper_grids(views))
         else:
             figure = overview_figure(view) if kind == "overview" else case_maps(view)
+            assert figure is not None
         save(figure, tmp_path, "figure", ())  # laid out, not drawn: that takes the longest
     return figure
 
@@ -145,12 +147,5 @@ def test_fitted_text_is_whole_and_narrow(width: float) -> None:
 
 def test_figures_without_any_number_at_their_axes_are_laid_out(tmp_path: Path) -> None:
     """Where no case is solved."""
-    study = load_text(
-        tmp_path, f"{SCENE.replace('RADIUS', '50')}  g: {{axes: {{creepage: [{{spin: 1}}, {{spin: 2}}]}}}}\n"
-    )
-    run(study, tmp_path / "s.nc", workers=1, solve=lambda scenes: (Result(Status.ERROR, "none") for _ in scenes))
-    with open_cube(tmp_path / "s.nc") as tree, style():
-        figure = case_maps(grids(tree)["g"])
-        assert figure is not None
-        save(figure, tmp_path, "figure", ())  # laid out, not drawn: that takes the longest
-    check_texts(figure)
+    grid = "g: {axes: {creepage: [{spin: 1}, {spin: 2}]}}"
+    check_texts(drawn(tmp_path, grid, "maps", solve=lambda scenes: (Result(Status.ERROR, "none") for _ in scenes)))

@@ -13,7 +13,7 @@ import numpy as np
 
 from rcstudy.progress import counted
 from rcstudy.report.labels import KEEP, literal, power_of_ten, shortened
-from rcstudy.report.layers import abridged, layers_text, moduli_text, ratios_text, thickness_text
+from rcstudy.report.layers import NAMED, abridged, layers_text, moduli_text, ratios_text, thickness_text
 from rcstudy.report.views import CaseView, GridView, creepage_text, creepages_text, given_text
 from rcstudy.settings import LENGTH
 from rcstudy.studyfile.axis_labels import labelled_scenes
@@ -40,10 +40,10 @@ def held(grid: GridView) -> str:
 def settings(grid: GridView) -> str:
     """The sentences of `held`, but for creepages and the layers' moduli and thickness, of a figure that names these.
 
-    Of more than two layers it names the modulus of one alone: how the others follow from it is told.
+    Of more than `layers.NAMED` layers it names the modulus of one alone: how the others follow from it is told.
     """
     ratios = _of_all_with_layers(grid, _ratios)
-    graded = _graded(grid) if max(len(case.layers) for case in grid.cases()) > 2 else ""
+    graded = _graded(grid) if max(len(case.layers) for case in grid.cases()) > NAMED else ""
     return _sentences([abridged(f"layers: {ratios}") if ratios else "", graded, *_written(grid)])
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 KEEP = "\N{NO-BREAK SPACE}"
 """A space at which `wrapped` breaks no line."""
@@ -62,16 +63,22 @@ def _shortened(text: str, most: int) -> str:
     return f"{text[: most - 1 - tail].rstrip()}…{text[-tail:].lstrip()}"
 
 
+_FEWEST = 12  # letters of a line of a title
+
+
 def fitted(text: str, width: float) -> list[str]:
     """Lines of `text`, which may hold mathematics, as a title of at most `width` inches, as far as it can be broken."""
-    letters, lines = _LONGEST_TITLE, [text]
-    while width_of(lines, math=True) > width and letters > _SHORTEST_TITLE:
-        lines = wrapped(text, letters)
+    return narrowed(partial(wrapped, text), len(text), width, math=True)
+
+
+def narrowed(lines_of: Callable[[int], list[str]], letters: int, width: float, *, math: bool = False) -> list[str]:
+    """Lines of a title: `lines_of` as many letters, `letters` or fewer, as are at most `width` inches wide, if any are.
+
+    `math`: whether dollars begin mathematics.
+    """
+    while width_of(lines := lines_of(letters), math=math) > width and letters > _FEWEST:
         letters -= 2
     return lines
-
-
-_LONGEST_TITLE, _SHORTEST_TITLE = 60, 10  # letters of a line of a title
 
 
 def width_of(lines: Sequence[str], *, math: bool = False) -> float:
@@ -81,4 +88,5 @@ def width_of(lines: Sequence[str], *, math: bool = False) -> float:
     from matplotlib.textpath import text_to_path
 
     font = FontProperties(family=rcParams["font.family"], size=rcParams["axes.titlesize"])
-    return max(float(text_to_path.get_text_width_height_descent(line, font, math)[0]) for line in lines) / 72
+    widths = (float(text_to_path.get_text_width_height_descent(line, font, math)[0]) for line in lines)
+    return max(widths, default=0.0) / 72

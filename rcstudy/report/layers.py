@@ -18,6 +18,9 @@ ROUND = 1e-12
 """Relative difference from a number of six digits below which one is taken to have been written with those."""
 
 
+NAMED = 2
+"""Layers whose moduli the paper's figures name in titles and legends, at most; of more, that at the surface alone."""
+
 _GIVEN = 9  # digits of a number that a study gives, at most
 
 _SPELT, _SHOWN = 6, 3  # numbers of a kind that a caption spells out, at most, and those shown of more, with the last

@@ -6,6 +6,7 @@ import itertools
 import math
 import textwrap
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from rcstudy.progress import counted
 from rcstudy.report import measures
 from rcstudy.report.draw import remark
 from rcstudy.report.held import held
-from rcstudy.report.labels import literal, power_of_ten, shortened, width_of
+from rcstudy.report.labels import literal, narrowed, power_of_ten, shortened
 from rcstudy.report.layout import DECADE, LINE_SPACING, caption, conditions, heighten, legend, log_ticks, panels
 from rcstudy.report.maps import (
     one_colour_scale,
@@ -46,6 +47,7 @@ QUANTITIES = {
 
 MAPS_AT_MOST = 12
 
+_TITLE_LETTERS = 36  # of a line of a map's title, about, at most
 _TICKS = 0.2  # height of tick labels along x for which panels have room, inches
 
 _WORDS = {name: f"{name} creepage" for name in ("longitudinal", "lateral")}
@@ -229,10 +231,7 @@ def _caption(drawn: GridView, *sentences: str) -> str:
 
 def _title(case: CaseView, width: float) -> str:
     """The case's settings in lines of at most `width` inches."""
-    letters = 36
-    while (lines := _title_lines(case.settings, letters)) and letters > 12 and width_of(lines) > width:
-        letters -= 2
-    return literal("\n".join(lines))
+    return literal("\n".join(narrowed(partial(_title_lines, case.settings), _TITLE_LETTERS, width)))
 
 
 def _title_lines(settings: Sequence[str], letters: int) -> list[str]:

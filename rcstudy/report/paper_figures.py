@@ -11,7 +11,7 @@ from rcstudy.errors import UserError
 from rcstudy.report import draw
 from rcstudy.report.held import settings
 from rcstudy.report.labels import fitted, literal, power_of_ten
-from rcstudy.report.layers import layers_text, thickness_text
+from rcstudy.report.layers import NAMED, layers_text, thickness_text
 from rcstudy.report.layout import (
     LINE_SPACING,
     caption,
@@ -144,8 +144,8 @@ def _legend_below(ax: Axes, width: float) -> float:
 
 
 def _surface_text(case: CaseView) -> str:
-    """The moduli of a case's layers; of more than two, for which there is no room, that at the surface alone."""
-    if len(case.layers) <= 2 or not np.isfinite(case.substrate_modulus):
+    """The moduli of a case's layers; of more than `NAMED`, for which there is no room, that at the surface alone."""
+    if len(case.layers) <= NAMED or not np.isfinite(case.substrate_modulus):
         return layers_text(case, math=True)
     ratio = case.layers[0][0] / case.substrate_modulus
     return rf"$E_1 = {power_of_ten(f'{ratio:.4g}')}\,E_s$"
