@@ -77,8 +77,9 @@ def log_ticks(axis: Axis, ends: tuple[float, float]) -> None:
     low, high = ends
     if high >= DECADE**2 * low:
         return
-    short = high < DECADE * low
-    axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]) if short else LogLocator(subs=(1.0, 2.0, 5.0)))
+    # steps of 1, 2 and 5 leave two ticks from here on; equal steps would crowd at the upper end
+    short = high < 5.0 * low
+    axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]) if short else LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda tick, _: short_number(tick)))
     axis.set_minor_locator(NullLocator())
 
