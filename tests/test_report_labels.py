@@ -153,6 +153,9 @@ def test_lines_are_as_long_as_what_is_drawn() -> None:
     assert wrapped(f"a: {formula}, b", 18) == [f"a: {formula}, b"]
     assert wrapped(r"$\nu$$\varphi$ $2\times10^{-7}$ x", 10) == [r"$\nu$$\varphi$ $2\times10^{-7}$", "x"]
     assert wrapped("of \ue000 and $a$", 40) == ["of ? and $a$"]
+    # long words beside a formula were not broken: names of grids ran out of narrow figures
+    assert wrapped(f"abcdefgh {formula} ij", 5) == ["abcde", "fgh", formula, "ij"]
+    assert wrapped(f"{formula}bcdefgh ij kl", 5) == [f"{formula}bcdefgh", "ij kl"]
 
 
 def test_forces_that_symmetry_makes_zero_have_no_panel(tmp_path: Path) -> None:

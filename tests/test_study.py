@@ -471,6 +471,10 @@ def test_comments_need_a_space(refused, scene, words):
             "8:15: grids.g.scene.mesh.size: unknown key: did you mean mesh: {size: ...}? allowed: substrate, layers",
         ),
         ("axes: {}", "8:13: grids.g.axes: {}: a mapping of at least one axis to its values"),
+        (  # ended with a traceback beside a coating
+            "scene: 5, coating: {thickness: 1, modulus: 1}, axes: {load: [1]}",
+            "8:14: grids.g.scene: 5: a mapping of scene keys",
+        ),
         ("axes: {laod: [1]}", "8:14: grids.g.axes.laod: unknown axis: did you mean load?"),
         (
             "axes: {load: [100, 1e2]}",

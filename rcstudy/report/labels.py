@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import textwrap
 from collections.abc import Callable, Sequence
@@ -25,8 +26,7 @@ def power_of_ten(number: str) -> str:
 def wrapped(text: str, width: int) -> list[str]:
     """Lines of about `width` letters, broken neither at `KEEP` nor inside mathematics.
 
-    Mathematics counts as many letters as are drawn of it. Words longer than a line are broken where the text has no
-    mathematics.
+    Mathematics counts as many letters as are drawn of it. Words longer than a line are broken if they have none.
     """
     text = _ONE_STAND_IN.sub("?", text)  # no font has them
     parts = re.split(r"(?<!\\)\$", text)  # an escaped one is a letter
@@ -34,6 +34,9 @@ def wrapped(text: str, width: int) -> list[str]:
     stand_ins = [_STAND_IN[i % 2] * max(1, _drawn(formula)) for i, formula in enumerate(formulas)]
     parts[1::2] = stand_ins
     lines = textwrap.wrap("".join(parts), width, break_long_words=not formulas)
+    # long words beside formulas
+    parted = ([line] if _ONE_STAND_IN.search(line) else textwrap.wrap(line, width) for line in lines)
+    lines = list(itertools.chain.from_iterable(parted))
     left = iter(formulas)
     return [_ONE_STAND_IN.sub(lambda _: f"${next(left)}$", line).replace(KEEP, " ") for line in lines]
 

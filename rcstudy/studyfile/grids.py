@@ -99,9 +99,10 @@ class GridReader:
         self.name, self.node, self.problems = name, node, problems
         inside = by_meaning(GridSpec, node) if node.is_mapping else {}
         over = inside.get("scene")
-        self.scene = merge(shared, over) if over is not None and over.is_mapping else shared
+        over = over if over is not None and over.is_mapping else None
+        self.scene = merge(shared, over) if over is not None else shared
         self.coating: Node | None = inside.get("coating")
-        self._beside_coating = self.coating is not None and over is not None and "layers" in (over.value or ())
+        self._beside_coating = self.coating is not None and over is not None and "layers" in over.value
         self.axes: Node | None = self._with_ranges(inside.get("axes"))
         self.cases: Node | None = inside.get("cases")
         self.lacking: list[tuple[str | int, ...]] = []  # locations of what its scene lacks, and every case
