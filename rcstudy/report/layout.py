@@ -116,13 +116,14 @@ def caption(figure: Figure, text: str) -> None:
     lines, letters = wrapped(text, int(width * _LETTERS_PER_INCH)), width * _LETTERS_PER_INCH
     while letters > _FEWEST_LETTERS * width:
         tried = figure.text(_INDENT, 0.0, "\n".join(lines), **look)
-        wide = tried.get_window_extent().width / figure.dpi > (1.0 - 2.0 * _INDENT) * width
+        box = tried.get_window_extent()
         tried.remove()
-        if not wide:
+        if box.width / figure.dpi <= (1.0 - 2.0 * _INDENT) * width:
             break
         letters *= 0.96  # of wide letters
         lines = wrapped(text, int(letters))
-    strip = _LINE * len(lines) + 0.08
+    # most lines are lower than that: many of them would leave a wide gap above
+    strip = min(_LINE * len(lines), box.height / figure.dpi + 0.2) + 0.08
     total = height + strip
     figure.set_size_inches(width, total)
     figure.get_layout_engine().set(rect=(0.0, strip / total, 1.0, height / total))  # type: ignore[union-attr, call-arg]
