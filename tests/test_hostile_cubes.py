@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+import struct
 import tempfile
 import tracemalloc
 from collections.abc import Callable
@@ -24,6 +26,8 @@ from rcstudy.cases import expand
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import Result, Status
+from rcstudy.storage.earlier import other_study
+from rcstudy.storage.heaps import damaged_heap
 from rcstudy.storage.screen import foreign_content
 from rcstudy.study import load_study
 
@@ -241,6 +245,43 @@ def test_cubes_hold_nothing_foreign(good: Path, tmp_path: Path) -> None:
     assert foreign_content(good) == ""
     write(tmp_path / "several.nc", synthetic.several())
     assert foreign_content(tmp_path / "several.nc") == ""
+
+
+def heaps(cube: bytes) -> list[int]:
+    """Where the global heaps of a cube are."""
+    return [found.start() for found in re.finditer(b"GCOL\x01", cube)]
+
+
+def test_zeros_among_texts_are_damage(good: Path, tmp_path: Path) -> None:
+    """The HDF5 library never ended at an object without size, and no signal but SIGKILL ended the process."""
+    whole = good.read_bytes()
+    assert len(heaps(whole)) > 1
+    for number, heap in enumerate(heaps(whole)):
+        path = tmp_path / f"{number}.nc"  # a name of its own: HDF5 may keep a damaged file open and locked
+        length = int.from_bytes(whole[heap + 24 : heap + 32], "little")  # of the first text
+        second = heap + 32 + -(-length // 8) * 8
+        path.write_bytes(whole[:second] + bytes(16) + whole[second + 16 :])
+        with pytest.raises(OSError, match="damaged"):
+            foreign_content(path)
+        with pytest.raises(UserError, match="not a readable rcstudy cube: it is no file of HDF5, or damaged"):
+            open_cube(path)
+        assert other_study(path, "of another name") is None  # so that it may be replaced
+
+
+@pytest.mark.parametrize(
+    ("size", "damaged"),
+    [(4096, False), (4095, True), (4104, True), (2**40, True), (15, True), (0, True)],
+)
+def test_heaps_have_an_end(tmp_path: Path, size: int, damaged: bool) -> None:
+    """A heap of an object of 3 bytes, which take up 8, an empty one, and what is free; its size may be another."""
+    objects = struct.pack("<HHIQ8s", 1, 1, 0, 3, b"abc") + struct.pack("<HHIQ", 2, 1, 0, 0)
+    heap = b"GCOL\x01\0\0\0" + struct.pack("<Q", size) + objects + struct.pack("<HHIQ", 0, 0, 0, 4040)
+    path = tmp_path / "heaps"
+    for before in (b"", b"some GCOL" + bytes(7), b"GCOL\x01\0\0\0"[:4] + bytes(4)):
+        path.write_bytes(before + heap + bytes(4096 - len(heap)))
+        assert damaged_heap(path, []) == damaged
+        # data of variables are none, whatever they look like
+        assert not damaged_heap(path, [(0, 100), (len(before), 4096)])
 
 
 @pytest.mark.parametrize("name", ["../../x", "/tmp/x", "a/b", "", "x\n", "x" * 65, "pressure"])

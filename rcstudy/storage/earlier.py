@@ -104,8 +104,10 @@ def refuse_cube(path: Path) -> None:
 def other_study(output: Path, study: str) -> str | None:
     """The name of the study that `output` is the cube of, of whatever version, if it is another one than `study`."""
     name = study
-    with contextlib.suppress(Exception), h5py.File(output, "r") as cube:  # a damaged one is replaced, see above
-        found = cube.attrs.get("study", study)
+    with contextlib.suppress(Exception):  # a damaged one is replaced, see above
+        foreign_content(output)  # raises an error if texts of it cannot be read
+        with h5py.File(output, "r") as cube:
+            found = cube.attrs.get("study", study)
         name = found.decode() if isinstance(found, bytes) else str(found)  # bytes: saved again by another program
     return None if name == study else name
 

@@ -3,7 +3,7 @@
 A cube from elsewhere may be made to read other files (links, external storage, virtual data), to fill the memory (small
 files that declare large variables), or to pass unexpected types to other code. Such files are refused by their
 metadata, without reading any data. Nothing in a cube is ever executed. Whether the HDF5 library itself survives
-arbitrary bytes cannot be ensured here.
+arbitrary bytes cannot be ensured here, except for what was seen to occur (:mod:`rcstudy.storage.heaps`).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import h5py
 import numpy as np
 from h5py import h5a, h5d, h5g, h5l, h5o, h5t, h5z
 
+from rcstudy.storage.heaps import Chunk, chunks_of, damaged_heap
 from rcstudy.storage.layout import SCHEMA_ATTRIBUTE
 from rcstudy.studyfile.yamltree import shorten
 
@@ -42,19 +43,23 @@ def reason_of(error: OSError) -> str:
 def foreign_content(path: Path) -> str:
     """Description of something in the HDF5 file `path` that no cube contains; "" if there is nothing.
 
-    Raises OSError if the file cannot be read.
+    Raises OSError if the file cannot be read, or its texts could not.
     """
+    chunks: list[Chunk] = []
     with h5py.File(path, "r") as file:
         if SCHEMA_ATTRIBUTE not in file.attrs:
             return f"it has no attribute {SCHEMA_ATTRIBUTE}"
         if problem := _problem_of_attributes(file.id):
             return f"/ {problem}"
-        for problem in _problems_of_group(file.id, "", 0):
+        for problem in _problems_of_group(file.id, "", 0, chunks):
             return problem
+    if damaged_heap(path, chunks):
+        raise OSError("a heap of texts in it is damaged")
     return ""
 
 
-def _problems_of_group(group: h5g.GroupID, name: str, depth: int) -> Iterator[str]:
+def _problems_of_group(group: h5g.GroupID, name: str, depth: int, chunks: list[Chunk]) -> Iterator[str]:
+    """Descriptions of what no cube has in a group; the chunks of its variables are added to `chunks`."""
     names: list[bytes] = []
     group.links.iterate(names.append)
     for key in names:
@@ -69,12 +74,14 @@ def _problems_of_group(group: h5g.GroupID, name: str, depth: int) -> Iterator[st
         elif isinstance(found, h5d.DatasetID):
             if problem := _problem_of_variable(found):
                 yield f"{shown} {problem}"
+            else:
+                chunks += chunks_of(found)
         elif not isinstance(found, h5g.GroupID):
             yield f"{shown} is neither a group nor a variable"
         elif depth:
             yield f"{shown} is a group within a group"
         else:
-            yield from _problems_of_group(found, shown, depth + 1)
+            yield from _problems_of_group(found, shown, depth + 1, chunks)
 
 
 def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
