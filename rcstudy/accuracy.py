@@ -378,7 +378,6 @@ def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarr
         return _ratio(abs(own[name] - true[name]), abs(true[name]), _ZERO * largest)
 
     slips = true["slip_area"] > 0.0  # else the power is what the solver's tolerance leaves of nothing
-
     force = np.hypot(own["force_x"] - true["force_x"], own["force_y"] - true["force_y"])
     return {
         "pressure": _ratio(np.linalg.norm(stress[0] - reference[0]), np.linalg.norm(reference[0])),

@@ -926,6 +926,14 @@ def test_figures_show_each_discretisation_once():
     np.testing.assert_allclose(line.get_ydata(), 0.004)
 
 
+def test_a_tolerance_without_errors_leaves_panels_empty():
+    """Those of the tolerance that is shown are all exact."""
+    rows = [row(n, t, e) for n in (16, 32) for t, e in ((1e-3, 0.0), (1e-5, 0.0), (1e-7, 0.1))]
+    figure = work_precision(rows)
+    assert [text.get_text() for ax in figure.axes for text in ax.texts] == ["no errors"] * 6
+    assert figure.axes[0].get_ylim() == pytest.approx((0.2e-5, 1.0))
+
+
 def test_no_line_leaves_its_panel():
     """Be its errors ever so small, or ever so large."""
     rows = [row(n, 1e-3, e) for n, e in ((8, 18.0), (16, 1e-2), (32, 3e-7))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import shutil
 import struct
@@ -282,6 +283,14 @@ def test_heaps_have_an_end(tmp_path: Path, size: int, damaged: bool) -> None:
         assert damaged_heap(path, []) == damaged
         # data of variables are none, whatever they look like
         assert not damaged_heap(path, [(0, 100), (len(before), 4096)])
+
+
+def test_file_systems_without_memory_maps_have_cubes(good: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.ENODEV, "No such device")
+
+    monkeypatch.setattr("mmap.mmap", refuse)
+    assert foreign_content(good) == ""
 
 
 @pytest.mark.parametrize("name", ["../../x", "/tmp/x", "a/b", "", "x\n", "x" * 65, "pressure"])

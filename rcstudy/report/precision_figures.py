@@ -63,7 +63,7 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
             remark(ax, ["no errors"])
     drawn = [float(y) for ax in axes.flat for line in ax.lines for y in line.get_ydata()]
     # all share it: no line, nor its labels, leaves the panels
-    axes[0, 0].set_ylim(0.2 * min(_LEAST, *drawn), max(1.0, *(1.3 * y for y in drawn)))
+    axes[0, 0].set_ylim(0.2 * min([_LEAST, *drawn]), max([1.0, *(1.3 * y for y in drawn)]))
     log_ticks(axes[0, 0].xaxis, axes[0, 0].get_xlim())
     for ax in axes[1]:
         ax.set_xlabel(_SECONDS)
