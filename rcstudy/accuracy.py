@@ -377,7 +377,6 @@ def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarr
     def relative(name: str, largest: float = 0.0) -> float:
         return _ratio(abs(own[name] - true[name]), abs(true[name]), _ZERO * largest)
 
-    slips = true["slip_area"] > 0.0  # else the power is what the solver's tolerance leaves of nothing
     force = np.hypot(own["force_x"] - true["force_x"], own["force_y"] - true["force_y"])
     return {
         "pressure": _ratio(np.linalg.norm(stress[0] - reference[0]), np.linalg.norm(reference[0])),
@@ -386,7 +385,8 @@ def _differences(e: Entry, stress: np.ndarray, other: Entry, reference: np.ndarr
         "traction_max": relative("traction_max"),
         "force": _ratio(force, np.hypot(true["force_x"], true["force_y"]), _ZERO * traction),
         "moment": relative("moment_z", moment),
-        "friction_power": relative("friction_power") if slips else math.nan,
+        # without slip the power is what the solver's tolerance leaves of nothing
+        "friction_power": relative("friction_power") if true["slip_area"] > 0.0 else math.nan,
         "slip_area": relative("slip_area"),
     }
 

@@ -276,9 +276,10 @@ def test_zeros_among_texts_are_damage(good: Path, tmp_path: Path) -> None:
 def test_heaps_have_an_end(tmp_path: Path, size: int, damaged: bool) -> None:
     """A heap of an object of 3 bytes, which take up 8, an empty one, and what is free; its size may be another."""
     objects = struct.pack("<HHIQ8s", 1, 1, 0, 3, b"abc") + struct.pack("<HHIQ", 2, 1, 0, 0)
-    heap = b"GCOL\x01\0\0\0" + struct.pack("<Q", size) + objects + struct.pack("<HHIQ", 0, 0, 0, 4040)
+    head = b"GCOL\x01\0\0\0"
+    heap = head + struct.pack("<Q", size) + objects + struct.pack("<HHIQ", 0, 0, 0, 4040)
     path = tmp_path / "heaps"
-    for before in (b"", b"some GCOL" + bytes(7), b"GCOL\x01\0\0\0"[:4] + bytes(4)):
+    for before in (b"", b"some " + head + bytes(3), head[:4] + bytes(4)):  # no heaps: at no multiple of 8, no version
         path.write_bytes(before + heap + bytes(4096 - len(heap)))
         assert damaged_heap(path, []) == damaged
         # data of variables are none, whatever they look like
