@@ -32,7 +32,7 @@ def _measured(key: str, title: str, latex: str = "", *, form: str) -> Column:
     return Column(key, title, latex, form, error=f"{key}_error")
 
 
-_WORDS = (Column("layers", "Layers"), Column("creepage", "Creepage"))
+_WORDS = (Column("layers", "Layers", math="layers_math"), Column("creepage", "Creepage", math="creepage_math"))
 
 RESULTS = (
     Column("status", "Status"),
@@ -86,16 +86,21 @@ def layer_table(cases: Sequence[PaperCase]) -> Table:
     """The paper's Table 1: moduli and thickness of each layer, a row per run of panels with the same layers."""
     columns = (
         Column("figure", "Figure"),
-        Column("modulus", "Elastic modulus"),
-        Column("thickness", "Thickness for each layer"),
+        Column("modulus", "Elastic modulus", math="modulus_math"),
+        Column("thickness", "Thickness for each layer", math="thickness_math"),
     )
     rows: list[dict[str, Value]] = []
     for (modulus, thickness, _), group in groupby(
         cases, key=lambda c: (layers_text(c.view), thickness_text(c.view), c.figure)
     ):
-        names = [c.name for c in group]
-        span = names[0] if len(names) == 1 else f"{names[0]}-{names[-1]}"
-        rows.append({"figure": span, "modulus": modulus, "thickness": thickness})
+        panels = list(group)
+        first, last = panels[0], panels[-1]
+        span = first.name if len(panels) == 1 else f"{first.name}-{last.name}"
+        math = {
+            "modulus_math": layers_text(first.view, math=True),
+            "thickness_math": thickness_text(first.view, math=True),
+        }
+        rows.append({"figure": span, "modulus": modulus, "thickness": thickness, **math})
     caption = (
         "Layer parameters (the paper's Table 1, rebuilt from the cube's coordinates). Es: modulus of the substrate; "
         "a: Hertz's radius of the uncoated pair; layer 1 is at the surface."
@@ -176,10 +181,11 @@ RESULTS_NOTE = (
 def results_row(case: CaseView) -> Mapping[str, Value]:
     """What a case is in words, and the columns RESULTS of it; NaN (written empty) where it was not solved."""
     proof, proof_name = measures.worst_proof(case)
-    layers = layers_text(case)
     return {
-        "layers": f"{layers}, {thickness_text(case)}" if case.layers else layers,
+        "layers": _layers_and_thickness(case, math=False),
+        "layers_math": _layers_and_thickness(case, math=True),
         "creepage": creepage_text(case),
+        "creepage_math": creepage_text(case, math=True, units=True),
         "status": case.failure or "solved",
         **_with_errors(case),
         "pressure_ratio": measures.pressure_ratio(case),
@@ -189,6 +195,10 @@ def results_row(case: CaseView) -> Mapping[str, Value]:
         "proof_worst": proof,
         "proof_name": proof_name,
     }
+
+
+def _layers_and_thickness(case: CaseView, *, math: bool) -> str:
+    return ", ".join(filter(None, (layers_text(case, math=math), thickness_text(case, math=math))))
 
 
 def _with_errors(case: CaseView) -> dict[str, Value]:

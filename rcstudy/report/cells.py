@@ -17,10 +17,11 @@ class Column:
     """A column: its key in the rows and in the CSV header, its titles, and the form of its numbers for people.
 
     `form` is a format specification (`.4g`, `.2f`). `wide` columns hold sentences and wrap in LaTeX at that
-    share of the text's width; `latex` is the title in LaTeX (default: `title`, escaped). `error` is the key of the
+    share of the line's width; `latex` is the title in LaTeX (default: `title`, escaped). `error` is the key of the
     estimated error of the numbers: a column of its own in the CSV, behind a ± elsewhere. `names`: the column identifies
     the row, and is repeated in each part of a table that LaTeX sets in parts. `digits`: significant digits in the CSV.
-    `csv_only`: the column is for programs, and left out elsewhere.
+    `csv_only`: the column is for programs, and left out elsewhere. `math`: the key of the same text with mathematics,
+    which LaTeX shows instead.
     """
 
     key: str
@@ -32,6 +33,7 @@ class Column:
     names: bool = False
     digits: int = 9
     csv_only: bool = False
+    math: str = ""
 
 
 Table = tuple[str, Sequence[Column], list[dict[str, Value]]]

@@ -1,9 +1,13 @@
-"""Tables in LaTeX (booktabs) that fit the page: those of many columns are set across it, in parts if need be."""
+"""Tables in LaTeX (booktabs) that fit the page: broad ones are set across it, in parts if need be."""
 
 from __future__ import annotations
 
+import math
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
 
 from rcstudy.report.cells import Column, Value, cell
 from rcstudy.report.labels import power_of_ten
@@ -14,12 +18,22 @@ LONG = 40
 BROAD = 8
 """Tables of more columns are set small and across the page, with titles upright."""
 
-# Tables across an A4 page, in pt: the usable width, the largest width of a letter or digit in \\scriptsize, and the
-# space between columns. Texts of more letters than _WRAPPED wrap.
+# Widths on an A4 page of the class `article`, in pt. Across the page: the usable width, the width of a digit in
+# \\scriptsize, and the space between columns; upright the same in the size of the text. Texts of more letters than
+# _WRAPPED wrap, and longer words may be broken.
 _PAGE, _LETTER, _BETWEEN = 590.0, 4.0, 4.0
+_UPRIGHT, _UPRIGHT_LETTER, _UPRIGHT_BETWEEN = 345.0, 5.0, 12.0
 _WRAPPED = 24
+_LINE = 2  # height of an upright title's line, in digits
+_SENTENCES = 0.6  # share of the width that columns of sentences may have in an upright table
 
-_LATEX = {
+
+def _greek(letter: str) -> str:
+    name = unicodedata.name(letter).split()[-1].replace("LAMDA", "LAMBDA")  # as Unicode spells it
+    return rf"$\{name.lower() if letter.islower() else name.capitalize()}$"
+
+
+_LATEX = {letter: _greek(letter) for letter in "αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΥΦΨΩ"} | {
     "\\": r"\textbackslash{}",
     "&": r"\&",
     "%": r"\%",
@@ -36,67 +50,108 @@ _LATEX = {
     "→": r"$\to$",
     "≥": r"$\ge$",
     "≤": r"$\le$",
+    "≈": r"$\approx$",
+    "∞": r"$\infty$",
     "×": r"$\times$",
     "−": "$-$",
     "±": r"$\pm$",
     "–": "--",
+    "\N{ZERO WIDTH SPACE}": r"\hspace{0pt}",
 }
+_MINUS = re.compile(r"(?<![\w.)-])-(?=\.?\d)")  # of a number in words
+_LIGATURES = {("-", "-"), ("`", "`"), ("'", "'"), (",", ","), ("?", "`"), ("!", "`")}
+_LAST_KNOWN = "\N{LATIN SMALL LETTER LONG S}"  # of the letters that pdfLaTeX has, but for signs and those in _LATEX
+_SIGNS = set("—‘’“”„…•†‡€")  # that it has, too
 
 
 def latex_table(stem: str, caption: str, columns: Sequence[Column], rows: Sequence[Mapping[str, Value]]) -> str:
-    """The table in LaTeX, with what it needs in its first line.
+    """The table in LaTeX, with what it needs in its first lines.
 
-    Narrow columns and few rows make a `table`, others a `longtable`. More columns than `BROAD` are set small across
-    the page, in as many parts as that takes, all of which begin with the columns that name the rows.
+    Narrow columns and few rows make a `table`, others a `longtable`. More columns than `BROAD`, and such as are broader
+    than the page, are set small across it, in as many parts as that takes, all of which begin with the columns that
+    name the rows.
     """
+    titles = [column.latex or escape(column.title) for column in columns]
     cells = [[_typeset(row, column) for column in columns] for row in rows]
-    if len(columns) <= BROAD:
-        return "\n".join([r"% needs \usepackage{booktabs,longtable}", *_upright(stem, caption, columns, cells)]) + "\n"
-    letters = [_letters([row[k] for row in cells]) for k in range(len(columns))]
-    parts = _parts(columns, [_LETTER * n + _BETWEEN for n, _ in letters])
-    lines = [r"% needs \usepackage{booktabs,graphicx,longtable,pdflscape}", r"\begin{landscape}"]
-    lines += [r"\scriptsize\setlength{\tabcolsep}{2pt}"]
+    sentences = sum(column.wide for column in columns)
+    widths = [_Widths.of([row[k] for row in cells]) for k in range(len(columns))]
+    if len(columns) > BROAD:
+        titles = [rf"\rotatebox{{90}}{{{title}}}" for title in titles]
+        lines = _across(stem, caption, columns, titles, cells, [width.at_least(_LINE) for width in widths])
+    elif sentences > _SENTENCES:
+        lines = [r"\begin{landscape}", r"\footnotesize\setlength{\tabcolsep}{4pt}"]
+        lines += [*_longtable(_caption(stem, caption), _shares(columns), titles, cells), r"\end{landscape}"]
+    elif sentences or _upright_width(titles, widths) <= _UPRIGHT:
+        lines = _upright(stem, caption, columns, titles, cells)
+    else:
+        widths = [width.at_least(_letters(title)) for width, title in zip(widths, titles, strict=True)]
+        lines = _across(stem, caption, columns, titles, cells, widths)
+    return "\n".join([*_needs(lines), *lines]) + "\n"
+
+
+def _needs(lines: Sequence[str]) -> list[str]:
+    """Comments on what the lines need: packages, and another program where pdfLaTeX lacks letters."""
+    text = "\n".join(lines)
+    users = {
+        "array": r"\arraybackslash",
+        "booktabs": r"\toprule",
+        "graphicx": r"\rotatebox",
+        "longtable": r"\begin{longtable}",
+        "pdflscape": r"\begin{landscape}",
+    }
+    packages = ",".join(package for package, macro in users.items() if macro in text)
+    letters = "".join(sorted({letter for letter in text if letter > _LAST_KNOWN} - _SIGNS))
+    lacking = [f"% pdfLaTeX lacks these letters: {letters} (use XeLaTeX or LuaLaTeX, and a font that has them)"]
+    return [rf"% needs \usepackage{{{packages}}}", *(lacking if letters else [])]
+
+
+# upright
+
+
+def _upright(
+    stem: str, caption: str, columns: Sequence[Column], titles: Sequence[str], cells: Sequence[Sequence[str]]
+) -> list[str]:
+    title, spec = _caption(stem, caption), _shares(columns)
+    if len(cells) > LONG or any(c.wide for c in columns):
+        return [r"\begingroup\footnotesize", *_longtable(title, spec, titles, cells), r"\endgroup"]
+    head = [r"\begin{table}", r"\centering", title, r"\smallskip", rf"\begin{{tabular}}{{{spec}}}", r"\toprule"]
+    return [*head, _line(titles), r"\midrule", *map(_line, cells), r"\bottomrule", r"\end{tabular}", r"\end{table}"]
+
+
+def _upright_width(titles: Sequence[str], widths: Sequence[_Widths]) -> float:
+    most = (max(width.natural, _letters(title)) for width, title in zip(widths, titles, strict=True))
+    return sum(_UPRIGHT_LETTER * letters + _UPRIGHT_BETWEEN for letters in most)
+
+
+def _shares(columns: Sequence[Column]) -> str:
+    """Columns of sentences at their shares of the width, which include the space on both of their sides."""
+    width = r"\dimexpr{:g}\linewidth-2\tabcolsep\relax"
+    return "".join(_paragraphs(width.format(column.wide)) if column.wide else "l" for column in columns)
+
+
+# across the page
+
+
+def _across(
+    stem: str,
+    caption: str,
+    columns: Sequence[Column],
+    titles: Sequence[str],
+    cells: Sequence[Sequence[str]],
+    widths: Sequence[_Widths],
+) -> list[str]:
+    parts = _parts(columns, [_LETTER * width.least + _BETWEEN for width in widths])
+    lines = [r"\begin{landscape}", r"\scriptsize\setlength{\tabcolsep}{2pt}"]
     for n, part in enumerate(parts, 1):
         words = f"{caption} (Part {n} of {len(parts)}.)" if len(parts) > 1 else caption
-        spec = "".join(f"p{{{_LETTER * letters[k][0]:g}pt}}" if letters[k][1] else "l" for k in part)
-        titles = [rf"\rotatebox{{90}}{{{columns[k].latex or escape(columns[k].title)}}}" for k in part]
+        own = [widths[k] for k in part]
+        letters = _spread(own, (_PAGE - len(part) * _BETWEEN) / _LETTER)
+        pairs = zip(own, letters, strict=True)
+        spec = "".join(_paragraphs(f"{_LETTER * most:g}pt") if most < width.natural else "l" for width, most in pairs)
         body = [[row[k] for k in part] for row in cells]
-        lines += _longtable(_caption(stem if n == 1 else f"{stem}_{n}", words), spec, titles, body)
-    return "\n".join([*lines, r"\end{landscape}"]) + "\n"
-
-
-def _upright(stem: str, caption: str, columns: Sequence[Column], cells: Sequence[Sequence[str]]) -> list[str]:
-    # the column's share of the width includes the space on both of its sides
-    wide = r"p{{\dimexpr{:g}\textwidth-2\tabcolsep\relax}}"
-    spec = "".join(wide.format(c.wide) if c.wide else "l" for c in columns)
-    titles, title = [c.latex or escape(c.title) for c in columns], _caption(stem, caption)
-    if len(cells) > LONG or any(c.wide for c in columns):
-        return _longtable(title, spec, titles, cells)
-    head = [r"\begin{table}", r"\centering", title, rf"\begin{{tabular}}{{{spec}}}", r"\toprule", _line(titles)]
-    return [*head, r"\midrule", *map(_line, cells), r"\bottomrule", r"\end{tabular}", r"\end{table}"]
-
-
-def _longtable(title: str, spec: str, titles: Sequence[str], cells: Sequence[Sequence[str]]) -> list[str]:
-    head = [rf"\begin{{longtable}}{{{spec}}}", title + r" \\", r"\toprule", _line(titles), r"\midrule", r"\endhead"]
-    return [*head, *map(_line, cells), r"\bottomrule", r"\end{longtable}"]
-
-
-def _line(cells: Sequence[str]) -> str:
-    return " & ".join(cells) + r" \\"
-
-
-def _caption(stem: str, words: str) -> str:
-    return rf"\caption{{{escape(words)}}}\label{{tab:{stem.replace('_', '-')}}}"
-
-
-def _letters(cells: Sequence[str]) -> tuple[int, bool]:
-    """Approximate width of a column of such cells, in letters and digits, and whether its text wraps."""
-    signs = [re.sub(r" ?\\(pm|times) ?", "~~", text) for text in cells]  # ± and × stay within one word
-    plain = [re.sub(r"\\[a-z]+ ?|[${}\\^]", "", text) for text in signs]
-    most = max(map(len, plain), default=1)
-    words = [len(word) for text in plain for word in text.split()]
-    wraps = most > _WRAPPED and any(" " in text for text in plain)
-    return (max(_WRAPPED, *words) if wraps else most), wraps
+        title = _caption(stem if n == 1 else f"{stem}_{n}", words)
+        lines += _longtable(title, spec, [titles[k] for k in part], body)
+    return [*lines, r"\end{landscape}"]
 
 
 def _parts(columns: Sequence[Column], widths: Sequence[float]) -> list[list[int]]:
@@ -116,16 +171,96 @@ def _parts(columns: Sequence[Column], widths: Sequence[float]) -> list[list[int]
     return [names + part for part in parts]
 
 
+class _Widths(NamedTuple):
+    """Approximate widths of a column, in digits: of its longest text in one line, and where its texts wrap."""
+
+    natural: int
+    least: int
+
+    @classmethod
+    def of(cls, cells: Sequence[str]) -> _Widths:
+        """The widths of a column of these typeset cells."""
+        natural = max(map(_letters, cells), default=1)
+        words = [_letters(word) for text in cells for word in re.split(r" |\\hspace\{0pt\}", text)]
+        least = max(_WRAPPED, *words) if natural > _WRAPPED else natural
+        return cls(natural, min(least, natural))
+
+    def at_least(self, letters: int) -> _Widths:
+        """Widths that have room for a title of so many letters."""
+        return _Widths(max(self.natural, letters), max(self.least, letters))
+
+
+def _spread(widths: Sequence[_Widths], room: float) -> list[int]:
+    """Letters for each column: what is left of the room goes to columns that wrap, as far as it helps."""
+    letters = [width.least for width in widths]
+    left = room - sum(letters)
+    wrapping = sorted((k for k, w in enumerate(widths) if w.natural > w.least), key=lambda k: widths[k].natural)
+    for done, k in enumerate(wrapping):
+        more = min(widths[k].natural - widths[k].least, int(max(left, 0.0) / (len(wrapping) - done)))
+        letters[k] += more
+        left -= more
+    return letters
+
+
+def _letters(text: str) -> int:
+    """Approximate width of a typeset text, in digits."""
+    text = re.sub(r" ?\\(pm|times) ?", "~~", text)  # ± and × stay within one word
+    text = re.sub(r"\\[A-Za-z]+ ?", "x", text.replace(r"\hspace{0pt}", ""))
+    return math.ceil(sum(map(_width, re.sub(r"\\,|[${}\\^]", "", text))))
+
+
+def _width(letter: str) -> float:
+    if unicodedata.east_asian_width(letter) in "WF":
+        return 2.0
+    return 2.0 if letter in "MW@%" else 1.4 if letter in "mw" or letter.isupper() else 1.0
+
+
+# what both have in common
+
+
+def _longtable(title: str, spec: str, titles: Sequence[str], cells: Sequence[Sequence[str]]) -> list[str]:
+    """A table that goes on on further pages, where its number stands for the caption."""
+    head = [r"\toprule", _line(titles), r"\midrule"]
+    later = rf"\multicolumn{{{len(titles)}}}{{l}}{{\tablename~\thetable, continued}} \\"
+    first = [r"\setlength{\LTcapwidth}{\linewidth}", rf"\begin{{longtable}}{{{spec}}}", title + r" \\", *head]
+    start = [*first, r"\endfirsthead", later, *head, r"\endhead", r"\bottomrule", r"\endfoot"]
+    return [*start, *map(_line, cells), r"\end{longtable}"]
+
+
+def _paragraphs(width: str) -> str:
+    return rf">{{\raggedright\arraybackslash}}p{{{width}}}"
+
+
+def _line(cells: Sequence[str]) -> str:
+    line = " & ".join(cells) + r" \\"
+    return f"{{}}{line}" if line[0] in "[*" else line  # the line above ends in \\, which takes them for its own
+
+
+def _caption(stem: str, words: str) -> str:
+    return rf"\caption{{{escape(words)}}}\label{{tab:{stem.replace('_', '-')}}}"
+
+
 def _typeset(row: Mapping[str, Value], column: Column) -> str:
     """A cell: numbers with a sign, an error or a power of ten as mathematics."""
+    if text := row.get(column.math):
+        return str(text)
     text, power = cell(row, column)
     if not text or not isinstance(row.get(column.key), int | float):
-        return escape(text)
+        return escape(" ".join(map(_breakable, text.split(" "))))
     number = power_of_ten(text).replace("±", r"\pm")
     number += rf"\times10^{{{power}}}" if power else ""
     return number if number == text and "-" not in text else f"${number}$"
 
 
+def _breakable(word: str) -> str:
+    """A long word, with places where it may be broken: behind signs if there are any."""
+    if len(word) <= _WRAPPED:
+        return word
+    pieces = re.findall(rf".{{1,{_WRAPPED - 1}}}[_=,/:;-]|.{{1,{_WRAPPED}}}", word)
+    return "\N{ZERO WIDTH SPACE}".join(pieces)
+
+
 def escape(text: str) -> str:
     """`text` as LaTeX source that prints it."""
-    return "".join(_LATEX.get(letter, letter) for letter in text)
+    pairs = pairwise(f" {_MINUS.sub('−', text)}")
+    return "".join(("{}" if pair in _LIGATURES else "") + _LATEX.get(pair[1], pair[1]) for pair in pairs)

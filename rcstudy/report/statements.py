@@ -112,7 +112,7 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
     """Caption, columns and rows: one row a statement with its verdict."""
     columns = (
         Column("number", "No."),
-        Column("where", "Section", wide=0.06),
+        Column("where", "Section", wide=0.07),
         Column("statement", "The paper says", wide=0.23),
         Column("criterion", "Judged by", wide=0.17),
         Column("numbers", "Numbers", wide=0.13),

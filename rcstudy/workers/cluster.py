@@ -234,7 +234,7 @@ class _Distribution:
         try:
             if self.client.status == "running":
                 return question(*args, **kwargs)
-            reason = f"the connection is {self.client.status}"
+            reason = "the connection is lost"
         except (OSError, AttributeError, RuntimeError) as error:  # a client that has just been closed has no attributes
             reason = str(error) or type(error).__name__
         raise UserError(f"{self._address()}: the scheduler is gone: {reason}; run again once there is one")
