@@ -6,7 +6,6 @@ import math
 import re
 import unicodedata
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 from rcstudy.report.cells import Column, Value, cell
@@ -33,7 +32,9 @@ def _greek(letter: str) -> str:
     return rf"$\{name.lower() if letter.islower() else name.capitalize()}$"
 
 
-_LATEX = {letter: _greek(letter) for letter in "αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΥΦΨΩ"} | {
+_GREEK = {letter: _greek(letter) for letter in "αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΥΦΨΩ"}
+_APART = "\N{WORD JOINER}"
+_LATEX = _GREEK | {
     "\\": r"\textbackslash{}",
     "&": r"\&",
     "%": r"\%",
@@ -57,9 +58,11 @@ _LATEX = {letter: _greek(letter) for letter in "αβγδεζηθικλμνξπρ
     "±": r"$\pm$",
     "–": "--",
     "\N{ZERO WIDTH SPACE}": r"\hspace{0pt}",
+    _APART: "{}",
 }
+_SOURCE = str.maketrans(_LATEX)
 _MINUS = re.compile(r"(?<![\w.)-])-(?=\.?\d)")  # of a number in words
-_LIGATURES = {("-", "-"), ("`", "`"), ("'", "'"), (",", ","), ("?", "`"), ("!", "`")}
+_LIGATURE = re.compile("(?<=-)(?=-)|(?<=[`?!])(?=`)|(?<=')(?=')|(?<=,)(?=,)")  # between signs that become another
 _LAST_KNOWN = "\N{LATIN SMALL LETTER LONG S}"  # of the letters that pdfLaTeX has, but for signs and those in _LATEX
 _SIGNS = set("—‘’“”„…•†‡€")  # that it has, too
 
@@ -181,9 +184,10 @@ class _Widths(NamedTuple):
     def of(cls, cells: Sequence[str]) -> _Widths:
         """The widths of a column of these typeset cells."""
         natural = max(map(_letters, cells), default=1)
-        words = [_letters(word) for text in cells for word in re.split(r" |\\hspace\{0pt\}", text)]
-        least = max(_WRAPPED, *words) if natural > _WRAPPED else natural
-        return cls(natural, min(least, natural))
+        if natural <= _WRAPPED:
+            return cls(natural, natural)
+        words = {word for text in cells for word in re.split(r" |\\hspace\{0pt\}", text)}
+        return cls(natural, min(natural, max(_WRAPPED, *map(_letters, words))))
 
     def at_least(self, letters: int) -> _Widths:
         """Widths that have room for a title of so many letters."""
@@ -262,5 +266,4 @@ def _breakable(word: str) -> str:
 
 def escape(text: str) -> str:
     """`text` as LaTeX source that prints it."""
-    pairs = pairwise(f" {_MINUS.sub('−', text)}")
-    return "".join(("{}" if pair in _LIGATURES else "") + _LATEX.get(pair[1], pair[1]) for pair in pairs)
+    return _LIGATURE.sub(_APART, _MINUS.sub("−", text)).translate(_SOURCE)
