@@ -77,18 +77,19 @@ def latex_table(stem: str, caption: str, columns: Sequence[Column], rows: Sequen
     titles = [column.latex or escape(column.title) for column in columns]
     cells = [[_typeset(row, column) for column in columns] for row in rows]
     sentences = sum(column.wide for column in columns)
-    widths = [_Widths.of([row[k] for row in cells]) for k in range(len(columns))]
-    if len(columns) > BROAD:
+    broad = len(columns) > BROAD
+    least = [_LINE] * len(columns) if broad else map(_letters, titles)
+    widths = [_Widths.of([row[k] for row in cells]).at_least(letters) for k, letters in enumerate(least)]
+    upright = sum(_UPRIGHT_LETTER * width.natural + _UPRIGHT_BETWEEN for width in widths)
+    if broad:
         titles = [rf"\rotatebox{{90}}{{{title}}}" for title in titles]
-        lines = _across(stem, caption, columns, titles, cells, [width.at_least(_LINE) for width in widths])
+    if broad or (not sentences and upright > _UPRIGHT):
+        lines = _across(stem, caption, columns, titles, cells, widths)
     elif sentences > _SENTENCES:
         lines = [r"\begin{landscape}", r"\footnotesize\setlength{\tabcolsep}{4pt}"]
         lines += [*_longtable(_caption(stem, caption), _shares(columns), titles, cells), r"\end{landscape}"]
-    elif sentences or _upright_width(titles, widths) <= _UPRIGHT:
-        lines = _upright(stem, caption, columns, titles, cells)
     else:
-        widths = [width.at_least(_letters(title)) for width, title in zip(widths, titles, strict=True)]
-        lines = _across(stem, caption, columns, titles, cells, widths)
+        lines = _upright(stem, caption, columns, titles, cells)
     return "\n".join([*_needs(lines), *lines]) + "\n"
 
 
@@ -119,11 +120,6 @@ def _upright(
         return [r"\begingroup\footnotesize", *_longtable(title, spec, titles, cells), r"\endgroup"]
     head = [r"\begin{table}", r"\centering", title, r"\smallskip", rf"\begin{{tabular}}{{{spec}}}", r"\toprule"]
     return [*head, _line(titles), r"\midrule", *map(_line, cells), r"\bottomrule", r"\end{tabular}", r"\end{table}"]
-
-
-def _upright_width(titles: Sequence[str], widths: Sequence[_Widths]) -> float:
-    most = (max(width.natural, _letters(title)) for width, title in zip(widths, titles, strict=True))
-    return sum(_UPRIGHT_LETTER * letters + _UPRIGHT_BETWEEN for letters in most)
 
 
 def _shares(columns: Sequence[Column]) -> str:
