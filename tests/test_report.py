@@ -1281,6 +1281,14 @@ def test_contradicting_sentences_get_opposite_verdicts(tables: Path) -> None:
         assert pair == {"yes", "no"} or (len(pair) == 1 and next(iter(pair)).startswith("undecided"))
 
 
+def test_comparisons_in_latex_name_their_cases_in_mathematics(tables: Path) -> None:
+    """As the table of results does; spin keeps its unit, which no title gives here."""
+    source = (tables / "statements_comparisons.tex").read_text(encoding="utf-8")
+    layer = r"$E_1 = 0.5\,E_s$, $0.5\,a$, $\xi_x = 0.002$, $\xi_y = 0.001$"
+    assert rf" & 7c: {layer} $\to$ 7f: {layer}, $\varphi = 0.01$ rad/mm & " in source and r"xi\_x" not in source
+    assert any("xi_y = 0.001, phi = 0.01 rad/mm" in r["cases"] for r in read(tables / "statements_comparisons.csv"))
+
+
 def test_statements_that_need_other_data_are_not_judged(tables: Path) -> None:
     rows = read(tables / "statements.csv")
     assert statement(rows, "LCP method")["verdict"] == "not tested: needs the results of the LCP method"

@@ -14,10 +14,9 @@ from itertools import chain, product
 import numpy as np
 
 from rcstudy.report import measures
-from rcstudy.report.layers import layers_text, thickness_text
-from rcstudy.report.paper import Pair, PaperCase, along_thickness, compliant_and_stiff, select
+from rcstudy.report.paper import Pair, PaperCase, along_thickness, compliant_and_stiff, select, words
 from rcstudy.report.statements import Comparison
-from rcstudy.report.views import CaseView, creepage_text
+from rcstudy.report.views import CaseView
 
 Measure = Callable[[CaseView], float]
 Cases = Sequence[PaperCase]
@@ -63,7 +62,8 @@ def _compared(pairs: Iterable[Pair], measure: Measure, by: float, holds: Holds) 
         left, right = measure(first.view), measure(second.view)
         undecided = _why_undecided(first, second, measure, by)
         what = f"{words(first)} → {words(second)}"
-        yield Comparison(what, left, right, None if undecided else holds(right, by * left), undecided, by=by)
+        held = None if undecided else holds(right, by * left)
+        yield Comparison(what, left, right, held, undecided, by=by, cases=(first, second))
 
 
 def at_most(cases: Iterable[PaperCase], measure: Measure, bound: float) -> Iterator[Comparison]:
@@ -83,7 +83,8 @@ def _bounded(cases: Iterable[PaperCase], measure: Measure, bound: float, holds: 
         if not undecided and measure in BARS:
             margin, name = _margin(case.view, measure)
             undecided = _too_close(abs(value - bound), margin, f"differs from the bound by less than {name}")
-        yield Comparison(words(case), value, bound, None if undecided else holds(value, bound), undecided, bound=True)
+        held = None if undecided else holds(value, bound)
+        yield Comparison(words(case), value, bound, held, undecided, bound=True, cases=(case,))
 
 
 def _unknown(measure: Measure, *cases: PaperCase) -> str:
@@ -144,16 +145,6 @@ def _margin(case: CaseView, measure: Measure) -> tuple[float, str]:
         if abs(cells - round(cells)) < 1e-6:
             return measures.CELLS / cells, f"{measures.CELLS:g} cells"
     return BARS[measure](case), "the estimated error"
-
-
-def words(case: PaperCase) -> str:
-    """A case in words: figure and panel, layers, creepage (`7a: E1 = 0.5 Es, 0.5 a, xi_x = 0.002`)."""
-    parts = [layers_text(case.view)]
-    if case.moduli:
-        parts.append(thickness_text(case.view))
-    if any(case.creepage):
-        parts.append(creepage_text(case.view))
-    return f"{case.name}: {', '.join(parts)}"
 
 
 def number(name: str) -> Measure:
@@ -241,7 +232,7 @@ def top_of_trailing_end(cases: Iterable[PaperCase], *, upwards: bool) -> Iterato
     side = at_least(chosen, slip_y, 0.0) if upwards else at_most(chosen, slip_y, 0.0)
     for behind, beside in zip(trailing, side, strict=True):
         holds = None if beside.holds is None else bool(beside.holds and behind.holds)
-        yield Comparison(beside.what, beside.left, 0.0, holds, beside.undecided, bound=True)
+        yield replace(beside, holds=holds)
 
 
 def much_smaller(pairs: Iterable[Pair], measure: Measure) -> Iterator[Comparison]:

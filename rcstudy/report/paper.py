@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 
-from rcstudy.report.views import CaseView, GridView
+from rcstudy.report.layers import layers_text, thickness_text
+from rcstudy.report.views import CaseView, GridView, creepage_text
 from rcstudy.studyfile.axis_labels import letters
 
 AXES: dict[str, frozenset[str]] = {
@@ -132,6 +133,19 @@ def _kind(view: CaseView) -> str:
     if abs(ratio - 1.0) < 1e-9:
         return ""
     return "compliant" if ratio < 1.0 else "stiff" if ratio > 1.0 else ""
+
+
+def words(case: PaperCase, *, math: bool = False) -> str:
+    """A case in words: figure and panel, layers, creepage (`7a: E1 = 0.5 Es, 0.5 a, xi_x = 0.002`).
+
+    `math`: layers and creepage as mathematics of LaTeX.
+    """
+    parts = [layers_text(case.view, math=math)]
+    if case.moduli:
+        parts.append(thickness_text(case.view, math=math))
+    if any(case.creepage):
+        parts.append(creepage_text(case.view, math=math, units=True))
+    return f"{case.name}: {', '.join(parts)}"
 
 
 def select(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.measures import CELLS
-from rcstudy.report.paper import PaperCase
+from rcstudy.report.paper import PaperCase, words
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Comparison:
     """Two numbers and whether they stand as the paper says; `holds` is None where they decide nothing.
 
     `bound`: the right number is a bound on the left one, not the value of another case. `by`: the factor of the left
-    number that the right one has to exceed, or to stay below.
+    number that the right one has to exceed, or to stay below. `cases`: those that `what` describes, where it does.
     """
 
     what: str
@@ -31,6 +31,7 @@ class Comparison:
     undecided: str = ""
     bound: bool = False
     by: float = 1.0
+    cases: tuple[PaperCase, ...] = ()
 
 
 def _nothing(cases: Sequence[PaperCase]) -> Iterable[Comparison]:
@@ -150,7 +151,7 @@ def comparisons_table(statements: Sequence[Statement], cases: Sequence[PaperCase
     """Caption, columns and rows: one row a comparison, with the number of its statement."""
     columns = (
         Column("number", "No."),
-        Column("cases", "Cases", wide=0.35),
+        Column("cases", "Cases", wide=0.35, math="cases_math"),
         Column("left", "Left"),
         Column("right", "Right or bound"),
         Column("holds", "Holds", wide=0.2),
@@ -159,5 +160,7 @@ def comparisons_table(statements: Sequence[Statement], cases: Sequence[PaperCase
     for number, statement in enumerate(statements, 1):
         for c in statement.judge(cases):
             holds = f"undecided: {c.undecided}" if c.holds is None else ("yes" if c.holds else "no")
-            rows.append({"number": number, "cases": c.what, "left": c.left, "right": c.right, "holds": holds})
+            in_math = r" $\to$ ".join(words(case, math=True) for case in c.cases)
+            named: dict[str, Value] = {"number": number, "cases": c.what, "cases_math": in_math}
+            rows.append({**named, "left": c.left, "right": c.right, "holds": holds})
     return "Every comparison behind the verdicts on the paper's statements.", columns, rows
