@@ -131,7 +131,7 @@ def test_every_number_is_where_it_belongs(tmp_path: Path, engine_in_use: str) ->
                 np.testing.assert_array_equal(grid[name].isel(at).values, values, err_msg=name)
             for name, value in result.scalars.items():
                 assert float(grid[name].isel(at)) == value, name
-                assert table.loc[(case.grid, case.index), name] == value, name
+                assert table.at[(case.grid, case.index), name] == value, name
             assert str(grid["case_key"].isel(at).values) == case.key
 
 

@@ -109,6 +109,20 @@ def test_what_another_program_saved_is_not_replaced(kind: str, damaged: bool, fr
     assert "will be replaced" not in report(study, output)
 
 
+def test_what_an_older_program_added_is_not_replaced(tmp_path: Path) -> None:
+    """h5netcdf before 1.7.1 does not sign a file that it adds a variable to, as another engine may."""
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    sweep.run(study, output, workers=1, solve=workers.made_up)
+    with h5py.File(output, "r+") as file:
+        file["q"], file["mine"] = np.zeros(2, dtype=">f4"), [1.0, 2.0]
+        file["q"].make_scale("This is a netCDF dimension but not a netCDF variable.         2")
+        file["mine"].dims[0].attach_scale(file["q"])
+        for name in ("q", "mine"):
+            file[name].attrs["_Netcdf4Dimid"] = np.int32(8)
+    with pytest.raises(UserError, match="is not an rcstudy cube"):
+        sweep.run(study, output, workers=1, solve=workers.made_up, fresh=True)
+
+
 def test_a_cube_of_no_study_is_not_replaced(tmp_path: Path) -> None:
     study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
     sweep.run(study, output, workers=1, solve=workers.made_up)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -86,6 +87,9 @@ def style() -> Iterator[None]:
             yield
 
 
+_LACKING = "(?s).*(missing from font|does not support .* natively)"  # warnings; the second kind before Matplotlib 3.11
+
+
 @contextmanager
 def _missing_letters_told() -> Iterator[None]:
     """Log one line if the font lacks letters, in place of Matplotlib's for every letter each time it is drawn."""
@@ -102,11 +106,11 @@ def _missing_letters_told() -> Iterator[None]:
     mathematics.addFilter(kept)
     try:
         with warnings.catch_warnings(record=True) as caught:
-            warnings.filterwarnings("always", ".*missing from font")
+            warnings.filterwarnings("always", _LACKING)
             yield
     finally:
         mathematics.removeFilter(kept)
-    others = [w for w in caught if "missing from font" not in str(w.message)]
+    others = [w for w in caught if not re.match(_LACKING, str(w.message))]
     if len(others) < len(caught) or in_mathematics:
         log.warning("labels have letters that the font of the figures lacks: they are drawn as boxes")
     for w in others:

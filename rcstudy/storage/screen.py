@@ -29,6 +29,7 @@ _LARGEST_RATIO = 1100  # declared over stored size: the largest ratio of deflate
 _CLASSES = (h5t.INTEGER, h5t.FLOAT, h5t.STRING)
 _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
 OTHERS_MARKS = (b"_NCProperties", b"_Netcdf4Coordinates", b"_nc3_strict")  # attributes by which netCDF's libraries sign
+_BY_OTHERS = "was saved by another program, such as xarray: only files that sweep or merge wrote are cubes"
 
 
 def reason_of(error: OSError) -> str:
@@ -110,10 +111,11 @@ def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
         elif kind.get_class() not in _CLASSES or len(attribute.shape) > 1:
             return f"has an attribute {shorten(name.decode('utf-8', 'replace'))} that is neither numbers nor text"
         elif name in OTHERS_MARKS:
-            return "was saved by another program, such as xarray: only files that sweep or merge wrote are cubes"
+            return _BY_OTHERS
         elif name in (b"CLASS", b"NAME") and (kind.get_class() != h5t.STRING or attribute.shape != ()):
             return "is no proper dimension"
-    return ""
+    # h5netcdf before 1.7.1 signs what it adds to a file with nothing but dimensions' numbers on variables
+    return _BY_OTHERS if b"_Netcdf4Dimid" in names and b"CLASS" not in names else ""
 
 
 def _problem_of_variable(variable: h5d.DatasetID) -> str:
