@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rcstudy.report import measures
 from rcstudy.report.cells import Column, Table, Value, without_empty
-from rcstudy.report.layers import layers_text, thickness_text
+from rcstudy.report.layers import coating_text, layers_text, thickness_text
 from rcstudy.report.listed import CREEPAGES, listed_numbers, listed_pairs, listed_settings
 from rcstudy.report.paper import MAPS, PaperCase, paper_cases, paper_grids, select
 from rcstudy.report.paper_statements import STATEMENTS
@@ -182,8 +182,8 @@ def results_row(case: CaseView) -> Mapping[str, Value]:
     """What a case is in words, and the columns RESULTS of it; NaN (written empty) where it was not solved."""
     proof, proof_name = measures.worst_proof(case)
     return {
-        "layers": _layers_and_thickness(case, math=False),
-        "layers_math": _layers_and_thickness(case, math=True),
+        "layers": coating_text(case),
+        "layers_math": coating_text(case, math=True),
         "creepage": creepage_text(case),
         "creepage_math": creepage_text(case, math=True, units=True),
         "status": case.failure or "solved",
@@ -195,10 +195,6 @@ def results_row(case: CaseView) -> Mapping[str, Value]:
         "proof_worst": proof,
         "proof_name": proof_name,
     }
-
-
-def _layers_and_thickness(case: CaseView, *, math: bool) -> str:
-    return ", ".join(filter(None, (layers_text(case, math=math), thickness_text(case, math=math))))
 
 
 def _with_errors(case: CaseView) -> dict[str, Value]:

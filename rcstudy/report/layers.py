@@ -114,6 +114,11 @@ def thickness_text(case: CaseView, *, math: bool = False) -> str:
     return ", ".join(texts if len(set(texts)) > 1 else texts[:1])
 
 
+def coating_text(case: CaseView, *, math: bool = False) -> str:
+    """The layers' moduli, ratios and thickness: `E1 = 0.5 Es, 0.25 a`; `no layer` without any."""
+    return ", ".join(filter(None, (layers_text(case, math=math), thickness_text(case, math=math))))
+
+
 def _ratio(value: float, math: bool) -> str:
     """A computed ratio in six digits."""
     return power_of_ten(f"{value:.6g}") if math else f"{value:.6g}"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 
-from rcstudy.report.layers import layers_text, thickness_text
+from rcstudy.report.layers import coating_text
 from rcstudy.report.views import CaseView, GridView, creepage_text
 from rcstudy.studyfile.axis_labels import letters
 
@@ -140,12 +140,8 @@ def words(case: PaperCase, *, math: bool = False) -> str:
 
     `math`: layers and creepage as mathematics of LaTeX.
     """
-    parts = [layers_text(case.view, math=math)]
-    if case.moduli:
-        parts.append(thickness_text(case.view, math=math))
-    if any(case.creepage):
-        parts.append(creepage_text(case.view, math=math, units=True))
-    return f"{case.name}: {', '.join(parts)}"
+    text = f"{case.name}: {coating_text(case.view, math=math)}"
+    return f"{text}, {creepage_text(case.view, math=math, units=True)}" if any(case.creepage) else text
 
 
 def select(

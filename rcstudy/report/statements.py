@@ -161,6 +161,14 @@ def comparisons_table(statements: Sequence[Statement], cases: Sequence[PaperCase
         for c in statement.judge(cases):
             holds = f"undecided: {c.undecided}" if c.holds is None else ("yes" if c.holds else "no")
             in_math = r" $\to$ ".join(words(case, math=True) for case in c.cases)
-            named: dict[str, Value] = {"number": number, "cases": c.what, "cases_math": in_math}
-            rows.append({**named, "left": c.left, "right": c.right, "holds": holds})
+            rows.append(
+                {
+                    "number": number,
+                    "cases": c.what,
+                    "cases_math": in_math,
+                    "left": c.left,
+                    "right": c.right,
+                    "holds": holds,
+                }
+            )
     return "Every comparison behind the verdicts on the paper's statements.", columns, rows
