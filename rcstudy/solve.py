@@ -225,9 +225,11 @@ def _result(
     # the proof covers pressure, tractions and slip on the solver's cells, not the scalars and fields derived from them
     sums = scalars | {name: float(fields[name].sum()) for name in fields if name.startswith(("traction", "slip"))}
     no_numbers = [name for name, value in sums.items() if not math.isfinite(value)]
-    if no_numbers and status == Status.SOLVED:
-        status = Status.ERROR
-        reasons.append(f"no finite numbers: {', '.join(no_numbers)}")
+    negative = [name for name in scalars if name.endswith(("_max", "_area", "_error")) and scalars[name] < 0.0]
+    for names, problem in ((no_numbers, "no finite numbers"), (negative, "negative")):
+        if names and status == Status.SOLVED:
+            status = Status.ERROR
+            reasons.append(f"{problem}: {', '.join(names)}")
     return Result(status, "; ".join(reasons + missed), scalars | proof, fields)
 
 

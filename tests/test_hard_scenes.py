@@ -654,6 +654,38 @@ def test_no_traction_beyond_the_largest_bound():
             assert scalars["traction_max"] <= 0.3 * scalars["pressure_max"] * (1.0 + 1e-12)
 
 
+@pytest.mark.parametrize(("cells", "load", "thickness"), [(11, 5.0, 5e-3), (10, 10.0, 8e-3), (12, 50.0, 8e-3)])
+def test_largest_pressures_on_films_of_rubber_on_few_cells(cells, load, thickness):
+    """Were negative, -20 MPa, with negative error bars and called solved; with creepage no error bars could be had."""
+    scene = {
+        "substrate": {"E": 210000, "nu": 0.3},
+        "counterbody": "rigid",
+        "layers": [{"E": 1, "nu": 0.5, "thickness": thickness}],
+        "radius": 50,
+        "load": load,
+        "friction": 0.3,
+        "creepage": {"longitudinal": 0.01},
+        "discretisation": "aligned",
+        "mesh": {"size": "auto", "cells": [cells, cells]},
+    }
+    result = of(scene)
+    assert result.status == Status.SOLVED, result.reason
+    fine = of({**scene, "mesh": {"size": "auto", "cells": [8 * cells, 8 * cells]}}).scalars
+    for name in ("pressure_max", "approach", "traction_max"):
+        assert abs(result.scalars[name] - fine[name]) < result.scalars[f"{name}_error"]
+    assert result.scalars["pressure_max"] == pytest.approx(fine["pressure_max"], rel=0.08)
+
+
+@pytest.mark.parametrize("name", ["pressure_max", "contact_area"])
+def test_a_negative_number_that_cannot_be_is_no_result(name, monkeypatch):
+    solving = sys.modules["rcstudy.solve"]
+    made = solving._normal_numbers
+    monkeypatch.setattr(solving, "_normal_numbers", lambda *of: {**made(*of), name: -1.0})
+    result = solve_scene(Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (16, 16))))
+    assert result.status == Status.ERROR
+    assert f"negative: {name}" in result.reason
+
+
 @pytest.mark.parametrize("name", ["moment_z", "slip_area"])
 def test_a_number_that_is_none_is_no_result(name, monkeypatch):
     """What is made of fields that are proved: a status with its reason, and the number is not kept from sight."""

@@ -129,8 +129,9 @@ def test_sector(turn):
             assert outline.sector(*ends) == pytest.approx(0.25 * turn * (4.0 + r * r), rel=1e-12)
 
 
+@pytest.mark.parametrize("weights", [(0.1, -0.3), (2.0, 3.0), (-1.0, 0.1)])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 5), (6, 1), (5, 4), (8, 9)])
-def test_summit(shape: tuple[int, int]) -> None:
+def test_summit(shape: tuple[int, int], weights: tuple[float, float]) -> None:
     """Anywhere, beside the box's sides as well, where no pressure is; two as large; all the same; and on a ridge."""
     taken = set()
     for seed in range(12):
@@ -145,11 +146,12 @@ def test_summit(shape: tuple[int, int]) -> None:
             place[axis] -= b / (2.0 * a)
             bend = -np.diff(line, 2)[0] if (line > 0.0).all() else np.inf
             excess += bend
-            concentrated += (0.1, -0.3)[axis] * bend
+            concentrated += weights[axis] * bend
         smooth = bool(excess < 0.5 * around[i, j])
         taken.add(smooth)
-        expected = np.sqrt(height) - (concentrated if smooth else 0.0)
-        np.testing.assert_allclose(outline.summit(p, 0.1, -0.3), [expected, *place], rtol=1e-12, atol=1e-12)
+        limited = min(max(concentrated / around[i, j], -0.05), 0.3) * around[i, j]
+        expected = np.sqrt(height) - (limited if smooth else 0.0)
+        np.testing.assert_allclose(outline.summit(p, *weights), [expected, *place], rtol=1e-12, atol=1e-12)
     assert taken == ({False, True} if min(shape) > 3 else {False})
     if min(shape) > 3:
         p = np.full(shape, 0.2)
