@@ -41,7 +41,6 @@ class Assembly:
     def __init__(self, output: Path, study: Study, expansion: Expansion, store: Store) -> None:
         self.output = output
         self._study, self._expansion, self._store = study, expansion, store
-        self._found = state_of(output)
         self._cube: CubeWriter | None = None
         self._open = contextlib.ExitStack()
         self._taken = 0  # so many cases, in order, are in the cube
@@ -98,7 +97,7 @@ class Assembly:
                     self._take()
                 sources = listed(behind(case.scene for case in self._expansion.cases))
                 self._cube.finish({**provenance, REFERENCES: sources}, started)
-                if state_of(self.output) != self._found:
+                if state_of(self.output) != self._store.checked:
                     refuse_foreign(self.output)
                     refuse_other_study(self.output, self._study.name)
         except DamagedRecord as error:

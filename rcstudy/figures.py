@@ -66,10 +66,18 @@ def make_figures(
                 paths += save(overview_figure(grid, along), out, name, formats)
                 maps = case_maps(grid)
                 if maps is not None:
-                    paths += save(maps, out, f"{name}_maps", formats)
+                    paths += save(maps, out, _name_of_maps(name, found), formats)
     if not paths:
         raise UserError("the cube has nothing to draw: it stores none of the fields that the paper's figures show")
     return paths
+
+
+def _name_of_maps(grid: str, grids: Collection[str]) -> str:
+    """Name of the file of a grid's maps, which no grid's overview has: GRID_maps, or the same with more of `_`."""
+    name = f"{grid}_maps"
+    while name in grids:
+        name += "_"
+    return name
 
 
 _ALL_SHOWN = "is an axis of the paper's figures alone, which show all of it"

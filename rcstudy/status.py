@@ -18,6 +18,7 @@ from rcstudy.sweep import keep_of
 
 _TRIES = 5
 _WORDS = ("cases", "solved", "failed", "missing")
+_TOTAL = "all grids"  # no grid can have a space in its name
 
 
 def report(study: Study, output: Path) -> str:
@@ -28,7 +29,7 @@ def report(study: Study, output: Path) -> str:
     index = Index(cases, keep_of(study.outputs))
     try:
         size, count, damaged = _take_units(index, folder)  # first: a sweep removes them once its cube is there
-        if not starts_over(folder):
+        if not starts_over(folder, study.name):
             take_cube(index, output, study.name, notes.append)
         notes += damaged
         rows = _rows([grid.name for grid in study.grids], cases, index)
@@ -38,7 +39,7 @@ def report(study: Study, output: Path) -> str:
     lines = [f"study {study.name}, cube {output}" + ("" if output.exists() else " (not there yet)"), "", *_table(rows)]
     if in_cube:
         lines += ["", f"{in_cube} of them are in the cube"]
-    elif not starts_over(folder) and (name := other_study(output, study.name)) is not None:
+    elif not starts_over(folder, study.name) and (name := other_study(output, study.name)) is not None:
         lines += ["", f"the cube is of another study, {name}: a sweep will not overwrite it"]
     if count:
         lines += ["", f"{in_bytes(size)} in {counted(count, 'unit')} in {folder}"]
@@ -78,9 +79,10 @@ def _rows(names: list[str], cases: tuple[Case, ...], index: Index) -> list[tuple
         status = index.status(case.key)
         word = "missing" if status is None else "solved" if status == Status.SOLVED else "failed"
         counts[case.grid].update(("cases", word))
+    found = list(counts.items())
     if len(names) > 1:
-        counts["total"] = sum(counts.values(), Counter())
-    return [(name, *(count[word] for word in _WORDS)) for name, count in counts.items()]  # type: ignore[misc]
+        found.append(("total" if "total" not in names else _TOTAL, sum(counts.values(), Counter())))
+    return [(name, *(count[word] for word in _WORDS)) for name, count in found]  # type: ignore[misc]
 
 
 def _table(rows: list[tuple[str, int, int, int, int]]) -> list[str]:

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING
 from rcstudy.errors import UserError
 from rcstudy.progress import counted
 from rcstudy.result import Status
-from rcstudy.storage.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_other_study
+from rcstudy.storage.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_other_study, state_of
 from rcstudy.storage.index import Index
 from rcstudy.storage.lock import locked
-from rcstudy.storage.publish import remove_leftovers, sync
+from rcstudy.storage.publish import remove_leftovers, write_whole
 from rcstudy.storage.record import Keep, Packed, Record, parse
 from rcstudy.storage.steady import interrupts_held
 from rcstudy.storage.units import BadUnit, Unit, number_of, read_unit, unit_paths, write_unit
@@ -50,11 +50,15 @@ def units_folder(output: Path) -> Path:
 
 
 class Store:
-    """Takes results, writes them as units and finds them again; made by :func:`opened`."""
+    """Takes results, writes them as units and finds them again; made by :func:`opened`.
 
-    def __init__(self, folder: Path, index: Index, study: str) -> None:
+    `checked`: state of what was where the cube goes (:func:`rcstudy.storage.earlier.state_of`) when it was looked at.
+    """
+
+    def __init__(self, folder: Path, index: Index, study: str, checked: tuple[int, ...]) -> None:
         self.folder = folder
         self.index = index
+        self.checked = checked
         self._study = study
         self._expected: set[str] = set()
         self._pending: list[tuple[str, Packed]] = []
@@ -244,6 +248,7 @@ def opened(
     with contextlib.ExitStack() as stack:
         index = Index(cases, keep)
         try:
+            checked = state_of(output)
             refuse_foreign(output)
             new = not output.parent.exists()
             stack.enter_context(locked(folder, shard, take_over=take_over))
@@ -251,24 +256,26 @@ def opened(
                 tell(f"{output.parent}: a new folder, which is made for the cube")
             remove_leftovers(folder)
             if fresh:
-                _start_over(folder)
+                _start_over(folder, study)
             stack.callback(index.close)
-            if not starts_over(folder):
+            if not starts_over(folder, study):
                 take_cube(index, output, study, tell)
-            if index.is_empty and not starts_over(folder):
-                refuse_other_study(output, study)
+                if index.is_empty:
+                    refuse_other_study(output, study)
             for path in unit_paths(folder):
                 _take_unit(index, path, study, tell)
-            store = Store(folder, index, study)
+            store = Store(folder, index, study, checked)
         except OSError as error:
             raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
         stack.callback(store.close)
         yield store
 
 
-def starts_over(folder: Path) -> bool:
-    """Whether a sweep that started over has not finished: an existing cube is then ignored."""
-    return (folder / _FRESH).exists()
+def starts_over(folder: Path, study: str) -> bool:
+    """Whether a sweep of `study` that started over has not finished: an existing cube is then ignored by its sweeps."""
+    with contextlib.suppress(OSError):
+        return (folder / _FRESH).read_bytes() == study.encode()
+    return False
 
 
 def take_cube(index: Index, output: Path, study: str, tell: Tell) -> None:
@@ -311,9 +318,8 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
         tell(f"{path}: {error}; set aside as {aside.name}, its cases have to be solved again")
 
 
-def _start_over(folder: Path) -> None:
+def _start_over(folder: Path, study: str) -> None:
     """Leave a mark that the cube is ignored, then remove all units: in this order, lest a crash in between undo it."""
-    (folder / _FRESH).touch()
-    sync(folder)
+    write_whole(folder / _FRESH, [study.encode()])
     for path in unit_paths(folder):
         path.unlink()

@@ -27,6 +27,7 @@ from rcstudy import cli, store, sweep
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
 from rcstudy.storage import cube_writer, publish, units
+from rcstudy.storage.publish import write_whole
 from rcstudy.storage.units import read_unit, unit_paths
 from rcstudy.store import units_folder
 from rcstudy.study import load_study
@@ -308,14 +309,20 @@ def test_units_go_once_the_mark_of_a_fresh_start_is_on_the_disk(
         units.write_unit(tmp_path, number, [], "s")
     seen, unlink = [], Path.unlink
 
-    def noted(path: Path, missing_ok: bool = False) -> None:
-        seen.append((store.starts_over(tmp_path), len(unit_paths(tmp_path))))
-        if path != tmp_path:
-            unlink(path, missing_ok)
+    def note() -> None:
+        seen.append((store.starts_over(tmp_path, "s"), len(unit_paths(tmp_path))))
 
-    monkeypatch.setattr(store, "sync", noted)
-    store._start_over(tmp_path)
-    assert (seen, unit_paths(tmp_path), store.starts_over(tmp_path)) == ([(True, 2)], [], True)
+    def written(path: Path, parts: list[bytes]) -> None:
+        write_whole(path, parts)  # on the disk when it returns
+        note()
+
+    def noted(path: Path, missing_ok: bool = False) -> None:
+        note()
+        unlink(path, missing_ok)
+
+    monkeypatch.setattr(store, "write_whole", written)
+    store._start_over(tmp_path, "s")
+    assert (seen, unit_paths(tmp_path), store.starts_over(tmp_path, "s")) == ([(True, 2)], [], True)
     units.write_unit(tmp_path, 3, [], "s")
     seen.clear()
     monkeypatch.setattr(Path, "unlink", noted)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -17,7 +19,7 @@ import workers
 import xarray as xr
 from studies import BASE, SWEPT, load_text
 
-from rcstudy import solve, sweep
+from rcstudy import solve, store, sweep
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
@@ -162,6 +164,22 @@ def test_what_comes_to_be_there_during_a_sweep(kind: str, tmp_path: Path) -> Non
     output.unlink()
     done = sweep.run(changed, output, workers=1, solve=workers.made_up)
     assert (done.kept, done.solved) == (changed.size, changed.size)
+
+
+def test_what_comes_to_be_there_before_the_first_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It counted as what had been there from the beginning, and was replaced."""
+    study, output, locked = load_text(tmp_path, SWEPT), tmp_path / "c.nc", store.locked
+
+    @contextlib.contextmanager
+    def locked_late(*arguments: Any, **options: Any) -> Iterator[None]:
+        with locked(*arguments, **options):
+            output.write_text("notes", encoding="utf-8")
+            yield
+
+    monkeypatch.setattr(store, "locked", locked_late)
+    with pytest.raises(UserError, match="not overwritten: choose another --output"):
+        sweep.run(study, output, workers=1, solve=workers.made_up)
+    assert output.read_text(encoding="utf-8") == "notes"
 
 
 def test_a_cube_keeps_its_permissions(tmp_path: Path) -> None:

@@ -35,6 +35,7 @@ from synthetic import (
     make_grid,
     make_study,
     modulus_axis,
+    number_axis,
     paper,
     several,
     small,
@@ -840,6 +841,22 @@ def test_files_do_not_depend_on_the_run_or_on_the_users_style(tmp_path: Path) ->
     shades = {colour for _, colour in picture.convert("RGB").getcolors(1 << 24)}
     assert len(shades) <= 256 and {(255, 255, 255), (0, 0, 0)} <= shades
     assert picture.info["dpi"] == pytest.approx((200, 200), rel=1e-3)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_grid_may_be_named_as_the_maps_of_another(tmp_path: Path) -> None:
+    """Its overview took the place of these maps; as did the row of a grid `all` that of all grids."""
+    loads = number_axis("load", [50.0, 100.0], "N")
+    grids = [make_grid(name, loads) for name in ("a", "a_maps", "all")]
+    made = assemble(make_study(), *((grid, grid_cases(grid, SCENE)) for grid in grids))
+    with synthetic_tree(tmp_path, made) as tree:
+        names = [path.name for path in make_figures(tree, tmp_path, formats=("png",))]
+        make_tables(tree, tmp_path)
+    assert names == ["a.png", "a_maps_.png", "a_maps.png", "a_maps_maps.png", "all.png", "all_maps.png"]
+    rows = read(tmp_path / "solver_summary.csv")
+    assert [row["grid"] for row in rows] == ["a", "a_maps", "all", "all grids"]
+    assert [row["cases"] for row in rows] == ["2", "2", "2", "6"]
+    assert [": " in row["most_case"] for row in rows] == [False, False, False, True]
 
 
 def test_cube_without_fields_cannot_be_drawn(tmp_path: Path) -> None:

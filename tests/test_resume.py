@@ -317,6 +317,20 @@ def test_starting_over(sweeps: Sweeps) -> None:
     assert len(sweeps.run(fresh=True)) == CASES
 
 
+def test_a_broken_off_fresh_start_leaves_the_cube_to_its_study(sweeps: Sweeps) -> None:
+    """The sweep of any other study then replaced it, without --fresh."""
+    sweeps.run()
+    sweeps.run(0, fresh=True)
+    before, own = sweeps.output.read_bytes(), sweeps.study.text
+    sweeps.write(f"{SWEPT.replace('study: ', 'study: other-')}    # as new\n".replace("E: 210000", "E: 200000"))
+    assert "the cube is of another study" in report(sweeps.study, sweeps.output)
+    with pytest.raises(UserError, match="is the cube of another study"):
+        sweeps.run()
+    assert sweeps.output.read_bytes() == before
+    sweeps.write(own)
+    assert len(sweeps.run()) == CASES
+
+
 def test_another_solver_version_solves_all_again(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
     import rcstudy.cases
     import rcstudy.storage.units
@@ -1101,6 +1115,13 @@ def test_status_while_the_cube_is_published(
     monkeypatch.setattr(status, name, publishing)
     text = report(sweeps.study, sweeps.output)
     assert any(f"total        14        {solved}         0" in text for solved in (" 9", "14")), text
+
+
+def test_a_grid_may_be_named_as_the_row_of_all(sweeps: Sweeps) -> None:
+    """Its own row was replaced by that of all grids."""
+    sweeps.write(SWEPT.replace("loads:", "total:"))
+    rows = [line.split() for line in report(sweeps.study, sweeps.output).splitlines()]
+    assert ["total", "12", "0", "0", "12"] in rows and ["all", "grids", "14", "0", "0", "14"] in rows
 
 
 def test_failures_are_listed_with_a_study_each(sweeps: Sweeps, tmp_path: Path) -> None:

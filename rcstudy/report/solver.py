@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from rcstudy.report.cells import Column, Table, Value
-from rcstudy.report.views import CaseView, GridView
+from rcstudy.report.views import GridView
 from rcstudy.result import VARIABLES, Status
 
 PROOFS = tuple(name for name in VARIABLES if name.startswith("proof_"))
@@ -64,21 +64,24 @@ def summary_table(found: Sequence[GridView]) -> Table:
         "Solver statistics per grid. Products: with the operator or the preconditioner, on the scene's own "
         "mesh, of solved cases; most: of the case with the most."
     )
-    rows = [_summary(grid.name, list(grid.cases())) for grid in found]
+    rows = [_summary([grid]) for grid in found]
     if len(rows) > 1:
-        rows.append(_summary("all", [case for grid in found for case in grid.cases()]))
+        name = "all" if all(grid.name != "all" for grid in found) else "all grids"
+        rows.append(_summary(found) | {"grid": name})
     return caption, SUMMARY, rows
 
 
-def _summary(name: str, cases: Sequence[CaseView]) -> dict[str, Value]:
+def _summary(found: Sequence[GridView]) -> dict[str, Value]:
+    """The row of one grid, or of several together, which the case with the most products is then named with."""
+    cases = [case for grid in found for case in grid.cases()]
     normal = np.array([case.number("products_normal") for case in cases])
     tangential = np.array([case.recorded("operator_products") if case.solved else np.nan for case in cases])
-    row: dict[str, Value] = {"grid": name, "cases": len(cases)}
+    row: dict[str, Value] = {"grid": found[0].name, "cases": len(cases)}
     row |= {s.name.lower(): sum(case.status is s for case in cases) for s in Status}
     for kind, counts in (("normal", normal), ("tangential", tangential)):
         if np.isfinite(counts).any():
             row |= {f"{kind}_median": float(np.nanmedian(counts)), f"{kind}_most": float(np.nanmax(counts))}
     if np.isfinite(tangential).any():
         most = cases[int(np.nanargmax(tangential))]
-        row["most_case"] = most.label if name == most.grid.name else f"{most.grid.name}: {most.label}"
+        row["most_case"] = most.label if len(found) == 1 else f"{most.grid.name}: {most.label}"
     return row | {"seconds": float(np.nansum([case.recorded("solve_seconds") for case in cases]))}
