@@ -43,7 +43,7 @@ class Coord:
 class Axis:
     """One dimension of a grid: `coords[name]` is the dimension's own coordinate, the others go along with it.
 
-    `labels` are the values as a person writes them ("0.25 a", "a").
+    `labels` are the values as a person writes them ("0.25 a", "1 a").
     """
 
     name: str

@@ -93,21 +93,27 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
 
 
 def _on_common_cells(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
-    """Both grids on the cells that both have where one's are a part of the other's, and that they are, in words."""
+    """Both grids on the cells that both have where one's are a part of the other's, and that they are, in words.
+
+    Where that part is not the same for all cases, as in grids of several meshes, both grids are without fields.
+    """
     cells = [tuple(grid.sizes.get(dim, 0) for dim in "xy") for grid in (ours, theirs)]
     if cells[0] == cells[1]:
         return [], ours, theirs
     small, large = (ours, theirs) if cells[0] <= cells[1] else (theirs, ours)
-    firsts = [_place_in(_centres(large, dim), _centres(small, dim)) for dim in "xy"]
-    if min(firsts) < 0:
+    places = [_places(_centres(large, dim), _centres(small, dim)) for dim in "xy"]
+    if not all(places):
         return [], ours, theirs
-    (i, j), (nx, ny) = firsts, (small.sizes["x"], small.sizes["y"])
-    large = large.isel(x=slice(i, i + nx), y=slice(j, j + ny))
     here, there = (" x ".join(map(str, counts)) for counts in cells)
     part = "a part of the reference's" if small is ours else "of which the reference's are a part"
     words = (
         f"x, y: fields on {here} cells, {part}, {there}: cropped in another way (outputs: crop), or to other contacts"
     )
+    if any(len(of_cases) > 1 or surplus for of_cases in places for _, surplus in of_cases):
+        words += ", not alike in all cases: fields are not compared"
+        return [words], ours.drop_dims(["x", "y"]), theirs.drop_dims(["x", "y"])
+    (i, _), (j, _) = (next(iter(of_cases)) for of_cases in places)
+    large = large.isel(x=slice(i, i + small.sizes["x"]), y=slice(j, j + small.sizes["y"]))
     return [words], *((small, large) if small is ours else (large, small))
 
 
@@ -120,22 +126,25 @@ def _centres(grid: xr.Dataset, dim: str) -> np.ndarray:
     return centres.reshape(-1, grid.sizes[dim])
 
 
-def _place_in(large: np.ndarray, small: np.ndarray) -> int:
-    """At which of the centres `large` [cases, n] the consecutive ones `small` [cases, m] of them begin; -1 if nowhere.
+def _places(large: np.ndarray, small: np.ndarray) -> set[tuple[int, int]]:
+    """At which of the centres `large` [cases, n] the consecutive ones `small` [cases, m] of them begin, in any case.
 
-    Where meshes differ from case to case the last centres of some are NaN.
+    With how many of the m centres from there are in `large` alone. Empty if in any case they are no part of these.
+    Where meshes differ from case to case the last centres of some are NaN; all are where the window is not known.
     """
+    found: set[tuple[int, int]] = set()
     if large.shape[0] != small.shape[0] or not 0 < small.shape[1] <= large.shape[1]:
-        return -1
-    known = np.isfinite(large) & np.isfinite(small[:, :1])
-    row = int(np.argmax(known.any(axis=1)))
-    if not known[row].any():
-        return -1
-    first = int(np.nanargmin(np.abs(large[row] - small[row, 0])))
-    part = large[:, first : first + small.shape[1]]
-    rounding = COORDINATE_RTOL * np.nanmax(np.abs(large[row]))
-    same = part.shape == small.shape and np.allclose(part, small, rtol=0.0, atol=rounding, equal_nan=True)
-    return first if same else -1
+        return found
+    for row, padded in zip(large, small, strict=True):
+        known = padded[np.isfinite(padded)]
+        if not known.size or not np.isfinite(row).any():
+            continue
+        first = int(np.nanargmin(np.abs(row - known[0])))
+        part, rounding = row[first : first + known.size], COORDINATE_RTOL * np.nanmax(np.abs(row))
+        if part.shape != known.shape or not np.allclose(part, known, rtol=0.0, atol=rounding):
+            return set()
+        found.add((first, int(np.isfinite(row[first : first + padded.size]).sum()) - known.size))
+    return found
 
 
 def _kind(variable: xr.DataArray) -> str:

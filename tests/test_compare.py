@@ -262,6 +262,20 @@ def test_cropped_and_whole_fields(tmp_path: Path, size: str) -> None:
     assert (bad.variable, bad.label, bad.note.startswith("in 1 of ")) == ("pressure", "load=50, friction=0.4", True)
 
 
+@pytest.mark.parametrize("meshes", ["[[16, 16], [32, 32], [64, 64]]", "[[16, 16], [20, 20]]"])
+def test_cropped_and_whole_fields_of_several_meshes(tmp_path: Path, meshes: str) -> None:
+    """No case could be matched, of which cropping was not named as the reason."""
+    grid = f"  g: {{axes: {{mesh.cells: {meshes}}}}}\n"
+    for name, crop in (("whole", "none"), ("part", "contact")):
+        text = BASE.replace("grids:", f"outputs: {{crop: {crop}}}\ngrids:")
+        run(load_text(tmp_path, text + grid), tmp_path / f"{name}.nc", workers=1)
+    for pair in (("part", "whole"), ("whole", "part")):
+        found = outcome(*(tmp_path / f"{name}.nc" for name in pair))
+        (cropped,) = found.structure
+        assert "cropped in another way (outputs: crop)" in cropped and cropped.endswith("fields are not compared")
+        assert (found.bad, found.cases, found.same) == ([], meshes.count("[") - 1, False)
+
+
 def test_other_windows_that_fit_are_not_taken_for_crops(tmp_path: Path) -> None:
     """Those of one case are moved by 0.1 um here."""
     text = BASE.replace("size: [2, 2]", "size: auto") + "  g: {axes: {load: [50, 100]}}\n"

@@ -606,6 +606,40 @@ def test_captions_say_which_modulus_of_several_layers_is_varied(tmp_path: Path) 
     assert "Shown for load" not in captions["held"] and which in captions["held"]
 
 
+@pytest.mark.parametrize(
+    ("grid", "axis", "text", "label"),
+    [
+        ("one", "thickness", "a", "1 a"),
+        ("one", "modulus", "Es", "1 Es"),
+        ("one", "modulus", "420000 MPa", "2 Es"),
+        ("one", "load", "100.00001", "100.00001"),
+        ("one", "load", "100.00001 N", "100.00001"),
+        ("one", "load", "100", "100"),
+        ("one", "load", "99.99999", "100"),
+        ("mixed", "thickness", "0.1", "0.1"),
+        ("mixed", "thickness", "0.1 mm", "0.1"),
+        ("mixed", "thickness", "0.25a", "0.25 a"),
+        ("one", "load", "100.1", None),
+        ("mixed", "thickness", "0.25", None),
+        ("mixed", "thickness", "mm", None),
+    ],
+)
+def test_a_value_is_found_as_the_study_or_the_cube_writes_it(
+    tmp_path: Path, grid: str, axis: str, text: str, label: str | None
+) -> None:
+    """Not found were `a`, numbers beside relative ones, and of two close ones the second."""
+    study = SMALL_BALL + (
+        "  one: {axes: {thickness: [0.5 a, a], modulus: [Es, 2 Es], load: [100, 100.00001, 200]}}\n"
+        "  mixed: {coating: {modulus: 2 Es}, axes: {thickness: [0.25 a, 0.1], load: [50, 100]}}\n"
+    )
+    run(load_text(tmp_path, study), tmp_path / "s.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "s.nc") as tree:
+        held = grids(tree)[grid].held_at(axis, text)
+        assert (held is None) is (label is None)
+        if held is not None:
+            assert f"{axis}={label}" in held.first.label.split(", ")
+
+
 def test_each_sentence_of_a_caption_begins_with_a_capital(tmp_path: Path) -> None:
     """Where load, friction and Hertz's contact differ the last one is on the cells alone."""
     axes = (number_axis("load", [50.0, 100.0], "N"), number_axis("friction", [0.5, 1.0]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -65,6 +66,16 @@ def test_cells_are_those_of_the_mesh_where_less_is_stored(tmp_path: Path) -> Non
     assert sizes["g"] != "32 x 32"
     assert line(lines, "g:") == f"g: load 2; 32 x 32 cells, {sizes['g']} of them stored"
     assert line(lines, "h:").startswith("h: cells 2; 24 x 16 and 32 x 28 cells, ")
+
+
+def test_cells_of_listed_cases_where_less_is_stored(tmp_path: Path) -> None:
+    """A case that gives the window's size alone had the stored cells taken for the mesh of all."""
+    text = BASE.replace("grids:", "outputs: {crop: contact}\ngrids:")
+    text += "  g: {cases: [{label: a, load: 80}, {label: b, mesh: {size: [2.5, 2.5]}}]}\n"
+    run(load_text(tmp_path, text), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree:
+        lines = summary(tree).splitlines()
+    assert re.fullmatch(r"g: case 2; 32 x 32 cells, \d+ x \d+ and \d+ x \d+ of them stored", line(lines, "g:"))
 
 
 def test_relative_axes_say_over_what(tmp_path: Path) -> None:

@@ -23,9 +23,11 @@ from rcstudy.report.labels import power_of_ten
 from rcstudy.result import CellState, Status
 from rcstudy.settings import unit_of
 from rcstudy.storage.layout import LABEL, MISSING
-from rcstudy.studyfile.quantities import number_text
+from rcstudy.studyfile.quantities import as_quantity, number_text
 from rcstudy.studyfile.spec import SceneSpec
 from rcstudy.studyfile.written import starting_scene
+
+_UNIT = re.compile(r"(?<=\d) (mm|MPa)$")
 
 
 class GridView:
@@ -85,16 +87,22 @@ class GridView:
     def held_at(self, axis: str, text: str) -> GridView | None:
         """This grid with the one value `text` of `axis`, as the study wrote it, with its unit or not, or as a number.
 
-        None if it has no such axis, or no such value.
+        None if it has no such axis, or no such value. A number may be off by 1e-6 if none is the same.
         """
         if axis not in self.axes:
             return None
+        asked = {text, str(as_quantity(text) or text)}  # `a` is `1 a`
         for i in range(self.dataset.sizes[axis]):
             names = {self.written(axis, i), self.value(axis, i)}
-            names |= {name.replace(" ", "") for name in names}
-            if text in names or (self.numeric(axis) and _is_number(text, float(self.small(axis).values[i]))):
+            names |= {_UNIT.sub("", name) for name in names}  # of numbers beside relative ones
+            if asked & (names | {name.replace(" ", "") for name in names}):
                 return self.at({axis: [i]})
-        return None
+        if not self.numeric(axis):
+            return None
+        values = self.small(axis).values.astype(float)
+        off = np.abs(values - _number(text.removesuffix(self.units(axis))))
+        near = [i for i in np.argsort(off) if off[i] <= 1e-6 * abs(values[i])]
+        return self.at({axis: near[:1]}) if near else None
 
     def at(self, places: Mapping[str, Sequence[int]]) -> GridView:
         """This grid with the values at `places` of these axes only."""
@@ -144,12 +152,12 @@ class GridView:
         return value_text(self.small(axis).values[i]) if axis in self else str(i)
 
 
-def _is_number(text: str, value: float) -> bool:
-    """Whether a text is a number, to six digits."""
+def _number(text: str) -> float:
+    """The number that a text is; NaN if it is none."""
     try:
-        return math.isclose(float(text), value, rel_tol=1e-6)
+        return float(text)
     except ValueError:
-        return False
+        return math.nan
 
 
 @dataclass(frozen=True)

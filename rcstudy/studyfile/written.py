@@ -48,6 +48,8 @@ def written_grid(text: str, name: str) -> tuple[Node, Node] | None:
 def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[str]]:
     """The scene that grid `name` of the study `text` starts from, and the dotted paths that its cases set themselves.
 
+    Of a mapping in a list of cases these are its key, and the paths of what it holds.
+
     The scene is None where `written_grid` is, or where it is not valid.
     """
     written = written_grid(text, name)
@@ -57,5 +59,6 @@ def starting_scene(text: str, name: str) -> tuple[SceneSpec | None, frozenset[st
     axes, cases = grid.value.get("axes"), grid.value.get("cases")
     varied = set(axes.value) if axes is not None and axes.is_mapping else set()
     for case in cases.value if cases is not None and cases.is_list else ():
-        varied |= set(case.value) if case.is_mapping else set()
+        for key, node in case.value.items() if case.is_mapping else ():
+            varied |= {key, *(f"{key}.{part}" for part in (node.value if node.is_mapping else ()))}
     return validate(SceneSpec, scene, Problems("")), frozenset(varied)
