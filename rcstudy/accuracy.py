@@ -251,7 +251,7 @@ def _solved(study: Study, out: Path, progress: Progress | None) -> Path:
 def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
     """All rolling cases of an opened cube of `study` with their errors, in the order of grids and indices.
 
-    UserError when the cube lacks variables or is of another study, or when no problem has a reference.
+    UserError when the cube lacks variables or parts of fields, is of another study, or no problem has a reference.
     """
     datasets = grids(tree)
     cube = tree.encoding.get("source", "the cube")
@@ -262,6 +262,9 @@ def measured(study: Study, tree: xr.DataTree) -> list[Entry]:
             raise UserError(f"{cube}: has no {', '.join(missing)} in grid {name}: run without --cube")
     if any(not _holds(datasets.get(case.grid), case) for case in cases):
         raise UserError(f"{cube}: is not of the study {study.path} as it is now: run without --cube")
+    # no contact fills its window: cropped fields are smaller than the largest
+    if any(datasets[c.grid].sizes[dim] < n for c in rolling for dim, n in zip("xy", c.scene.mesh.cells, strict=True)):
+        raise UserError(f"{cube}: stores parts of the fields, not whole windows (outputs: crop): run without --cube")
     entries = [_entry(case, margin_of(case, study), datasets[case.grid]) for case in rolling]
     order = list(datasets)
     entries.sort(key=lambda e: (order.index(e.case.grid), e.case.index))

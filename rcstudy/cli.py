@@ -247,7 +247,7 @@ def _values_of_axes(texts: Sequence[str]) -> dict[str, str]:
 def _shard(text: str) -> tuple[int, int]:
     i, slash, n = text.partition("/")
     if not (slash and re.fullmatch("[0-9]{1,9}", i) and re.fullmatch("[0-9]{1,9}", n) and 1 <= int(i) <= int(n)):
-        raise UserError(f"--shard: {text[:40]}: I/N, such as 3/8, with I from 1 to N")
+        raise UserError(f"--shard: {text[:40]}: I/N, such as 3/8, with I from 1 to N, at most 999999999")
     return int(i), int(n)
 
 

@@ -11,7 +11,7 @@ from rcstudy.cases import Axis, Case, Expansion, Grid, expand, layer_set
 from rcstudy.mechanics.scene import Layer, Scene
 from rcstudy.progress import counted, duration, in_bytes
 from rcstudy.result import VARIABLES, Variable
-from rcstudy.settings import unit_as_written
+from rcstudy.settings import name_with_body, unit_as_written
 from rcstudy.study import Study
 from rcstudy.studyfile.build import scene_hertz
 from rcstudy.studyfile.spec import OutputsSpec
@@ -180,7 +180,8 @@ def estimate(study: Study, expansion: Expansion) -> Estimate:
         cells = contact_cells(group[0].scene)
         in_contact |= dict.fromkeys((case.key for case in group), cells)
         layers.setdefault(layer_set(group[0].scene), _layers_seconds(group[0].scene, cells))
-        seconds += _pressure_seconds(cells) + sum(_traction_seconds(case.scene, cells) for case in group)
+        distinct = {case.key: case.scene for case in group}  # equal cases are solved once
+        seconds += _pressure_seconds(cells) + sum(_traction_seconds(scene, cells) for scene in distinct.values())
         held = max(held, _held_bytes(group, cells))
         filled += cells * sum(cell_bytes[case.grid] for case in group)
     stored = {grid: _most_cells(cases, study.outputs, in_contact) for grid, cases in of_grid.items()}
@@ -242,9 +243,10 @@ def plan_report(study: Study) -> str:
 
 def _grid_lines(grid: Grid, cases: Sequence[Case]) -> list[str]:
     lines = [f"grid {grid.name}" + (f": {grid.description.strip()}" if grid.description.strip() else "")]
-    width = max(len(axis.name) for axis in grid.axes)
+    names = [name_with_body(axis.name, axis.coords[axis.name].long_name) for axis in grid.axes]
+    width = max(map(len, names))
     for k, axis in enumerate(grid.axes):
-        start = f"  {axis.name:{width}}  {axis.size:3d}  "
+        start = f"  {names[k]:{width}}  {axis.size:3d}  "
         stacks = _stacks(cases, k) if axis.name == "layers" else {}
         wrapped = textwrap.wrap(
             _values(axis, stacks, _WIDTH - len(start)),
@@ -322,6 +324,8 @@ def _value(axis: Axis, i: int) -> str:
     inside = []
     for name, coord in axis.coords.items():
         value = coord.values[i]
+        if name == axis.name and isinstance(value, str) and value.startswith(f"{label} "):
+            label = value  # a number beside relative ones, with its unit
         if isinstance(value, str) or name.endswith("_ratio") or (axis.name == "creepage" and value == 0.0):
             continue
         if math.isnan(value):  # the modulus of a rigid counterbody, which it does not have

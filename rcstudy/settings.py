@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 LENGTH, MODULUS = "a", "Es"
@@ -54,6 +55,12 @@ _AS_WRITTEN = {"1": "", "rad mm-1": "rad/mm"}
 def ratio_name(long_name: str, scale: str) -> str:
     """The long name of a setting in multiples of `scale` ("a" or "Es")."""
     return f"{long_name} over {_SCALES[scale]}"
+
+
+def name_with_body(axis: str, long_name: str) -> str:
+    """The name of an axis for people; `E` and `nu` with the body that they belong to: `substrate E`."""
+    body = re.search(r" of the (substrate|counterbody)\b", long_name) if axis in ("E", "nu") else None
+    return f"{body[1]} {axis}" if body else axis
 
 
 def unit_as_written(units: str, long_name: str = "") -> str:

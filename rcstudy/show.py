@@ -65,7 +65,7 @@ def _lines(tree: xr.DataTree, checked: bool) -> Iterator[str]:
 
 def _times(table: pd.DataFrame, wall: float) -> str:
     seconds = table["solve_seconds"].dropna()
-    words = [] if np.isnan(wall) else [f"{duration(wall)} in all"]
+    words = [] if np.isnan(wall) else [f"{duration(wall)} in the last run"]
     if len(seconds):
         words.append(f"{duration(float(seconds.median()))} a case (median), {duration(float(seconds.max()))} at most")
     return ", ".join(words) or "unknown"

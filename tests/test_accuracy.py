@@ -157,6 +157,20 @@ def test_cube_of_another_study_is_refused(reported, tmp_path):
     assert not (tmp_path / "report").exists()  # an empty folder was left
 
 
+@pytest.mark.heavy
+def test_a_cropped_cube_is_refused(tmp_path: Path) -> None:
+    """A report without any error was written, and none of its settings could be chosen."""
+    grid = "grids:\n  g: {axes: {mesh.cells: [[16, 16], [24, 24]]}}\n"
+    study = f"{BASE.partition('grids:')[0]}  creepage: {{longitudinal: 0.001}}\n{grid}"
+    cropped = load_text(tmp_path, f"outputs: {{crop: contact}}\n{study}")
+    sweep.run(cropped, tmp_path / "c.nc", workers=1)
+    whole = load_text(tmp_path, study)
+    words = r"stores parts of the fields, .*: run without --cube$"
+    with open_cube(tmp_path / "c.nc") as cube, pytest.raises(UserError, match=words):
+        accuracy.run(whole, tmp_path / "out", cube)
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.heavy
 def test_a_cube_that_somebody_changed_is_reported(reported, tmp_path, monkeypatch):
@@ -826,7 +840,7 @@ def test_worst_errors_are_compared_over_the_problems_that_both_discretisations_h
     rows = [row(16, 1e-5, e, discretisation=d) for d, e in (("kalker", 0.01), ("aligned", 0.001))]
     rows += [row(16, 1e-5, 0.08, problem=1)]
     text = summary_text(rows, [], [])
-    factors = text[text.index("factors of") : text.index("`aligned` costs")]
+    factors = text[text.index("worst errors of `kalker` over") : text.index("`aligned` costs")]
     assert "force 10.0;" in factors and "80" not in factors
     heads = [line for line in text.splitlines() if line.startswith("Worst of")]
     fewer = "(of fewer where not all have a solved case)"
@@ -835,6 +849,43 @@ def test_worst_errors_are_compared_over_the_problems_that_both_discretisations_h
         words = " ".join(text.get_text() for text in quantities_figure(rows).texts).replace("\n", " ")
     assert f"coupling {fewer} at" in words
     assert mesh_table(rows[:2], "one-way")[0] == "Worst of 1 problem at tolerance 1e-05, kalker / aligned:"
+
+
+@pytest.mark.parametrize(
+    ("case", "numbers", "dots"),
+    [
+        ({}, False, True),
+        ({"discretisation": "aligned"}, True, True),
+        ({"discretisation": "aligned", "coupling": "full"}, False, False),
+        ({"coupling": "full"}, False, False),
+        ({"discretisation": "aligned", "errors": dict.fromkeys(QUANTITIES, 1e-7)}, True, False),
+        (
+            {"discretisation": "aligned", "errors": {**dict.fromkeys(QUANTITIES, 0.01), "friction_power": 0.0}},
+            False,
+            True,
+        ),
+    ],
+)
+def test_what_is_beside_lines_is_told_where_it_is_drawn(case, numbers, dots):
+    """Numbers of cells and dots were told of in figures without any."""
+    rows = [row(n, 1e-5, 0.01, **case) for n in (16, 32)]
+    with style():
+        figure = work_precision(rows)
+    (panel,) = [ax for ax in figure.axes if "power" in ax.get_title(loc="left")]
+    assert ({"16", "32"} <= {text.get_text() for text in panel.texts}) is numbers
+    assert (
+        any(line.get_linestyle() == "None" and line.get_xdata().size for ax in figure.axes for line in ax.lines) is dots
+    )
+    (words,) = [text.get_text() for text in figure.texts if text.get_gid() == "caption"]
+    for text in (words, summary_text(rows, [], [])):
+        assert ("numbers:" in text) is numbers
+        assert ("dots:" in text) is dots
+
+
+def test_ratios_of_errors_that_are_rounding_are_left_out():
+    """Factors of 0.0 by which errors were larger."""
+    rows = [row(16, 1e-5, e, discretisation=d) for d, e in (("kalker", 1e-8), ("aligned", 1e-7))]
+    assert "of `aligned` on the same mesh: about the same." in " ".join(summary_text(rows, [], []).split())
 
 
 def test_meshes_of_one_discretisation_have_a_dash_for_the_other():

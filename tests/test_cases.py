@@ -412,6 +412,24 @@ def test_plan_says_what_relative_values_are_over(study):
     assert "2  rigid, steel (counterbody_E 2 Es, counterbody_nu 0.3)" in report
     axes = "{load: [100, 50], thickness: [0.5 a, 1 a], modulus: [2 Es]}"
     assert "2  0.5 a, 1 a\n" in plan_report(study(f"  g: {{axes: {axes}}}\n"))
+    axes = "{load: [100, 50], thickness: [0.5 a, 0.1], modulus: [2 Es]}"
+    assert "2  0.5 a, 0.1 mm\n" in plan_report(study(f"  g: {{axes: {axes}}}\n"))  # the number was without its unit
+
+
+def test_plan_says_whose_modulus_an_axis_is(study):
+    """Both were `E`."""
+    other = "{counterbody: {E: 1e5, nu: 0.3}}"
+    axes = [f"{{axes: {{{body}.E: [2e5, 1e5]}}, scene: {other}}}" for body in ("substrate", "counterbody")]
+    report = plan_report(study(f"  g: {axes[0]}\n  h: {axes[1]}\n"))
+    assert "  substrate E    2  200000 MPa" in report and "  counterbody E    2  200000 MPa" in report
+
+
+def test_plan_counts_the_time_of_equal_cases_once(study):
+    """As the sweep solves them."""
+    axes = "{axes: {creepage.spin: [0.001, 0.002, 0.003]}}"
+    one, three = (study("".join(f"  g{k}: {axes}\n" for k in range(n))) for n in (1, 3))
+    assert estimate(three, expand(three)).distinct == estimate(one, expand(one)).distinct == 3
+    assert estimate(three, expand(three)).seconds == pytest.approx(estimate(one, expand(one)).seconds)
 
 
 def test_plan_and_sweep_say_when_memory_may_not_do(study, monkeypatch):

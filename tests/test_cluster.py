@@ -480,3 +480,18 @@ def test_results_of_a_dead_worker_that_had_finished_are_fetched_again_from_anoth
     ((case, result),) = deal.given
     assert case == suspect.cases[0]
     assert result == Result(Status.ERROR, "the worker process died 2 times at this case: how")
+
+
+def test_a_case_whose_parcel_failed_has_met_no_death(study: Study) -> None:
+    """Of its first one it was said to be the second."""
+    (batch, *_) = sweep.make_batches(expand(study).cases, 1)
+    deal = cluster._Distribution(FakeClient({}), workers.made_up, [], print)
+    parcel = cluster._Parcel([batch], future=SimpleNamespace(status="error", key="k"))
+    assert len(parcel.cases) > 1
+    deal._failed(parcel, RuntimeError("made up"))
+    alone = deal.suspects.popleft()
+    assert (len(alone.cases), alone.suspect, alone.deaths) == (1, True, 0)
+    deal._died(alone, "how")
+    assert deal.given == []
+    deal._died(deal.suspects.pop(), "how")
+    assert [result.reason for _, result in deal.given] == ["the worker process died 2 times at this case: how"]

@@ -336,3 +336,39 @@ def shown_tolerance(rows: Iterable[Row]) -> BothTolerances | None:
 def shown_coupling(rows: Iterable[Row]) -> str:
     """The coupling of figures that show one only: one-way, where there are such cases."""
     return min({r.coupling for r in rows}, key=lambda coupling: coupling != "one-way", default="one-way")
+
+
+def costs_of_aligned(rows: Iterable[Row]) -> list[float]:
+    """Ratios of times, `aligned` to `kalker`: for each mesh the median over the problems and tolerances of both."""
+    seconds: dict[Cells, dict[tuple[int, BothTolerances], dict[str, float]]] = {}
+    for r in rows:
+        seconds.setdefault(r.cells, {}).setdefault((r.problem, r.tolerance), {})[r.scheme] = r.seconds
+    costs = []
+    for of_mesh in seconds.values():
+        pairs = [of["aligned"] / of["kalker"] for of in of_mesh.values() if {"aligned", "kalker"} <= of.keys()]
+        if pairs:
+            costs.append(median(pairs))
+    return costs
+
+
+SHOWN = ("force", "moment", "friction_power", "slip_area", "traction_max", "traction")
+"""Quantities whose errors are drawn over the time of solutions."""
+
+LEAST = 1e-5
+"""Relative error below which errors are small by chance, and smaller than those of the references."""
+
+
+def marks(rows: Iterable[Row]) -> tuple[str, str]:
+    """Words for what the figure of errors over time has beside its lines: numbers, and dots; empty where it has none.
+
+    Numbers are beside the line of aligned cells, one-way, in the panel of friction power; dots are one-way cases.
+    """
+    counted = [r for r in rows if r.counts]
+    used = {name: shown_tolerance(r for r in counted if r.scheme == name) for name in schemes(counted)}
+    one_way = [r for r in counted if r.coupling == "one-way" and r.tolerance == used[r.scheme]]
+    numbers = any(r.scheme == "aligned" and r.error("friction_power") > 0.0 for r in one_way)
+    dots = any(r.error(quantity) >= LEAST for r in one_way for quantity in SHOWN)
+    return (
+        " (numbers: cells along a side)" if numbers else "",
+        "; dots: each problem with one-way coupling" if dots else "",
+    )

@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Any
 from rcstudy.report.draw import remark
 from rcstudy.report.layout import caption, log_ticks, panels
 from rcstudy.report.precision import (
+    LEAST,
     OF_FEWER,
     QUANTITIES,
+    SHOWN,
     SOLVER,
     BothTolerances,
     Cells,
     Row,
     explained,
+    marks,
     median,
     proven,
     schemes,
@@ -30,8 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SHOWN = ("force", "moment", "friction_power", "slip_area", "traction_max", "traction")
-_LEAST = 1e-5  # errors below are small by chance, and smaller than those of the references
 _SECONDS, _PRODUCTS = "processor time of the whole solve (s)", "products of the traction solver, all meshes"
 
 _OTHER = "0.45"  # colour of methods that are shown for comparison
@@ -47,11 +48,11 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
     Lines run along the meshes: medians over the problems of one discretisation and coupling. Dots: one-way problems.
     """
     rows = [r for r in rows if r.counts]
-    if not any(r.error(quantity) > 0.0 for r in rows for quantity in _SHOWN):
+    if not any(r.error(quantity) > 0.0 for r in rows for quantity in SHOWN):
         return None
     figure, axes = panels(2, 3, 4.6, sharex=True, sharey=True)
     tolerances = {name: shown_tolerance([r for r in rows if r.scheme == name]) for name in schemes(rows)}
-    for k, (ax, quantity) in enumerate(zip(axes.flat, _SHOWN, strict=True)):
+    for k, (ax, quantity) in enumerate(zip(axes.flat, SHOWN, strict=True)):
         for scheme, tolerance in tolerances.items():
             own = [r for r in rows if r.scheme == scheme and r.tolerance == tolerance]
             for coupling in sorted({r.coupling for r in own}, reverse=True):
@@ -63,7 +64,7 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
             remark(ax, ["no errors"])
     drawn = [float(y) for ax in axes.flat for line in ax.lines for y in line.get_ydata()]
     # all share it: no line, nor its labels, leaves the panels
-    axes[0, 0].set_ylim(0.2 * min([_LEAST, *drawn]), max([1.0, *(1.3 * y for y in drawn)]))
+    axes[0, 0].set_ylim(0.2 * min([LEAST, *drawn]), max([1.0, *(1.3 * y for y in drawn)]))
     log_ticks(axes[0, 0].xaxis, axes[0, 0].get_xlim())
     for ax in axes[1]:
         ax.set_xlabel(_SECONDS)
@@ -72,10 +73,12 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
     named = {name: line for ax in axes.flat for line, name in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(named.values(), named.keys(), loc="outside upper center", ncols=5, handlelength=3.6)
     each = _by_scheme({name: str(tolerance) for name, tolerance in tolerances.items()})
+    numbers, dots = marks(rows)
+    if dots:
+        dots += f", where its error is {LEAST:.0e} or more"
     caption(
         figure,
-        "Lines: medians over the problems along the meshes (numbers: cells along a side); dots: each problem with "
-        f"one-way coupling, where its error is {_LEAST:.0e} or more. "
+        f"Lines: medians over the problems along the meshes{numbers}{dots}. "
         f"Tolerance: {each}.{explained(tolerances.values())} "
         + proven(r for r in rows if r.tolerance == tolerances[r.scheme]),
     )
@@ -100,7 +103,7 @@ def _medians(ax: Axes, rows: Sequence[Row], quantity: str) -> None:
     marker = look.pop("marker")
     if one_way:
         dots = {"linestyle": "none", "marker": marker, "markersize": 2.2, "alpha": 0.5, "markeredgewidth": 0}
-        shown = [r for r in rows if r.error(quantity) >= _LEAST]
+        shown = [r for r in rows if r.error(quantity) >= LEAST]
         ax.plot([r.seconds for r in shown], [r.error(quantity) for r in shown], **look, **dots, zorder=2)
     else:
         look |= {"linestyle": (0, (4, 1.5)), "markerfacecolor": "white"}

@@ -12,6 +12,7 @@ import numpy as np
 from rcstudy.progress import counted
 from rcstudy.report.cells import Column, Table, Value
 from rcstudy.report.precision import (
+    LEAST,
     OF_FEWER,
     QUANTITIES,
     REFERENCE,
@@ -21,7 +22,9 @@ from rcstudy.report.precision import (
     Cells,
     Row,
     Setting,
+    costs_of_aligned,
     explained,
+    marks,
     median,
     of_both,
     schemes,
@@ -177,7 +180,7 @@ def summary_text(
         "",
         *_side_by_side(rows),
         *_recommended(chosen),
-        *(_work_precision() if "work_precision" in drawn else []),
+        *(_work_precision(rows) if "work_precision" in drawn else []),
         *_by_mesh(rows),
         *(["", "![Worst error of each quantity](quantities.png)"] if "quantities" in drawn else []),
         *_reference(rows),
@@ -190,14 +193,15 @@ def summary_text(
     return "\n".join(lines) + "\n"
 
 
-def _work_precision() -> list[str]:
+def _work_precision(rows: Sequence[Row]) -> list[str]:
+    numbers, dots = marks(rows)
     return [
         "",
         "![Errors against seconds](work_precision.png)",
         "",
         *_paragraph(
-            "Lines along the meshes (numbers: cells along a side): medians over the problems; dots: each problem with "
-            "one-way coupling. Single errors can be small by chance, where two of opposite sign meet."
+            f"Lines along the meshes{numbers}: medians over the problems{dots}. Single errors can be small by chance, "
+            "where two of opposite sign meet."
         ),
     ]
 
@@ -247,30 +251,17 @@ def _side_by_side(rows: Sequence[Row]) -> list[str]:
         parts = []
         for quantity, words in QUANTITIES.items():
             worst = [[worst_of(r.error(quantity) for r in group) for group in pair] for pair in both]
-            ratios = [kalker / aligned for kalker, aligned in worst if aligned > 0.0]
+            ratios = [pair[0] / pair[1] for pair in worst if min(pair) >= LEAST]
             if ratios and not np.allclose(ratios, 1.0, atol=0.05):
                 parts.append(f"{words} {_range_of(ratios, '.1f')}")
-        costs = _costs(coupled)
+        costs = costs_of_aligned(coupled)
         cost = f" `aligned` costs {_range_of(costs, '.2g')} times the time." if costs else ""
         lines += _paragraph(
-            f"With {coupling} coupling, on the same mesh the worst errors of `kalker` are larger than those of "
-            f"`aligned` by factors of: {'; '.join(parts)}.{cost}"
+            f"With {coupling} coupling, worst errors of `kalker` over those of `aligned` on the same mesh: "
+            f"{'; '.join(parts) or 'about the same'}.{cost}"
         )
         lines.append("")
     return lines
-
-
-def _costs(rows: Iterable[Row]) -> list[float]:
-    """Ratios of times, `aligned` to `kalker`: for each mesh the median over the problems and tolerances of both."""
-    seconds: dict[Cells, dict[tuple[int, BothTolerances], dict[str, float]]] = {}
-    for r in rows:
-        seconds.setdefault(r.cells, {}).setdefault((r.problem, r.tolerance), {})[r.scheme] = r.seconds
-    costs = []
-    for of_mesh in seconds.values():
-        pairs = [of["aligned"] / of["kalker"] for of in of_mesh.values() if {"aligned", "kalker"} <= of.keys()]
-        if pairs:
-            costs.append(median(pairs))
-    return costs
 
 
 def _meshes(rows: Iterable[Row]) -> list[Cells]:

@@ -46,7 +46,8 @@ def cases_table(found: Iterable[GridView]) -> Table:
     caption = (
         "Solver statistics per case. Products: with the operator or the preconditioner; those of the tractions "
         "on coarser meshes, where the solution starts from, apart. Proofs, from Tension on, are relative and computed "
-        "apart from the solver. Seconds are this run's; a pressure that cases share is charged to one of them."
+        "apart from the solver. Seconds are those of the run that solved the case; a pressure that cases share is "
+        "charged to one of them."
     )
     names = [c.key for c in CASES if c.key in VARIABLES and c.key != "status"]
     rows: list[dict[str, Value]] = []

@@ -21,7 +21,7 @@ from rcstudy.cube import grids as cube_grids
 from rcstudy.errors import UserError
 from rcstudy.report.labels import power_of_ten
 from rcstudy.result import CellState, Status
-from rcstudy.settings import unit_of
+from rcstudy.settings import name_with_body, unit_of
 from rcstudy.storage.layout import LABEL, MISSING
 from rcstudy.studyfile.quantities import as_quantity, number_text
 from rcstudy.studyfile.spec import SceneSpec
@@ -120,9 +120,7 @@ class GridView:
 
     def name_of(self, axis: str) -> str:
         """The name of `axis` for people; `E` and `nu` with the body that they belong to: `substrate E`."""
-        long_name = str(self.dataset[axis].attrs.get("long_name", "")) if axis in ("E", "nu") and axis in self else ""
-        body = re.search(r" of the (substrate|counterbody)\b", long_name)
-        return f"{body[1]} {axis}" if body else axis
+        return name_with_body(axis, str(self.dataset[axis].attrs.get("long_name", ""))) if axis in self else axis
 
     def units(self, axis: str) -> str:
         """Units of the numbers, or pairs of numbers, along `axis` as people write them; empty if they have none."""

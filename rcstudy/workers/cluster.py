@@ -147,20 +147,17 @@ def _dask_silenced() -> Iterator[None]:
 
 @dataclass(eq=False)
 class _Parcel:
-    """Batches sent to one worker together. A `suspect` is one case, alone, from a parcel whose worker died."""
+    """Batches sent to one worker together. A `suspect` is one case, alone, of a parcel whose worker died or failed."""
 
     batches: list[list[Case]]
     deaths: int = 0
+    suspect: bool = False
     worker: str = ""
     future: Any = None
 
     @property
     def cases(self) -> list[Case]:
         return [case for batch in self.batches for case in batch]
-
-    @property
-    def suspect(self) -> bool:
-        return self.deaths > 0
 
 
 @dataclass
@@ -284,7 +281,7 @@ class _Distribution:
         """Count the death of a worker at `parcel`: its cases are tried again one by one, or its only case given up."""
         deaths = parcel.deaths + 1
         if len(parcel.cases) > 1 or deaths < ATTEMPTS:
-            self.suspects.extend(_Parcel([[case]], deaths) for case in parcel.cases)
+            self.suspects.extend(_Parcel([[case]], deaths, suspect=True) for case in parcel.cases)
             return
         reason = f"the worker process died {deaths} times at this case: {how}"
         self.given.append((parcel.cases[0], Result(Status.ERROR, reason)))
@@ -393,7 +390,7 @@ class _Distribution:
         elif isinstance(error, TimeoutError) or parcel.future.status in ("cancelled", "lost", "pending"):
             self._put_back(parcel)  # solved, but the worker died before it could pass the results on
         elif len(parcel.cases) > 1:
-            self.suspects.extend(_Parcel([[case]], ATTEMPTS - 1) for case in parcel.cases)
+            self.suspects.extend(_Parcel([[case]], parcel.deaths, suspect=True) for case in parcel.cases)
         else:
             self.given.append((parcel.cases[0], Result(Status.ERROR, how)))
 
