@@ -43,7 +43,7 @@ a half-space. As the load is given, half of this error remains (second moments a
 0.018 to 0.021 of second differences). It is `excess`, log(C/A)/(2 t^2), taken at t = 0.24, a wave of 26 cells: 1/52 on
 a half-space, 1/48 for t -> 0. On incompressible films of 1e-3 and 1e-4 of the substrate's modulus it is down to -0.5
 and -1.0 (0.5 and 0.4 of a cell thick), and up to 0.04 and 0.23 (a tenth of a cell). On softer ones, 5e-6 of it, it
-is up to 4: contacts of few cells have no waves as long as that is for, and `kernels/outline.py` limits what comes of it.
+is up to 4: contacts of few cells have no waves so long, and `kernels/outline.py` limits what comes of it.
 
 The border of a stick zone is such an edge, too: there the room, i.e. mu p - |q|, by which tractions in stick stay below
 the bound, and the slip behind the border vary like the root of the distance. The cells of `aligned.py` are point
