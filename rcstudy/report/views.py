@@ -27,7 +27,7 @@ from rcstudy.studyfile.quantities import as_quantity, number_text
 from rcstudy.studyfile.spec import SceneSpec
 from rcstudy.studyfile.written import starting_scene
 
-_UNIT = re.compile(r"(?<=\d) (mm|MPa)$")
+_WITH_UNIT = re.compile(r"([-+.\de]+) (mm|MPa)")
 
 
 class GridView:
@@ -94,7 +94,7 @@ class GridView:
         asked = {text, str(as_quantity(text) or text)}  # `a` is `1 a`
         for i in range(self.dataset.sizes[axis]):
             names = {self.written(axis, i), self.value(axis, i)}
-            names |= {_UNIT.sub("", name) for name in names}  # of numbers beside relative ones
+            names |= {found[1] for name in names if (found := _WITH_UNIT.fullmatch(name))}  # beside relative ones
             if asked & (names | {name.replace(" ", "") for name in names}):
                 return self.at({axis: [i]})
         if not self.numeric(axis):
