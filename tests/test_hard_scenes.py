@@ -654,6 +654,7 @@ def test_no_traction_beyond_the_largest_bound():
             assert scalars["traction_max"] <= 0.3 * scalars["pressure_max"] * (1.0 + 1e-12)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("cells", "load", "thickness"), [(11, 5.0, 5e-3), (10, 10.0, 8e-3), (12, 50.0, 8e-3)])
 def test_largest_pressures_on_films_of_rubber_on_few_cells(cells, load, thickness):
     """Were negative, -20 MPa, with negative error bars and called solved; with creepage no error bars could be had."""
