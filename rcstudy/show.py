@@ -130,9 +130,8 @@ def _meshes(grid: xr.Dataset, scene: SceneSpec | None, varied: Collection[str]) 
         if f"{name}_x" in grid and f"{name}_y" in grid:
             along = [grid[f"{name}_{way}"].values.astype(int).tolist() for way in "xy"]
             return set(zip(*along, strict=True))
-    # a mapping in a list of cases may set the mesh's size alone
-    sets_cells = "mesh.cells" in varied or ("mesh" in varied and not any(path.startswith("mesh.") for path in varied))
-    return {scene.mesh.cells} if scene is not None and not sets_cells else set()
+    # only listed cases that all give the same cells are left: those of axes and of other lists have coordinates
+    return {scene.mesh.cells} if scene is not None and "mesh.cells" not in varied else set()
 
 
 def _listed(meshes: Collection[tuple[int, int]]) -> str:

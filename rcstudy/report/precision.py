@@ -35,6 +35,12 @@ SOLVER = "solver_"
 REFERENCE = "reference_"
 """Prefix of the reference's own error, as its difference from the next coarser mesh."""
 
+SHOWN = ("force", "moment", "friction_power", "slip_area", "traction_max", "traction")
+"""Quantities whose errors are drawn over the time of solutions."""
+
+LEAST = 1e-5
+"""Relative error below which errors are small by chance, and smaller than those of the references."""
+
 
 @total_ordering
 @dataclass(frozen=True)
@@ -333,6 +339,11 @@ def shown_tolerance(rows: Iterable[Row]) -> BothTolerances | None:
     return found[min(1, len(found) - 1)] if found else None
 
 
+def shown_tolerances(rows: Sequence[Row]) -> dict[str, BothTolerances | None]:
+    """The `shown_tolerance` of each scheme that `rows` have."""
+    return {name: shown_tolerance(r for r in rows if r.scheme == name) for name in schemes(rows)}
+
+
 def shown_coupling(rows: Iterable[Row]) -> str:
     """The coupling of figures that show one only: one-way, where there are such cases."""
     return min({r.coupling for r in rows}, key=lambda coupling: coupling != "one-way", default="one-way")
@@ -351,20 +362,13 @@ def costs_of_aligned(rows: Iterable[Row]) -> list[float]:
     return costs
 
 
-SHOWN = ("force", "moment", "friction_power", "slip_area", "traction_max", "traction")
-"""Quantities whose errors are drawn over the time of solutions."""
-
-LEAST = 1e-5
-"""Relative error below which errors are small by chance, and smaller than those of the references."""
-
-
 def marks(rows: Iterable[Row]) -> tuple[str, str]:
     """Words for what the figure of errors over time has beside its lines: numbers, and dots; empty where it has none.
 
     Numbers are beside the line of aligned cells, one-way, in the panel of friction power; dots are one-way cases.
     """
     counted = [r for r in rows if r.counts]
-    used = {name: shown_tolerance(r for r in counted if r.scheme == name) for name in schemes(counted)}
+    used = shown_tolerances(counted)
     one_way = [r for r in counted if r.coupling == "one-way" and r.tolerance == used[r.scheme]]
     numbers = any(r.scheme == "aligned" and r.error("friction_power") > 0.0 for r in one_way)
     dots = any(r.error(quantity) >= LEAST for r in one_way for quantity in SHOWN)

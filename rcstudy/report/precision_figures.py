@@ -24,6 +24,7 @@ from rcstudy.report.precision import (
     schemes,
     shown_coupling,
     shown_tolerance,
+    shown_tolerances,
     some_lack,
     worst_of,
 )
@@ -51,7 +52,7 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
     if not any(r.error(quantity) > 0.0 for r in rows for quantity in SHOWN):
         return None
     figure, axes = panels(2, 3, 4.6, sharex=True, sharey=True)
-    tolerances = {name: shown_tolerance([r for r in rows if r.scheme == name]) for name in schemes(rows)}
+    tolerances = shown_tolerances(rows)
     for k, (ax, quantity) in enumerate(zip(axes.flat, SHOWN, strict=True)):
         for scheme, tolerance in tolerances.items():
             own = [r for r in rows if r.scheme == scheme and r.tolerance == tolerance]

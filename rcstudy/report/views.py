@@ -101,8 +101,8 @@ class GridView:
             return None
         values = self.small(axis).values.astype(float)
         off = np.abs(values - _number(text.removesuffix(self.units(axis))))
-        near = [i for i in np.argsort(off) if off[i] <= 1e-6 * abs(values[i])]
-        return self.at({axis: near[:1]}) if near else None
+        i = int(np.argmin(off))
+        return self.at({axis: [i]}) if off[i] <= 1e-6 * abs(values[i]) else None
 
     def at(self, places: Mapping[str, Sequence[int]]) -> GridView:
         """This grid with the values at `places` of these axes only."""
