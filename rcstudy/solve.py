@@ -69,6 +69,9 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
                     result = _normal_failure(shared.contact) or shared.result(scene)
             except (Refusal, BeyondRounding) as refusal:
                 result = Result(Status.REFUSED, str(refusal))
+            except (OverflowError, ZeroDivisionError) as error:
+                what = f"{type(error).__name__}: {error}"
+                result = Result(Status.ERROR, f"beyond the range of floating point numbers ({what})")
             except Exception as error:  # a batch must go on: any failure of one case becomes its status
                 result = Result(Status.ERROR, f"{type(error).__name__}: {error}")
             result.scalars["solve_seconds"] = time.perf_counter() - seconds_of_compiling() - start
@@ -239,6 +242,8 @@ def _hidden(
     """The errors that differences between meshes do not show, for the error bars."""
     hidden = Hidden(
         by_layers=contact.area_by_layers / contact.area,
+        moved=contact.moved_edge / contact.area,
+        squeezed=contact.influence.squeezed(math.sqrt(contact.area / math.pi)),
         peak_by_layers=contact.peak_by_layers / contact.pressure_max,
         at_rim=contact.missing_at_rim,
         beyond_rim=contact.beyond_rim,
@@ -253,7 +258,7 @@ def _hidden(
         slip_shown=bool(rolling.slip.any()),
         slips_at_top=contact.slips_at_top(rolling),
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),
-        by_pressure=abs(contact.influence.slip_under_pressure) * contact.pressure_max,
+        by_pressure=contact.influence.most_slip_under_pressure * contact.pressure_max,
         turning=abs(contact.influence.slip_by_pressure_over_tractions) / (math.pi * scene.friction),
         skin=contact.skin_at_edge,
     )

@@ -230,6 +230,23 @@ def test_influence_of_thin_and_soft_layers_by_more_points(monkeypatch: pytest.Mo
         assert np.abs(few - many).max() <= 1e-9 * many[:3].max(axis=(1, 2)).min()
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+@pytest.mark.parametrize("counterbody", [None, STEEL])
+def test_influence_far_from_very_soft_films(nu: float, counterbody: Material | None) -> None:
+    """1e-6 of the stiffness, 1e-3 of a cell thick: pressure 20 to 180 cells away acts as without it.
+
+    The layers' contribution cancels nearly all that of half-spaces of their own; 1e-4 to 1e-3 were off with as many
+    points as are enough elsewhere.
+    """
+    film = Layer(1e-6 * STEEL.E, nu, 1e-5)
+    found, bare = (
+        Influence(STEEL, layers, counterbody, (0.01, 0.01), 2.0).quadrant(128, 128)[0, 20:128, :128]
+        for layers in ((film,), ())
+    )
+    np.testing.assert_allclose(found, bare, rtol=5e-5)  # rounding errors of what cancels
+
+
 @pytest.mark.parametrize("name", ["unequal", "layered"])
 @pytest.mark.parametrize("requests", [[(2, 3), (4, 3), (4, 9), (9, 9)], [(9, 2), (1, 9)], [(1, 1), (6, 7), (9, 9)]])
 def test_influence_grows_without_a_trace(name: str, requests: list[tuple[int, int]]) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +12,12 @@ import pytest
 import rcstudy
 from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.hidden import Hidden
+from rcstudy.mechanics.aligned import AlignedContact
+from rcstudy.mechanics.contact import solve_normal
+from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.missed import Missed
-from rcstudy.mechanics.scene import Layer, Material
+from rcstudy.mechanics.scene import Layer, Material, Mesh, Scene
 from rcstudy.study import scene_from_mapping
 
 STEEL = Material(210000.0, 0.3)
@@ -125,6 +130,62 @@ def test_error_bars_of_what_cells_miss() -> None:
     assert {name: bar for name, bar in slip.items() if name != "force_x_error"} == {
         name: bar for name, bar in none.items() if name != "force_x_error"
     }
+
+
+@pytest.mark.parametrize(
+    ("layers", "power"),
+    [
+        ((Layer(10.0, 0.5, 1e-3),), 1.0),  # gives way by being squeezed out, like k^2
+        ((Layer(10.0, 0.3, 1e-3),), 0.0),  # gives way on the spot
+        ((Layer(10.0, 0.5, 10.0),), 0.0),  # a body of its own
+        ((Layer(1e6, 0.5, 1e-3),), 0.0),  # stiffer than the substrate
+        ((Layer(1000.0, 0.48, 1e-3), Layer(10.0, 0.5, 1e-3)), 1.0),
+        ((), 0.0),
+    ],
+)
+def test_how_far_films_are_squeezed_out(layers: tuple[Layer, ...], power: float) -> None:
+    """It does not depend on the counterbody or on the cells."""
+    found = influence(layers, None, 0.02).squeezed(0.3)
+    assert found == pytest.approx(power, abs=0.06)
+    assert influence(layers, Material(100.0, 0.4), 0.01).squeezed(0.3) == found
+
+
+@pytest.mark.parametrize("nu", [0.499, 0.4999, 0.49999, 0.499999, 0.5])
+def test_how_far_nearly_incompressible_films_are(nu: float) -> None:
+    """Thin films answer k^2 h^3/(3 G) and (1 + nu)(1 - 2 nu) h/((1 - nu) E): exponents 2 and 0, by their parts."""
+    film, k = Layer(1e-3, nu, 1e-3), 4.0
+    squeezed = (k * film.thickness) ** 2 / (3.0 * film.G)
+    compressed = (1.0 + nu) * (1.0 - 2.0 * nu) / ((1.0 - nu) * film.E)
+    expected = min(1.0, 2.0 * squeezed / (squeezed + compressed))
+    assert influence((film,), None, 0.02).squeezed(4.0 / k) == pytest.approx(expected, rel=6e-3)
+
+
+def test_slip_by_pressure_of_the_bodys_own_waves() -> None:
+    """A top layer that moves like the counterbody does not slip under waves shorter than itself, but under others."""
+    side = 0.02
+    bare = influence((), None, side)
+    assert bare.most_slip_under_pressure == abs(bare.slip_under_pressure) > 0.0
+    rigid = influence((Layer(52000.0, 0.5, 5.0 * side),), None, side)
+    assert abs(rigid.slip_under_pressure) < 0.05 * rigid.most_slip_under_pressure
+    alpha = 1.0 / (side * np.arange(1, 17))
+    assert rigid.most_slip_under_pressure == pytest.approx(np.abs(alpha * rigid._responses(alpha)[1]).max(), rel=1e-12)
+    assert rigid.most_slip_under_pressure > 2.0 * bare.most_slip_under_pressure  # squeezed out sideways
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_area_between_edges_that_layers_move(discretisation: Any) -> None:
+    """Along either axis the shift by a half-line of such cells, over the whole outline; aligned cells know it."""
+    mesh = Mesh((1.2, 0.9), (12, 18))
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, mesh, layers=RUBBER, discretisation=discretisation)
+    contact = solve_normal(scene)
+    contact = AlignedContact(contact) if discretisation == "aligned" else contact
+    shifts = (abs(contact.influence.half_line(side).shift - HALF_SPACE.shift) for side in (0.1, 0.05))
+    moved = sum(shift * side for shift, side in zip(shifts, (0.1, 0.05), strict=True))
+    expected = moved * math.sqrt(math.pi * contact.area)
+    assert contact.moved_edge == (0.0 if discretisation == "aligned" else pytest.approx(expected, rel=1e-12))
+    assert expected > 0.01
+    bare = replace(scene, layers=())
+    assert solve_normal(bare).moved_edge == 0.0
 
 
 @pytest.mark.heavy

@@ -206,6 +206,15 @@ def test_moduli_beyond_rounding_are_refused(modulus: float) -> None:
     assert result.reason == "moduli so far apart that rounding leaves nothing of what the layers yield"
 
 
+@pytest.mark.heavy
+def test_numbers_beyond_those_of_floating_point_are_called_so() -> None:
+    """Without the JIT it is a warning of NumPy's that the tests take for an error."""
+    scene = replace(SCENE, counterbody=None, creepage=Creepage(0.001), coupling="full", friction=5e-324)
+    result = solve_scene(scene)
+    assert result.status == Status.ERROR
+    assert result.reason == "beyond the range of floating point numbers (ZeroDivisionError: float division by zero)"
+
+
 def test_an_error_in_the_pressure_is_every_cases_status(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the shared pressure raises, no case of the group is solved, and none is missing."""
 

@@ -13,8 +13,8 @@ contact. Here the other contributions are added:
 - The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
   with `kalker`, is a known error (`balance_power`).
 - Estimates of forces along y and of moments fall with the creepages where bodies slip by pressure (`_BY_CREEPAGE`).
-- What pressure, not creepage, makes surfaces slip has parts of its own (`pressed.py`), edges under strong friction, too
-  (`pulled.py`).
+- What pressure, not creepage, makes surfaces slip has parts of its own (`pressed.py`), as have edges under strong
+  friction (`pulled.py`) and films much softer than the bodies (`films.py`).
 - All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`hidden.py`):
   layers and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins, the
   pole of spin.
@@ -28,7 +28,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-from rcstudy.bars import elongated, few, pressed, pulled
+from rcstudy.bars import elongated, few, films, pressed, pulled
 from rcstudy.bars.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.bars.hidden import Hidden
 from rcstudy.mechanics.scene import Creepage, Scene
@@ -94,22 +94,6 @@ _BY_CREEPAGE, _FALLING = 2.0, 1.0 / 3.0
 # not be symmetric. (49 such numbers of 720 contacts by spin or longitudinal creepage alone: at most 0.14, 11 beyond the
 # tolerance.)
 _ASYMMETRY = 0.15
-# Errors over their scales, per unit of what cells miss of the bodies' compliance (`mechanics/missed.py`), and that of
-# the force along x of what sticks, in quadrature, per unit of what they miss of slip by pressure over friction. (Set on
-# 750 contacts on films of nu = 0.45 to 0.5, 0.03 to 2.5 cells thick; of 400 others 90 (`aligned`) and 93 in 100 forces
-# along x are held without it, 99 and 98 with it, 86 largest pressures without, 94 and 89 with it.)
-_MISSED = {
-    "contact_area": 0.45,
-    "contact_radius": 0.22,
-    "approach": 0.4,
-    "pressure_max": 0.7,
-    "slip_area": 0.3,
-    "traction_max": 0.5,
-    "force_x": 0.2,
-    "force_y": 0.2,
-    "moment_z": 0.2,
-}
-_MISSED_SLIP = 1.1
 # Errors with `kalker` under pressures more peaked than Hertz's, per unit of `peaked`. The largest pressure may lie half
 # a cell from the next centre along either side, which misses m/(2 N^2) of p0 (1 - r^2/a^2)^m: 0.4 of the at most 0.5 by
 # which that is beyond Hertz's, and up to 1.2 times the bar of the largest traction. (Set on 850 contacts on soft
@@ -154,6 +138,7 @@ def error_estimates(
             by_meshes = math.hypot(case.by_meshes(name, fit, [level[name] for level in levels]), case.missed_slip(name))
             of_cells = by_meshes + hides.get(name, 0.0) * abs(levels[0][name])
             bars[name] = factors.get(name, 1.0) * of_cells + case.left_by_solver(name)
+    case.add_squeezed_films(bars)
     if "slip_area" in levels[0]:
         case.add_turned_force(bars)
         if len(levels) == 1 and case.on_few:  # the laws of few cells hold for all parts of the errors
@@ -278,7 +263,7 @@ class _Case:
         if name in _WITH_LITTLE_SLIP:
             most, power = _WITH_LITTLE_SLIP[name]
             part += most * (1.0 - self.slipping) ** power
-        off += part * max(by_layers, -_BY_SKINS * by_layers) + _MISSED.get(name, 0.0) * self.hidden.missed.compliance
+        off += part * max(by_layers, -_BY_SKINS * by_layers) + films.hidden_from_cells(self.hidden, name)
         return self.tolerance(name) + off * abs(self.scales[name])
 
     def left_of_none(self, name: str) -> float:
@@ -306,11 +291,18 @@ class _Case:
         }
 
     def missed_slip(self, name: str) -> float:
-        """Error of the force along x by what cells miss of the slip by pressure on such layers; 0 for all others."""
+        """Error of the force along x by what cells miss of the slip by pressure on films; 0 for all others."""
         if name != "force_x":
             return 0.0
-        sticks = math.sqrt(max(1.0 - self.slipping, 0.0))
-        return _MISSED_SLIP * self.hidden.missed.slip / self.scene.friction * sticks * self.scales[name]
+        return films.of_missed_slip(self.hidden, self.scene.friction, self.slipping) * self.scales[name]
+
+    def add_squeezed_films(self, bars: dict[str, float]) -> None:
+        """Add, in quadrature, what the largest pressure is off by where the approach is, on incompressible films."""
+        if not bars.keys() >= {"pressure_max", "approach"}:
+            return
+        over_approach = films.of_squeezed(self.hidden, self.peaked) * self.finest["pressure_max"]
+        off = over_approach * bars["approach"] / self.finest["approach"]
+        bars["pressure_max"] = math.hypot(bars["pressure_max"], off)
 
     def add_what_slips(self, bars: dict[str, float], meshes: int) -> None:
         """Set the bar of the slip area and, where no cell slips, those of power, forces and moment."""

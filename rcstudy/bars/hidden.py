@@ -18,7 +18,9 @@ class Hidden(NamedTuple):
 
     `unsettled`: deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`); `by_layers`: area
     that layers too thin for the cells add to the contact (negative: take from it), over the contact's
-    (`AlignedContact.area_by_layers`); `slip`: effect of slip zones too narrow for the cells (`subcell/unseen.py`);
+    (`AlignedContact.area_by_layers`); `moved`: area between edges as layers move them and those that cells of `kalker`
+    see, over the contact's (`NormalContact.moved_edge`); `squeezed`: how far the layers respond like an incompressible
+    film, 0 to 1 (`Influence.squeezed`); `slip`: effect of slip zones too narrow for the cells (`subcell/unseen.py`);
     `lift`: lift of the surface by tractions over the approach (full coupling); `peak_by_layers`: difference of the
     largest pressure corrected for layers from that corrected as on half-spaces, over that pressure; `cusp_of_pressure`,
     `cusp_of_traction`: by which fraction of themselves cusps change the largest pressure and traction, or would
@@ -27,16 +29,18 @@ class Hidden(NamedTuple):
     largest pressure may be too small under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in
     the outermost cells (`mechanics/plates.py`); `slip_shown`, `slips_at_top`: whether any cell slips, and whether one
     of the largest pressure does; `largest_of_cells`: largest traction (MPa) of a cell; `by_pressure`: slip that the
-    largest pressure causes on the spot (`Influence.slip_under_pressure`); `turning`: magnitude of Dundurs' constant
-    over pi times friction; `skin`: difference of Dundurs' constant (-) on a scale below that of a cell beside the edge,
-    and that scale (mm) (`Influence.skin_at_edge`); `at_pole`: fraction by which the largest pressure may rise at the
-    pole of spin (`subcell/pole.py`; full coupling); `top_at_border`: whether the cell of the largest pressure is
+    largest pressure causes on the spot (`Influence.most_slip_under_pressure`); `turning`: magnitude of Dundurs'
+    constant over pi times friction; `skin`: difference of Dundurs' constant (-) on a scale below that of a cell beside
+    the edge, and that scale (mm) (`Influence.skin_at_edge`); `at_pole`: fraction by which the largest pressure may rise
+    at the pole of spin (`subcell/pole.py`; full coupling); `top_at_border`: whether the cell of the largest pressure is
     within two cells of the border of the stick zone (`close_to_border`; full coupling); `missed`: what cells miss of
     the bodies' responses (`mechanics/missed.py`).
     """
 
     unsettled: float = 0.0
     by_layers: float = 0.0
+    moved: float = 0.0
+    squeezed: float = 0.0
     slip: Unseen = Unseen()
     lift: float = 0.0
     peak_by_layers: float = 0.0

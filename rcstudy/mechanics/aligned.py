@@ -307,6 +307,11 @@ class AlignedContact(NormalContact):
         return self.outline.area_by_layers
 
     @property
+    def moved_edge(self) -> float:
+        """Nothing: edges are found."""
+        return 0.0
+
+    @property
     def pressure_max(self) -> float:
         """Largest pressure (MPa), interpolated between cells."""
         return self.outline.summit[0]

@@ -248,6 +248,19 @@ class NormalContact:
         """Area (mm^2) that thin layers add at the contact's edge: 0, known on aligned cells only."""
         return 0.0
 
+    @property
+    def moved_edge(self) -> float:
+        """Area (mm^2) between the edge as layers move it (`half_line.py`) and that seen by cells; 0 without layers.
+
+        Aligned cells, which find the edge, correct for it.
+        """
+        if not self.influence.layered:
+            return 0.0
+        along, across = (
+            abs(self.influence.half_line(side).shift - HALF_SPACE.shift) * side for side in self.scene.mesh.spacing
+        )
+        return (along + across) * math.sqrt(math.pi * self.area)
+
     @cached_property
     def peak_by_layers(self) -> float:
         """Change (MPa) of the largest pressure's discretisation correction by the layers, for the error bars.

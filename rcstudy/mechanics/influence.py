@@ -53,9 +53,14 @@ _LOWEST = 1e-100  # 1/mm: squares have to be in the range of floating point numb
 _NEAR = 5.0  # cells closer than this many (larger) cell sides are integrated in polar coordinates
 _ANGLES, _PIECE = 16, 1.0  # Gauss points per piece of the angular variable, and the largest length of a piece
 _RINGS = {0.0: 6, 6.5: 5, 9.0: 4, 18.0: 3, 50.0: 2}  # distance in (larger) cell sides: Gauss points along each side
+# Far from a top layer that is softer than all below together by more than this factor, what the half-spaces and the
+# layers contribute cancels. The distances then grow such that errors of n points, as the power -2 n of the distance,
+# remain the same part of the sum. (Beyond 50 cells on 1e-6 of the stiffness: 1e-3 without, 1e-7 with it.)
+_SOFT = 10.0
 _TOGETHER = np.array([1.0, -1.0, 1.0, 1.0])  # signs with which body 2's responses a, b, c, d add to body 1's
 _MOST_CELLS = 16  # length of the longest waves, over 2 pi dx, in `Influence.as_half_space`
 _SCALE, _SCALES = 1.5, 40  # scale times wave number, and number of scales, in `Influence.skin_at_edge`
+_APART = 1.1  # of wave numbers at which `Influence.squeezed` takes a slope
 _KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 9, more if its box has to be enlarged
 
 
@@ -245,6 +250,15 @@ class Influence:
         return float(self._of_cells[1, 0])
 
     @property
+    def most_slip_under_pressure(self) -> float:
+        """The largest magnitude of `slip_under_pressure` for any wave of the bodies' own (1/MPa), for error bars.
+
+        That is alpha b(alpha) at alpha of 1/dx over 1 to `_MOST_CELLS` cells: where the layer on top moves like the
+        counterbody, e.g. if both are incompressible or rigid, pressure causes slip by longer waves alone.
+        """
+        return float(np.abs(self._of_cells[1]).max())
+
+    @property
     def slip_under_tractions(self) -> tuple[float, float]:
         """alpha times the responses to tractions along and across a wave (1/MPa), at wave number alpha = 1/dx.
 
@@ -293,6 +307,22 @@ class Influence:
         along = missed(self._responses, dx, radius)
         across = along if dx == dy else missed(self._responses, dy, radius)
         return along._replace(compliance=max(along.compliance, across.compliance))
+
+    def squeezed(self, radius: float) -> float:
+        """How far (0 to 1) the layers respond like an incompressible film in a contact of this `radius` (mm).
+
+        It is the exponent of k in what they add to the substrate's response to waves of number k = 4/radius: 2 for thin
+        incompressible films, which give way by being squeezed out sideways (k^2 h^3/(3 G)), 0 for thin compressible
+        ones, -1 for thick ones. 0 if they make it stiffer.
+        """
+        if not self.layered:
+            return 0.0
+        alpha = 4.0 / radius * np.array([1.0 / _APART, _APART])
+        added = frequency_response(self._substrate, self._layers, alpha)[0]
+        added = (added - half_space_response(self._substrate)[0] / alpha).tolist()
+        if min(added) <= 0.0:
+            return 0.0
+        return min(max(math.log(added[1] / added[0]) / (2.0 * math.log(_APART)), 0.0), 1.0)
 
     def as_half_space(self, most: int, tolerance: float) -> int:
         """Cells, at most `most` (of `_MOST_CELLS`), over which bodies respond as to waves of one cell: as half-spaces.
@@ -344,8 +374,17 @@ class Influence:
         if self._tables is not None:
             _, have_x, have_y = self._layer_part.shape
             out[:, :have_x, :have_y] = self._layer_part
-            layer_integrals(self._tables, self.spacing, (have_x, have_y), out)
+            layer_integrals(self._tables, self.spacing, (have_x, have_y), out, self._softness)
         return out
+
+    @property
+    def _softness(self) -> float:
+        """Normal compliance of both bodies to the shortest waves over that to the longest ones."""
+        near, far = (
+            sum(float(half_space_response(m)[0]) for m in (body, self._counterbody) if m is not None)
+            for body in (self._top, self._substrate)
+        )
+        return near / far
 
     def _with_half_spaces(self, layer_part: np.ndarray) -> np.ndarray:
         """Half-spaces in closed form (Johnson 1985, Eqs 3.18, 3.75, integrated) plus `layer_part` [6, nx, ny].
@@ -367,10 +406,13 @@ class Influence:
         return out
 
 
-def layer_integrals(tables: RadialTables, spacing: tuple[float, float], have: tuple[int, int], out: np.ndarray) -> None:
+def layer_integrals(
+    tables: RadialTables, spacing: tuple[float, float], have: tuple[int, int], out: np.ndarray, softness: float = 1.0
+) -> None:
     """Write the layers' contribution, integrated over the cells, into `out` [6, nx, ny].
 
-    It is the difference from a half-space of the top material. Cells with i < have[0] and j < have[1] are known.
+    It is the difference from a half-space of the top material, of `softness` times the compliance of all below. Cells
+    with i < have[0] and j < have[1] are known.
     """
     dx, dy = spacing
     _, nx, ny = out.shape
@@ -380,7 +422,8 @@ def layer_integrals(tables: RadialTables, spacing: tuple[float, float], have: tu
     if have[0] < near[0] or have[1] < near[1]:
         have = near
         coefficients.near_cells(tables.primitive, *grid, *near, *_gauss(_ANGLES), _PIECE, out)
-    beyond = side * np.array(list(_RINGS))
+    excess = max(1.0, softness / _SOFT)
+    beyond = side * np.array([distance * excess ** (0.5 / points) for distance, points in _RINGS.items()])
     coefficients.far_cells(tables.kernel, *grid, *have, beyond, tuple(_gauss(n) for n in _RINGS.values()), out)
 
 
