@@ -272,6 +272,7 @@ def _hidden(
         cusp_of_pressure=of_pressure,
         cusp_of_traction=of_traction,
         pull=pull,
+        pull_under_skin=scene.friction * contact.influence.pull_under_skin,
         at_pole=rise_at_pole(contact.cells, contact.pressure, fractions, pull),
         top_at_border=close_to_border(contact.cells, contact.pressure, rolling.slip),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 
@@ -14,6 +16,7 @@ MEANINGS = ("units", "flag_meanings", "flag_values")
 """Attributes that say what the numbers of a variable mean."""
 
 _SHOWN = 5
+_FIELDS = ("x", "y")  # dimensions of cells
 
 
 def align(
@@ -42,7 +45,14 @@ def align(
     cropped, ours, theirs = _on_common_cells(ours, theirs)
     problems += cropped
     others = _other_dims(ours, theirs, their_dims)
-    if others:
+    if (
+        others
+        and not set(_FIELDS) <= set(ours.dims) & set(theirs.dims)
+        and ours.sizes.get(LAYER) == theirs.sizes.get(LAYER)
+    ):
+        problems += others  # one cube has no fields: scalars can be compared
+        ours, theirs = (grid.drop_dims(_FIELDS, errors="ignore") for grid in (ours, theirs))
+    elif others:
         return None, problems + others
     problems += _coordinates(ours, theirs, their_dims)
     return (ours, theirs), problems
@@ -92,29 +102,52 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
     return problems, names
 
 
-def _on_common_cells(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
-    """Both grids on the cells that both have where one's are a part of the other's, and that they are, in words.
+class _Common(NamedTuple):
+    """The cells that both grids have along one dimension: which of either's they are, in all cases."""
 
-    Where that part is not the same for all cases, as in grids of several meshes, both grids are without fields.
+    ours: slice
+    theirs: slice
+    alike: bool  # whether they are the same in all cases, and there are any
+
+
+def _on_common_cells(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
+    """Both grids on the cells that both have, if these are not all cells of either, and that they are, in words.
+
+    Where those are not the same for all cases, as in grids of several meshes, or none, both grids are without fields.
+    Grids on cells of other meshes are left as they are.
     """
-    cells = [tuple(grid.sizes.get(dim, 0) for dim in "xy") for grid in (ours, theirs)]
-    if cells[0] == cells[1]:
-        return [], ours, theirs
-    small, large = (ours, theirs) if cells[0] <= cells[1] else (theirs, ours)
-    places = [_places(_centres(large, dim), _centres(small, dim)) for dim in "xy"]
-    if not all(places):
-        return [], ours, theirs
-    here, there = (" x ".join(map(str, counts)) for counts in cells)
-    part = "a part of the reference's" if small is ours else "of which the reference's are a part"
-    words = (
-        f"x, y: fields on {here} cells, {part}, {there}: cropped in another way (outputs: crop), or to other contacts"
+    cells = [tuple(grid.sizes.get(dim, 0) for dim in _FIELDS) for grid in (ours, theirs)]
+    found = [_common(_centres(ours, dim), _centres(theirs, dim)) for dim in _FIELDS]
+    both = [common for common in found if common is not None]
+    whole = all(
+        common.alike and (common.ours, common.theirs) == (slice(0, n), slice(0, m))
+        for common, n, m in zip(both, *cells, strict=False)
     )
-    if any(len(of_cases) > 1 or surplus for of_cases in places for _, surplus in of_cases):
+    if len(both) < len(found) or whole:
+        return [], ours, theirs
+    alike = all(common.alike for common in both)
+    here, there = (" x ".join(map(str, counts)) for counts in cells)
+    words = f"x, y: fields on {here} cells, {_part(both, cells, there)}: cropped in another way (outputs: crop), or "
+    words += "to other contacts"
+    if not alike:
         words += ", not alike in all cases: fields are not compared"
-        return [words], ours.drop_dims(["x", "y"]), theirs.drop_dims(["x", "y"])
-    (i, _), (j, _) = (next(iter(of_cases)) for of_cases in places)
-    large = large.isel(x=slice(i, i + small.sizes["x"]), y=slice(j, j + small.sizes["y"]))
-    return [words], *((small, large) if small is ours else (large, small))
+        return [words], ours.drop_dims(_FIELDS), theirs.drop_dims(_FIELDS)
+    ours = ours.isel({dim: common.ours for dim, common in zip(_FIELDS, both, strict=True)})
+    theirs = theirs.isel({dim: common.theirs for dim, common in zip(_FIELDS, both, strict=True)})
+    return [words], ours, theirs
+
+
+def _part(both: list[_Common], cells: list[tuple[int, ...]], there: str) -> str:
+    """How the `cells` of the cube go together with those of the reference, of which it has `there`, in words."""
+    ours, theirs = cells
+    if all(common.ours == slice(0, n) for common, n in zip(both, ours, strict=True)):
+        return f"a part of the reference's, {there}"
+    if all(common.theirs == slice(0, n) for common, n in zip(both, theirs, strict=True)):
+        return f"of which the reference's are a part, {there}"
+    if not all(common.alike for common in both):
+        return f"in the reference on others, {there}"
+    same = " x ".join(str(common.ours.stop - common.ours.start) for common in both)
+    return f"{same} of them among the reference's, {there}"
 
 
 def _centres(grid: xr.Dataset, dim: str) -> np.ndarray:
@@ -126,25 +159,48 @@ def _centres(grid: xr.Dataset, dim: str) -> np.ndarray:
     return centres.reshape(-1, grid.sizes[dim])
 
 
-def _places(large: np.ndarray, small: np.ndarray) -> set[tuple[int, int]]:
-    """At which of the centres `large` [cases, n] the consecutive ones `small` [cases, m] of them begin, in any case.
+def _common(ours: np.ndarray, theirs: np.ndarray) -> _Common | None:
+    """Which of the centres of cells [cases, n] of either grid are in both; None if they are those of other meshes.
 
-    With how many of the m centres from there are in `large` alone. Empty if in any case they are no part of these.
     Where meshes differ from case to case the last centres of some are NaN; all are where the window is not known.
     """
+    n, m = ours.shape[1], theirs.shape[1]
+    if ours.shape[0] != theirs.shape[0] or not n or not m:
+        return None
     found: set[tuple[int, int]] = set()
-    if large.shape[0] != small.shape[0] or not 0 < small.shape[1] <= large.shape[1]:
-        return found
-    for row, padded in zip(large, small, strict=True):
-        known = padded[np.isfinite(padded)]
-        if not known.size or not np.isfinite(row).any():
+    alike = True
+    for ours_padded, theirs_padded in zip(ours, theirs, strict=True):
+        a, b = (row[np.isfinite(row)] for row in (ours_padded, theirs_padded))
+        if not a.size or not b.size:
             continue
-        first = int(np.nanargmin(np.abs(row - known[0])))
-        part, rounding = row[first : first + known.size], COORDINATE_RTOL * np.nanmax(np.abs(row))
-        if part.shape != known.shape or not np.allclose(part, known, rtol=0.0, atol=rounding):
-            return set()
-        found.add((first, int(np.isfinite(row[first : first + padded.size]).sum()) - known.size))
-    return found
+        off = _offset(a, b)
+        if off is None:
+            return None
+        first, other = max(off, 0), max(-off, 0)
+        count = min(a.size - first, b.size - other)
+        size = min(n - first, m - other)
+        # the rest of the arrays has to be padding in both
+        alike &= count > 0 and all(min(row.size - at, size) == count for row, at in ((a, first), (b, other)))
+        found.add((first, other))
+    if not found:
+        return None
+    first, other = min(found)
+    size = min(n - first, m - other)
+    return _Common(slice(first, first + size), slice(other, other + size), alike and len(found) == 1)
+
+
+def _offset(ours: np.ndarray, theirs: np.ndarray) -> int | None:
+    """At which of the equidistant centres `ours` [n] those of `theirs` [m] begin, maybe beyond; None if at none."""
+    steps = [row[1] - row[0] for row in (ours, theirs) if row.size > 1]
+    rounding = COORDINATE_RTOL * max(np.abs(ours).max(), np.abs(theirs).max())
+    off = (theirs[0] - ours[0]) / steps[0] if steps else 0.0
+    whole = round(off)
+    start = ours[0] + whole * (steps[0] if steps else 0.0)
+    if abs(theirs[0] - start) > rounding:
+        return None
+    if len(steps) == 2 and abs(steps[1] - steps[0]) * max(ours.size, theirs.size) > 2.0 * rounding:
+        return None
+    return whole
 
 
 def _kind(variable: xr.DataArray) -> str:

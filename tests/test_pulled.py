@@ -12,8 +12,11 @@ from contacts import MIDDLING, solved, steel
 from rcstudy.bars.elongated import shape
 from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.hidden import Hidden
-from rcstudy.bars.pulled import at_edges, beside_cusp, of_peaks
-from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
+from rcstudy.bars.pulled import at_edges, beside_cusp, of_peaks, under_skins
+from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
+from rcstudy.solve import solve_scene
+from rcstudy.study import scene_from_mapping
 
 
 def test_of_weak_pull() -> None:
@@ -118,3 +121,75 @@ def test_least_bars_of_peaks_beside_the_stick_zone() -> None:
     assert floor[1] > 1.1 * by_chance[1]
     assert bars("kalker", 50.0, beside) == bars("kalker", 50.0, inside)  # meshes that differ say more
     assert bars("aligned", 100.0, beside) == bars("aligned", 100.0, inside)
+
+
+# --- stiff skins on soft layers ---
+
+SKIN = (Layer(161851.0, 0.2172, 0.03776), Layer(4692.5, 0.3705, 0.12684), Layer(50747.0, 0.3757, 0.07081))
+
+
+def test_what_skins_do_to_errors_of_the_lift() -> None:
+    for name, part in (("pressure_max", 0.3), ("force_y", 0.12), ("moment_z", 0.16), ("force_x", 0.0)):
+        assert under_skins(name, 0.5, 16.0, 0.2) == pytest.approx(0.5 * part / 64.0)
+        all_but = 0.4 if name == "pressure_max" else 1.0
+        assert under_skins(name, 0.5, 16.0, 0.96) == pytest.approx(all_but * 0.5 * part / 64.0)
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_on_stiff_skins(discretisation: Any) -> None:
+    """With `aligned` in quadrature, and in no other bars."""
+    level = MIDDLING | {"force_x": -30.0, "force_y": 10.0, "moment_z": 3.0, "friction_power": 0.4}
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), counterbody=None, creepage=Creepage(0.003, 0.004, 0.01), coupling="full")
+    scene = replace(
+        scene, discretisation=discretisation, tolerance=replace(scene.tolerance, normal=0.0, tangential=0.0)
+    )
+    plain, found = (error_estimates(scene, 314, [level] * 2, Hidden(pull_under_skin=w)) for w in (0.0, 0.5))
+    size = shape(scene, 314).per_radius ** -1.5 if discretisation == "aligned" else 0.0
+    scales = {"pressure_max": 0.3 * 100.0, "force_y": 0.12 * 100.0, "moment_z": 0.16 * 100.0 * 0.8}
+    for name, scale in scales.items():
+        expected = math.hypot(plain.pop(f"{name}_error"), 0.5 * scale * size)
+        assert found.pop(f"{name}_error") == pytest.approx(expected, rel=1e-9), name
+    if discretisation == "kalker":
+        assert found == plain
+
+
+def test_what_yields_under_a_skin() -> None:
+    """Nothing of half-spaces, and of layers softer than what is below, has to do with it."""
+
+    def of(*layers: Layer) -> Influence:
+        return Influence(Material(210000.0, 0.3), layers, None, (0.02, 0.02), 1.0)
+
+    skin = of(*SKIN)
+    normal, by_pressure, along, _ = skin._of_cells
+    assert of().pull_under_skin == of(Layer(1000.0, 0.3, 0.05)).pull_under_skin == 0.0
+    assert normal.max() > 2.0 * normal[0]
+    assert skin.pull_under_skin == pytest.approx(abs(by_pressure / along).max() * normal.max() / normal[0], rel=1e-12)
+    assert skin.pull_under_skin > 2.0 * abs(skin.slip_by_pressure_over_tractions)
+    slight = of(Layer(1.07 * 210000.0, 0.3, 0.05))
+    normal, by_pressure, along, _ = slight._of_cells
+    more = normal.max() / normal[0]
+    assert 1.02 < more < 1.2
+    expected = abs(by_pressure / along).max() * more * (more - 1.0) / 0.2
+    assert slight.pull_under_skin == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("cells", [34, 36, 39, 41, 44, 48])
+def test_bars_of_largest_pressures_on_a_stiff_skin(cells: int) -> None:
+    """Against 200 cells (`kalker`: 91.769). Bars were 2 to 4 times too small."""
+    scene = {
+        "substrate": {"E": 210000, "nu": 0.3},
+        "layers": [{"E": x.E, "nu": x.nu, "thickness": x.thickness} for x in (*SKIN, Layer(10703.0, 0.25, 0.127))],
+        "counterbody": {"E": 210000, "nu": 0.3},
+        "radius": 50,
+        "load": 39.291,
+        "friction": 0.37416,
+        "creepage": {"lateral": -0.00026175},
+        "coupling": "full",
+        "discretisation": "aligned",
+        "tolerance": {"normal": 1e-6, "tangential": 1e-6},
+        "mesh": {"size": "auto", "cells": [cells, cells]},
+    }
+    found = solve_scene(scene_from_mapping(scene)).scalars
+    error = abs(found["pressure_max"] - 91.761)
+    assert 0.05 * found["pressure_max_error"] < error <= found["pressure_max_error"]

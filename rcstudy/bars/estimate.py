@@ -135,7 +135,8 @@ def error_estimates(
     bars = {}
     for name, fit in fits.items():
         if name in levels[0]:
-            by_meshes = math.hypot(case.by_meshes(name, fit, [level[name] for level in levels]), case.missed_slip(name))
+            by_meshes = case.by_meshes(name, fit, [level[name] for level in levels])
+            by_meshes = math.hypot(by_meshes, case.besides_meshes(name))
             of_cells = by_meshes + hides.get(name, 0.0) * abs(levels[0][name])
             bars[name] = factors.get(name, 1.0) * of_cells + case.left_by_solver(name)
     case.add_squeezed_films(bars)
@@ -290,11 +291,14 @@ class _Case:
             "approach": lift + _APPROACH * hidden.peak_by_layers,
         }
 
-    def missed_slip(self, name: str) -> float:
-        """Error of the force along x by what cells miss of the slip by pressure on films; 0 for all others."""
-        if name != "force_x":
-            return 0.0
-        return films.of_missed_slip(self.hidden, self.scene.friction, self.slipping) * self.scales[name]
+    def besides_meshes(self, name: str) -> float:
+        """What is added in quadrature: to the force along x on films, to pressure, force and moment on stiff skins."""
+        off = 0.0
+        if name == "force_x":
+            off = films.of_missed_slip(self.hidden, self.scene.friction, self.slipping)
+        elif self.aligned and self.hidden.pull_under_skin:
+            off = pulled.under_skins(name, self.hidden.pull_under_skin, self.per_radius, self.slipping)
+        return off * self.scales[name]
 
     def add_squeezed_films(self, bars: dict[str, float]) -> None:
         """Add, in quadrature, what the largest pressure is off by where the approach is, on incompressible films."""

@@ -25,16 +25,17 @@ class Hidden(NamedTuple):
     largest pressure corrected for layers from that corrected as on half-spaces, over that pressure; `cusp_of_pressure`,
     `cusp_of_traction`: by which fraction of themselves cusps change the largest pressure and traction, or would
     (`subcell/cusps.py`; full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not
-    known; `pull`: friction times Dundurs' constant, its magnitude (full coupling); `at_rim`: fraction by which the
-    largest pressure may be too small under stiff skins, `beyond_rim`: by which it exceeds those farther in, if it is in
-    the outermost cells (`mechanics/plates.py`); `slip_shown`, `slips_at_top`: whether any cell slips, and whether one
-    of the largest pressure does; `largest_of_cells`: largest traction (MPa) of a cell; `by_pressure`: slip that the
-    largest pressure causes on the spot (`Influence.most_slip_under_pressure`); `turning`: magnitude of Dundurs'
-    constant over pi times friction; `skin`: difference of Dundurs' constant (-) on a scale below that of a cell beside
-    the edge, and that scale (mm) (`Influence.skin_at_edge`); `at_pole`: fraction by which the largest pressure may rise
-    at the pole of spin (`subcell/pole.py`; full coupling); `top_at_border`: whether the cell of the largest pressure is
-    within two cells of the border of the stick zone (`close_to_border`; full coupling); `missed`: what cells miss of
-    the bodies' responses (`mechanics/missed.py`).
+    known; `pull`: friction times Dundurs' constant, its magnitude (full coupling); `pull_under_skin`: friction times
+    that of what yields under a stiff skin, times how much more it does (`Influence.pull_under_skin`; full coupling);
+    `at_rim`: fraction by which the largest pressure may be too small under stiff skins, `beyond_rim`: by which it
+    exceeds those farther in, if it is in the outermost cells (`mechanics/plates.py`); `slip_shown`, `slips_at_top`:
+    whether any cell slips, and whether one of the largest pressure does; `largest_of_cells`: largest traction (MPa) of
+    a cell; `by_pressure`: slip that the largest pressure causes on the spot (`Influence.most_slip_under_pressure`);
+    `turning`: magnitude of Dundurs' constant over pi times friction; `skin`: difference of Dundurs' constant (-) on a
+    scale below that of a cell beside the edge, and that scale (mm) (`Influence.skin_at_edge`); `at_pole`: fraction by
+    which the largest pressure may rise at the pole of spin (`subcell/pole.py`; full coupling); `top_at_border`: whether
+    the cell of the largest pressure is within two cells of the border of the stick zone (`close_to_border`; full
+    coupling); `missed`: what cells miss of the bodies' responses (`mechanics/missed.py`).
     """
 
     unsettled: float = 0.0
@@ -50,6 +51,7 @@ class Hidden(NamedTuple):
     at_rim: float = 0.0
     beyond_rim: float = 0.0
     pull: float = 0.0
+    pull_under_skin: float = 0.0
     slip_shown: bool = True
     slips_at_top: bool = True
     largest_of_cells: float = math.inf

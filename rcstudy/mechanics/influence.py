@@ -60,6 +60,7 @@ _SOFT = 10.0
 _TOGETHER = np.array([1.0, -1.0, 1.0, 1.0])  # signs with which body 2's responses a, b, c, d add to body 1's
 _MOST_CELLS = 16  # length of the longest waves, over 2 pi dx, in `Influence.as_half_space`
 _SCALE, _SCALES = 1.5, 40  # scale times wave number, and number of scales, in `Influence.skin_at_edge`
+_SKIN = 0.2  # see `Influence.pull_under_skin`
 _APART = 1.1  # of wave numbers at which `Influence.squeezed` takes a slope
 _KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 9, more if its box has to be enlarged
 
@@ -272,6 +273,17 @@ class Influence:
     def slip_by_pressure_over_tractions(self) -> float:
         """Dundurs' constant beta: `slip_under_pressure` over the like response to tractions along waves."""
         return self.slip_under_pressure / self.slip_under_tractions[0]
+
+    @property
+    def pull_under_skin(self) -> float:
+        """Dundurs' constant of what lies under a skin stiffer than itself, times how much more that yields; else 0.
+
+        The former is the largest magnitude for any wave of `_of_cells`, the latter the largest normal response to
+        these, times the wave number, over that to a wave of 1/dx; from 1 + `_SKIN` on it counts in full.
+        """
+        normal, by_pressure, along, _ = self._of_cells
+        more = float(normal.max() / normal[0])
+        return float(np.abs(by_pressure / along).max()) * more * min(1.0, (more - 1.0) / _SKIN)
 
     @property
     def skin_at_edge(self) -> tuple[float, float]:
