@@ -280,7 +280,7 @@ def _number_coords(name: str, values: Sequence[Any], units: str, long_name: str,
     """The coordinate of plain numbers; of quantities the absolute and the relative one, as far as both are defined.
 
     Where the scale differs from case to case, relative quantities have no absolute coordinate, and absolute ones no
-    relative coordinate.
+    relative coordinate; both together are text, empty where there is none.
     """
     if not any(isinstance(value, Quantity) for value in values):
         return {name: Coord(list(values), units, long_name)}
@@ -300,4 +300,5 @@ def _number_coords(name: str, values: Sequence[Any], units: str, long_name: str,
         return {name: Coord([q.value for q in quantities], units, long_name)}
     if all(q.scale for q in known):
         return {name: Coord([q.value for q in quantities], "1", over)}
-    return {name: Coord([str(q) if q.scale else f"{q} {units}" for q in quantities], "1", long_name)}
+    texts = ["" if math.isnan(q.value) else str(q) if q.scale else f"{q} {units}" for q in quantities]
+    return {name: Coord(texts, "1", long_name)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -44,6 +45,7 @@ PRESSURE_CELL_BYTES, TRACTION_CELL_BYTES, COUPLED_CELL_BYTES, WINDOW_CELL_BYTES 
 HELD_CASE_BYTES = 3000  # held for each case by the process that deals out the work
 
 _WIDTH = 110  # of a line of values
+_SIZED = re.compile(r"[-+.\de]+ (a|Es|mm|MPa)")  # a number on an axis of relative and absolute ones
 _LAYERS_SHOWN, _VALUES_SHOWN = 3, 12
 
 
@@ -326,6 +328,8 @@ def _value(axis: Axis, i: int) -> str:
         value = coord.values[i]
         if name == axis.name and isinstance(value, str) and value.startswith(f"{label} "):
             label = value  # a number beside relative ones, with its unit
+        elif name != axis.name and isinstance(value, str) and _SIZED.fullmatch(value) and value not in label:
+            inside.append(f"{name} {value}")
         if isinstance(value, str) or name.endswith("_ratio") or (axis.name == "creepage" and value == 0.0):
             continue
         if math.isnan(value):  # the modulus of a rigid counterbody, which it does not have

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from rcstudy.settings import unit_as_written
 from rcstudy.storage.layout import LAYER
 
 COORDINATE_RTOL = 1e-9
@@ -33,26 +34,21 @@ def align(
     problems = []
     for dim in their_dims:
         here, there = _matches(ours, theirs, dim)
+        units = not _alike(ours, theirs, dim)
         for grid, kept, where in ((theirs, there, "missing in the cube"), (ours, here, "not in the reference")):
             lost = sorted(set(range(grid.sizes[dim])) - set(kept))
             if lost:
-                problems.append(f"{dim} {_values(grid, dim, lost)}: {where}")
+                problems.append(f"{dim} {_values(grid, dim, lost, units=units)}: {where}")
         if list(here) != sorted(here):
             problems.append(f"{dim}: in another order than in the reference")
         ours, theirs = _take(ours, dim, here), _take(theirs, dim, there)
     if ours.sizes.get(LAYER) != theirs.sizes.get(LAYER):  # cases left out may have been the only ones with so many
         ours, theirs = _with_layers(ours), _with_layers(theirs)
-    cropped, ours, theirs = _on_common_cells(ours, theirs)
-    problems += cropped
+    for reduced in (_with_fields_of_both, _on_common_cells):
+        told, ours, theirs = reduced(ours, theirs)
+        problems += told
     others = _other_dims(ours, theirs, their_dims)
-    if (
-        others
-        and not set(_FIELDS) <= set(ours.dims) & set(theirs.dims)
-        and ours.sizes.get(LAYER) == theirs.sizes.get(LAYER)
-    ):
-        problems += others  # one cube has no fields: scalars can be compared
-        ours, theirs = (grid.drop_dims(_FIELDS, errors="ignore") for grid in (ours, theirs))
-    elif others:
+    if others:
         return None, problems + others
     problems += _coordinates(ours, theirs, their_dims)
     return (ours, theirs), problems
@@ -100,6 +96,15 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
                 problems.append(f"variable {name}: {attribute} {here!r}, in the reference {there!r}")
     problems += [f"variable {name}: not in the reference" for name in ours.data_vars if name not in theirs.data_vars]
     return problems, names
+
+
+def _with_fields_of_both(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
+    """Both grids without fields if one has none, and that it has none, in words."""
+    lost = [dim for dim in _FIELDS if dim in theirs.dims and dim not in ours.dims]
+    more = [dim for dim in _FIELDS if dim in ours.dims and dim not in theirs.dims]
+    words = [f"dimension {dim}: missing, in the reference {theirs.sizes[dim]}: fields are not compared" for dim in lost]
+    words += [f"dimension {dim}: not in the reference: fields are not compared" for dim in more]
+    return words, ours.drop_dims(more), theirs.drop_dims(lost)
 
 
 class _Common(NamedTuple):
@@ -215,10 +220,28 @@ def _take(grid: xr.Dataset, dim: str, kept: list[int]) -> xr.Dataset:
     return grid if kept == list(range(grid.sizes[dim])) else grid.isel({dim: kept})
 
 
-def _values(grid: xr.Dataset, dim: str, positions: list[int]) -> str:
-    values = grid[dim].values if dim in grid.coords else np.arange(grid.sizes[dim])
+def _values(grid: xr.Dataset, dim: str, positions: list[int], *, units: bool) -> str:
+    values = _written(grid, dim) if units else grid[dim].values if dim in grid.coords else np.arange(grid.sizes[dim])
     shown = ", ".join(str(values[i]) for i in positions[:_SHOWN])
     return f"{shown}, ..." if len(positions) > _SHOWN else shown
+
+
+def _written(grid: xr.Dataset, dim: str) -> list[str]:
+    """The values of `dim` as a study writes them, numbers with their unit or what they are over."""
+    coordinate = grid[dim]
+    unit = unit_as_written(str(coordinate.attrs.get("units", "1")), str(coordinate.attrs.get("long_name", "")))
+    words = coordinate.values.tolist()
+    return [str(word) if isinstance(word, str) else f"{word:.12g} {unit}".rstrip() for word in words]
+
+
+def _alike(ours: xr.Dataset, theirs: xr.Dataset, dim: str) -> bool:
+    """Whether the values of `dim` are numbers in one unit, or words, in both grids."""
+    if dim not in ours.coords or dim not in theirs.coords:
+        return True
+    a, b = ours[dim], theirs[dim]
+    numbers = [coordinate.dtype.kind in "fiu" for coordinate in (a, b)]
+    over = [unit_as_written("1", str(coordinate.attrs.get("long_name", ""))) for coordinate in (a, b)]
+    return numbers[0] == numbers[1] and (not numbers[0] or over[0] == over[1])
 
 
 def _matches(ours: xr.Dataset, theirs: xr.Dataset, dim: str) -> tuple[list[int], list[int]]:
@@ -228,7 +251,8 @@ def _matches(ours: xr.Dataset, theirs: xr.Dataset, dim: str) -> tuple[list[int],
         return list(range(count)), list(range(count))
     a, b = ours[dim].values, theirs[dim].values
     here, there = [], []
-    if a.dtype.kind in "fiu" and b.dtype.kind in "fiu":
+    alike = _alike(ours, theirs, dim)
+    if a.dtype.kind in "fiu" and alike:
         rounding = np.finfo(float).eps * np.abs(b).max(initial=0.0)
         for j, value in enumerate(b):
             i = int(np.argmin(np.abs(a - value))) if a.size else -1
@@ -236,10 +260,11 @@ def _matches(ours: xr.Dataset, theirs: xr.Dataset, dim: str) -> tuple[list[int],
                 here.append(i)
                 there.append(j)
         return here, there
-    position = {str(value): i for i, value in enumerate(a)}
-    for j, value in enumerate(b):
-        if str(value) in position:
-            here.append(position[str(value)])
+    words, model = (_written(grid, dim) for grid in (ours, theirs))
+    position = {word: i for i, word in enumerate(words)}
+    for j, word in enumerate(model):
+        if word in position:
+            here.append(position[word])
             there.append(j)
     return here, there
 

@@ -416,6 +416,22 @@ def test_plan_says_what_relative_values_are_over(study):
     assert "2  0.5 a, 0.1 mm\n" in plan_report(study(f"  g: {{axes: {axes}}}\n"))  # the number was without its unit
 
 
+def test_plan_gives_relative_and_absolute_values_of_one_axis(study):
+    """They were left out, and the coordinate of what has no such value was `nan MPa`."""
+    bodies = "[rigid, {label: steel, E: 210000, nu: 0.3}, {label: other, E: 2 Es, nu: 0.2}]"
+    plan = study(
+        f"  g: {{axes: {{substrate.E: [2e5, 1e5], counterbody: {bodies}}}}}\n"
+        "  h: {axes: {load: [50, 100], mesh.size: [auto, [8 a, 8 a], [2, 2]]}}\n"
+    )
+    report = " ".join(plan_report(plan).split())
+    steel = "steel (counterbody_E 210000 MPa, counterbody_nu 0.3), other (counterbody_E 2 Es, counterbody_nu 0.2)"
+    assert f"counterbody 3 rigid, {steel}" in report
+    assert "size 3 auto, 8 a x 8 a, 2 x 2 (size_x 2 mm, size_y 2 mm)" in report
+    of_bodies, of_windows = (grid.axes[1].coords for grid in expand(plan).grids)
+    assert of_bodies["counterbody_E"].values == ["", "210000 MPa", "2 Es"]
+    assert of_windows["size_x"].values == of_windows["size_y"].values == ["", "8 a", "2 mm"]
+
+
 def test_plan_says_whose_modulus_an_axis_is(study):
     """Both were `E`."""
     other = "{counterbody: {E: 1e5, nu: 0.3}}"

@@ -21,7 +21,7 @@ from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import CellState, Result, Status
 from rcstudy.storage.layout import MISSING
-from rcstudy.structure import _matches
+from rcstudy.structure import _common, _matches
 from rcstudy.studyfile.build import scene_hertz
 from rcstudy.sweep import run
 from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_option
@@ -274,6 +274,93 @@ def test_cropped_and_whole_fields_of_several_meshes(tmp_path: Path, meshes: str)
         (cropped,) = found.structure
         assert "cropped in another way (outputs: crop)" in cropped and cropped.endswith("fields are not compared")
         assert (found.bad, found.cases, found.same) == ([], meshes.count("[") - 1, False)
+
+
+SOFT = "coupling: full, friction: 1, layers: [{E: 0.05 Es, nu: 0.3, thickness: 0.3 a}]"
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "words"),
+    [
+        # rolled either way under friction: 9 x 10 cells of both, those of one a cell ahead of the other's
+        (
+            f"{SOFT}, creepage: {{longitudinal: 0.5}}",
+            f"{SOFT}, creepage: {{longitudinal: -0.5}}",
+            "8 x 10 of them among",
+        ),
+        ("radius: [300, 30]", "radius: [30, 300]", "6 x 6 of them among"),
+    ],
+)
+def test_fields_cropped_to_other_contacts(tmp_path: Path, ours: str, theirs: str, words: str) -> None:
+    """The case in both was compared cell by cell with cells elsewhere, or not at all."""
+    base = BASE.replace("cells: [32, 32]", "cells: [20, 20]").replace("grids:", "outputs: {crop: contact}\ngrids:")
+    alike = "creepage: {longitudinal: 0}, load: 30, " + SOFT if "coupling" in ours else "friction: 1"
+    for name, other in (("ours", ours), ("theirs", theirs)):
+        grid = f"  g: {{cases: [{{label: both, {alike}}}, {{label: {name}, {other}}}]}}\n"
+        run(load_text(tmp_path, base + grid), tmp_path / f"{name}.nc", workers=1)
+    cubes = tmp_path / "ours.nc", tmp_path / "theirs.nc"
+    found = outcome(*cubes)
+    assert found.structure[:2] == ["g: case theirs: missing in the cube", "g: case ours: not in the reference"]
+    cropped = found.structure[2]
+    assert words in cropped and cropped.endswith("cropped in another way (outputs: crop), or to other contacts")
+    assert (found.bad, found.cases, [s for s in found.structure[3:] if "coordinate" not in s]) == ([], 1, [])
+    with h5py.File(cubes[0], "r+") as file:
+        (i,), (j,) = (np.flatnonzero(np.isclose(file[dim], 0.05)) for dim in "xy")
+        file["pressure"][0, i, j] *= 1.01
+    (bad,) = outcome(*cubes).bad
+    assert (bad.variable, bad.label, bad.note.startswith("in 1 of ")) == ("pressure", "both", True)
+
+
+def test_cells_in_both_grids() -> None:
+    centres = np.arange(10.0)[None] * 0.1
+    assert _common(centres[:, :8], centres[:, 2:]) == (slice(2, 8), slice(0, 6), True)
+    assert _common(centres[:, 2:], centres[:, :8]) == (slice(0, 6), slice(2, 8), True)
+    assert _common(centres[:, 2:4], centres) == (slice(0, 2), slice(2, 4), True)
+    assert _common(centres[:, 4:5], centres) == (slice(0, 1), slice(4, 5), True)
+    apart = _common(centres[:, :3], centres[:, 5:])
+    assert apart is not None and not apart.alike
+    assert _common(centres, centres + 0.03) is None  # between the others
+    assert _common(centres, 1.5 * centres) is None  # of another size
+    assert _common(centres, np.full((1, 4), np.nan)) is None
+    assert _common(centres, np.empty((1, 0))) is None
+    padded = np.array([[0.1, 0.2, 0.3, np.nan], [0.2, 0.3, np.nan, np.nan]])
+    whole = np.array([[0.0, 0.1, 0.2, 0.3, 0.4], [0.1, 0.2, 0.3, np.nan, np.nan]])
+    found = _common(padded, whole)
+    assert found is not None and not found.alike  # one cell behind those in common is of the first case alone
+
+
+@pytest.mark.parametrize("whole", ["ours", "theirs"])
+def test_scalars_of_a_cube_without_fields(tmp_path: Path, reference: Path, whole: str) -> None:
+    """No case could be matched, it said."""
+    single = synthetic.write(tmp_path / "scalars.nc", synthetic.small(fields=False))
+    found = outcome(*((reference, single) if whole == "ours" else (single, reference)))
+    words = "not in the reference" if whole == "ours" else "missing, in the reference"
+    assert [words in s and s.endswith("fields are not compared") for s in found.structure] == [True, True]
+    assert (found.bad, found.cases, found.same) == ([], 6, False)
+    worse = changed(tmp_path / "c.nc", with_scalars(force_x=1.01))
+    (bad,) = outcome(*((worse, single) if whole == "ours" else (single, worse))).bad
+    assert bad.variable == "force_x"
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "words", "cases"),
+    [
+        ("[0.1 a, 0.2 a]", "[0.1 a, 0.2]", ["0.2 mm: missing in the cube", "0.2 a: not in the reference"], 2),
+        ("[0.1 a, 0.02]", "[0.02, 0.1 a]", ["in another order than in the reference"], 4),
+        ("[0.1 a]", "[0.1]", ["0.1 mm: missing in the cube", "0.1 a: not in the reference"], 0),
+    ],
+)
+def test_relative_values_in_one_cube_alone(
+    tmp_path: Path, ours: str, theirs: str, words: list[str], cases: int
+) -> None:
+    """They were missing beside absolute ones, which make words of numbers, and those of a were taken for mm."""
+    for name, values in (("ours", ours), ("theirs", theirs)):
+        grid = f"  g: {{coating: {{modulus: 1000}}, axes: {{load: [50, 100], thickness: {values}}}}}\n"
+        run(load_text(tmp_path, BASE + grid), tmp_path / f"{name}.nc", workers=1, solve=made_up)
+    found = outcome(tmp_path / "ours.nc", tmp_path / "theirs.nc")
+    told = [s.removeprefix("g: thickness ").removeprefix("g: thickness: ") for s in found.structure]
+    assert told[: len(words)] == words
+    assert (found.bad, found.cases) == ([], cases)
 
 
 def test_other_windows_that_fit_are_not_taken_for_crops(tmp_path: Path) -> None:

@@ -28,6 +28,7 @@ from rcstudy.studyfile.spec import SceneSpec
 from rcstudy.studyfile.written import starting_scene
 
 _WITH_UNIT = re.compile(r"([-+.\de]+) (mm|MPa)")
+_AS_ASKED = re.compile(r"([-+.\de]+) ?(mm|MPa)?")
 
 
 class GridView:
@@ -98,11 +99,20 @@ class GridView:
             if asked & (names | {name.replace(" ", "") for name in names}):
                 return self.at({axis: [i]})
         if not self.numeric(axis):
-            return None
+            return self._held_beside_relative_ones(axis, text)
         values = self.small(axis).values.astype(float)
         off = np.abs(values - _number(text.removesuffix(self.units(axis))))
         i = int(np.argmin(off))
         return self.at({axis: [i]}) if off[i] <= 1e-6 * abs(values[i]) else None
+
+    def _held_beside_relative_ones(self, axis: str, text: str) -> GridView | None:
+        """As `held_at`, of the numbers with a unit on an axis of words, however `text` writes the number."""
+        asked = _AS_ASKED.fullmatch(text)
+        for i in range(self.dataset.sizes[axis]):
+            found = _WITH_UNIT.fullmatch(self.written(axis, i))
+            if asked and found and _number(asked[1]) == _number(found[1]) and asked[2] in (None, found[2]):
+                return self.at({axis: [i]})
+        return None
 
     def at(self, places: Mapping[str, Sequence[int]]) -> GridView:
         """This grid with the values at `places` of these axes only."""
