@@ -781,6 +781,9 @@ def test_meshes_with_as_many_cells_along_x_only_are_not_one_mesh():
     text = " ".join(summary_text([*rows, row(Cells(96, 64), 1e-5, 0.0, reference=True)], found, []).split())
     assert "64 x 32 cells (11 per contact radius)" in text
     assert "(96 x 64 cells, `kalker`, 1e-05)" in text
+    assert ("extrapolated by a power law" in text) is any(np.isfinite(s.needed) for s in found if s.cells is None)
+    reached = [setting for setting in found if setting.cells is not None]
+    assert "extrapolated" not in summary_text([*rows, row(Cells(96, 64), 1e-5, 0.0, reference=True)], reached, [])
     assert "| 32 x 8 (4) | 32 (8) | 64 x 32 (11) | 96 x 64 (20) |" in text
 
 

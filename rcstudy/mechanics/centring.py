@@ -12,7 +12,8 @@ The correction depends on the slip and on which cells slip, while the states (st
 own points. This is nearly always consistent, but a few cells beside a pole may change their state in every iteration.
 When updating the correction makes no progress it is therefore frozen: it becomes part of the known slip, and Coulomb's
 law is solved with it. Then it is updated again, as long as this reduces the difference between the tractions and those
-that Coulomb's law gives for the updated slip. The final difference is reported (`RollingSolution.unsettled`).
+that Coulomb's law gives for the updated slip. Where that remains large, as one correction leads to another and back, it
+is moved half the way (`go_halfway`). The final difference is reported (`RollingSolution.unsettled`).
 """
 
 from __future__ import annotations
@@ -66,6 +67,11 @@ class Centring:
         """Freeze the correction `centred` - `s` if `residual` and those before it show that updates do not help."""
         if self._patience.exhausted(residual):
             self.frozen = centred - s
+
+    def go_halfway(self, s: np.ndarray, slip: np.ndarray) -> None:
+        """Replace the frozen correction by its mean with that of slips `s` [m, 2]; nothing while it is updated."""
+        if self.frozen is not None:
+            self.frozen = 0.5 * (self.frozen + self.update(s, slip) - s)
 
 
 def slip_at_centres(

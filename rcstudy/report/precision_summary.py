@@ -278,15 +278,11 @@ def _recommended(chosen: Sequence[Setting]) -> list[str]:
         own = [s for s in chosen if (s.coupling, s.target) == (coupling, target)]
         for name in dict.fromkeys(s.discretisation for s in own):
             lines.append(f"  - `{name}`: {_sentence([s for s in own if s.discretisation == name])}")
-    return [
-        *lines,
-        "",
-        *_paragraph(
-            "Errors in this choice include the estimated error of the reference (below). Cells for targets that are "
-            "not reached are extrapolated by a power law and rounded up. All settings: [settings.md](settings.md); all "
-            "cases: [errors.md](errors.md)."
-        ),
-    ]
+    words = ["Errors in this choice include the estimated error of the reference (below)."]
+    if any(s.cells is None and np.isfinite(s.needed) for s in chosen):
+        words.append("Cells for targets that are not reached are extrapolated by a power law and rounded up.")
+    words.append("All settings: [settings.md](settings.md); all cases: [errors.md](errors.md).")
+    return [*lines, "", *_paragraph(" ".join(words))]
 
 
 def _sentence(chosen: Sequence[Setting]) -> str:
