@@ -243,7 +243,7 @@ def _hidden(
     hidden = Hidden(
         by_layers=contact.area_by_layers / contact.area,
         moved=contact.moved_edge / contact.area,
-        squeezed=contact.influence.squeezed(math.sqrt(contact.area / math.pi)),
+        squeezed=contact.squeezed,
         peak_by_layers=contact.peak_by_layers / contact.pressure_max,
         at_rim=contact.missing_at_rim,
         beyond_rim=contact.beyond_rim,

@@ -262,6 +262,11 @@ class NormalContact:
         return (along + across) * math.sqrt(math.pi * self.area)
 
     @cached_property
+    def squeezed(self) -> float:
+        """How far the layers respond like an incompressible film in this contact (`Influence.squeezed`)."""
+        return self.influence.squeezed(math.sqrt(self.area / math.pi))
+
+    @cached_property
     def peak_by_layers(self) -> float:
         """Change (MPa) of the largest pressure's discretisation correction by the layers, for the error bars.
 
