@@ -264,7 +264,7 @@ class _Case:
         if name in _WITH_LITTLE_SLIP:
             most, power = _WITH_LITTLE_SLIP[name]
             part += most * (1.0 - self.slipping) ** power
-        off += part * max(by_layers, -_BY_SKINS * by_layers) + films.hidden_from_cells(self.hidden, name)
+        off += part * max(by_layers, -_BY_SKINS * by_layers) + films.of_compliance(self.hidden, name)
         return self.tolerance(name) + off * abs(self.scales[name])
 
     def left_of_none(self, name: str) -> float:
@@ -292,8 +292,8 @@ class _Case:
         }
 
     def besides_meshes(self, name: str) -> float:
-        """What is added in quadrature: to the force along x on films, to pressure, force and moment on stiff skins."""
-        off = 0.0
+        """What is added in quadrature: to areas and the force along x on films, to others on stiff skins."""
+        off = films.of_moved_edges(self.hidden, name)
         if name == "force_x":
             off = films.of_missed_slip(self.hidden, self.scene.friction, self.slipping)
         elif self.aligned and self.hidden.pull_under_skin:
