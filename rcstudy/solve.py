@@ -69,11 +69,11 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
                     result = _normal_failure(shared.contact) or shared.result(scene)
             except (Refusal, BeyondRounding) as refusal:
                 result = Result(Status.REFUSED, str(refusal))
-            except (OverflowError, ZeroDivisionError) as error:
-                what = f"{type(error).__name__}: {error}"
-                result = Result(Status.ERROR, f"beyond the range of floating point numbers ({what})")
             except Exception as error:  # a batch must go on: any failure of one case becomes its status
-                result = Result(Status.ERROR, f"{type(error).__name__}: {error}")
+                reason = f"{type(error).__name__}: {error}"
+                if isinstance(error, OverflowError | ZeroDivisionError):
+                    reason = f"beyond the range of floating point numbers ({reason})"
+                result = Result(Status.ERROR, reason)
             result.scalars["solve_seconds"] = time.perf_counter() - seconds_of_compiling() - start
         yield result
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from rcstudy.cube import unit_text
 from rcstudy.settings import unit_as_written
 from rcstudy.storage.layout import LAYER
 
@@ -122,15 +123,15 @@ def _on_common_cells(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], x
     Grids on cells of other meshes are left as they are.
     """
     cells = [tuple(grid.sizes.get(dim, 0) for dim in _FIELDS) for grid in (ours, theirs)]
-    found = [_common(_centres(ours, dim), _centres(theirs, dim)) for dim in _FIELDS]
-    both = [common for common in found if common is not None]
-    whole = all(
-        common.alike and (common.ours, common.theirs) == (slice(0, n), slice(0, m))
-        for common, n, m in zip(both, *cells, strict=False)
-    )
-    if len(both) < len(found) or whole:
+    along, across = (_common(_centres(ours, dim), _centres(theirs, dim)) for dim in _FIELDS)
+    if along is None or across is None:
         return [], ours, theirs
-    alike = all(common.alike for common in both)
+    both = along, across
+    alike = along.alike and across.alike
+    if alike and all(
+        (common.ours, common.theirs) == (slice(0, n), slice(0, m)) for common, n, m in zip(both, *cells, strict=True)
+    ):
+        return [], ours, theirs
     here, there = (" x ".join(map(str, counts)) for counts in cells)
     words = f"x, y: fields on {here} cells, {_part(both, cells, there)}: cropped in another way (outputs: crop), or "
     words += "to other contacts"
@@ -142,7 +143,7 @@ def _on_common_cells(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], x
     return [words], ours, theirs
 
 
-def _part(both: list[_Common], cells: list[tuple[int, ...]], there: str) -> str:
+def _part(both: tuple[_Common, _Common], cells: list[tuple[int, ...]], there: str) -> str:
     """How the `cells` of the cube go together with those of the reference, of which it has `there`, in words."""
     ours, theirs = cells
     if all(common.ours == slice(0, n) for common, n in zip(both, ours, strict=True)):
@@ -228,10 +229,9 @@ def _values(grid: xr.Dataset, dim: str, positions: list[int], *, units: bool) ->
 
 def _written(grid: xr.Dataset, dim: str) -> list[str]:
     """The values of `dim` as a study writes them, numbers with their unit or what they are over."""
-    coordinate = grid[dim]
-    unit = unit_as_written(str(coordinate.attrs.get("units", "1")), str(coordinate.attrs.get("long_name", "")))
-    words = coordinate.values.tolist()
-    return [str(word) if isinstance(word, str) else f"{word:.12g} {unit}".rstrip() for word in words]
+    unit = unit_text(grid[dim])
+    words = grid[dim].values.tolist()
+    return [word if isinstance(word, str) else f"{word:.12g} {unit}".rstrip() for word in words]
 
 
 def _alike(ours: xr.Dataset, theirs: xr.Dataset, dim: str) -> bool:

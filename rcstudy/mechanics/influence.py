@@ -419,7 +419,7 @@ class Influence:
 
 
 def layer_integrals(
-    tables: RadialTables, spacing: tuple[float, float], have: tuple[int, int], out: np.ndarray, softness: float = 1.0
+    tables: RadialTables, spacing: tuple[float, float], have: tuple[int, int], out: np.ndarray, softness: float
 ) -> None:
     """Write the layers' contribution, integrated over the cells, into `out` [6, nx, ny].
 

@@ -95,7 +95,6 @@ class GridView:
         asked = {text, str(as_quantity(text) or text)}  # `a` is `1 a`
         for i in range(self.dataset.sizes[axis]):
             names = {self.written(axis, i), self.value(axis, i)}
-            names |= {found[1] for name in names if (found := _WITH_UNIT.fullmatch(name))}  # beside relative ones
             if asked & (names | {name.replace(" ", "") for name in names}):
                 return self.at({axis: [i]})
         if not self.numeric(axis):
