@@ -160,7 +160,8 @@ def run(
             summary.kept = len(cases) - len(pending)
             if summary.kept:
                 say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
-            if scheduler is None and (lacking := lack_of_memory(pending, workers or threads.available_cores())):
+            at_work = min(workers or threads.available_cores(), max(len(pending), 1))
+            if scheduler is None and (lacking := lack_of_memory(pending, at_work)):
                 say(lacking)
             store.expect(case.key for case in pending)
             with _interrupts(cases, store) as check_interrupts, contextlib.ExitStack() as making:

@@ -65,7 +65,10 @@ class Rule(Spec):
 
 
 class Tolerances(Spec):
-    """The whole file: `default`, and `variables` by name, both overridden by the `cases` that match."""
+    """The whole file: `default`, and `variables` by name; each is overridden by the same key of the `cases` that match.
+
+    The default of a case therefore holds for variables that have no tolerance of their own in `variables` either.
+    """
 
     default: _Rtol = 1e-6
     variables: _Named = Field(default_factory=dict)

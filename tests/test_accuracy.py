@@ -634,6 +634,14 @@ def test_what_the_reference_may_be_off_by_does_not_bend_the_law_of_the_errors():
     assert chosen(rows, 0.01).cells == square(32)
 
 
+@pytest.mark.parametrize("errors", [(0.02, 0.02, 0.02), (0.02, 0.021, 0.0195), (0.01, 0.02, 0.04)])
+def test_errors_that_do_not_fall_have_no_law(errors):
+    """No number of cells is said to do: extrapolated along a line that is flat, or rises, it would be any number."""
+    none = chosen([row(n, 1e-5, error) for n, error in zip((16, 32, 64), errors, strict=True)], 0.0001)
+    assert none.cells is None
+    assert np.isnan([none.needed, none.order]).all()
+
+
 def test_errors_small_by_chance_and_unsolved_cases_do_not_count():
     rows = [row(16, 1e-5, 0.001), row(32, 1e-5, 0.02), row(64, 1e-5, 0.005)]
     assert chosen(rows, 0.01).cells == square(64)

@@ -7,6 +7,7 @@ import gc
 import io
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -156,6 +157,7 @@ def test_leftovers_of_the_living_and_of_others_stay(tmp_path: Path) -> None:
         names = {
             "living": f"c.nc.tmp-{host}-{os.getppid()}-1",
             "elsewhere": "c.nc.tmp-elsewhere-99999999-1",
+            "in another container": f"c.nc.tmp-{socket.gethostname()}-1-99999999-1",
             "of another cube": f"d.nc.tmp-{host}-99999999-1",
             "no temporary name": "c.nc.tmp-mine",
         }

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from studies import BASE
 from synthetic import write
 
-from rcstudy import cli
+from rcstudy import cli, cube
 from rcstudy.cases import expand
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
@@ -349,6 +349,12 @@ def test_variables_that_are_not_what_they_are_called(
     with pytest.raises(UserError, match="not an rcstudy cube: grid tiny: ") as error:
         open_cube(path)
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize(("cells", "said"), [(4096, ""), (4097, "more than 4096 cells")])
+def test_no_cube_has_more_cells_than_a_study_may_ask_for(cells: int, said: str) -> None:
+    fields = xr.Dataset({"label": ("case", ["a"])}, {"x": np.arange(cells, dtype=float)}, {"axes": "case"})
+    assert cube._problem_of_grid("g", fields) == said
 
 
 ATTRIBUTES: list[object] = [

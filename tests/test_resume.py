@@ -682,6 +682,24 @@ def test_without_locks_of_the_file_system(sweeps: Sweeps, monkeypatch: pytest.Mo
     assert len(sweeps.run()) == CASES
 
 
+@pytest.mark.parametrize("has_flock", [True, False])
+def test_a_lock_of_another_container(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch, has_flock: bool) -> None:
+    """Of one kernel, with processes that cannot be looked up here: this one's number may be anyone's there, or free."""
+
+    def unsupported(descriptor: int, kind: int) -> None:
+        raise OSError(38, "Function not implemented")
+
+    if not has_flock:
+        monkeypatch.setattr(lock.fcntl, "flock", unsupported)
+    leave_lock(sweeps.units, space="1", pid=2**22 + 1)
+    assert lock.holders(sweeps.units) == [f"process {2**22 + 1} on {socket.gethostname()}"]
+    if not has_flock:
+        with pytest.raises(UserError, match=f"process {2**22 + 1} on .* is at work.*\n.*--unlock"):
+            sweeps.run()
+    assert len(sweeps.run(take_over=not has_flock)) == CASES
+    assert not sweeps.units.exists()
+
+
 def test_shards_work_side_by_side_and_keep_others_out(sweeps: Sweeps) -> None:
     with lock.locked(sweeps.units, (1, 3)), lock.locked(sweeps.units, (2, 3)):
         for shard in ((1, 3), None):
@@ -1093,6 +1111,22 @@ def test_status(sweeps: Sweeps) -> None:
     sweeps.run(2)
     sizes = [path.stat().st_size for path in unit_paths(sweeps.units)]
     assert f"{progress.in_bytes(sum(sizes))} in {len(sizes)} units in" in report(sweeps.study, sweeps.output)
+
+
+def test_status_reads_all_units_again_if_one_is_gone(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where a sweep puts small ones together meanwhile."""
+    sweeps.run(9)
+    original, seen = status.read_unit, []
+
+    def gone_at_first(path: Path) -> object:
+        seen.append(path)
+        if len(seen) == 1:
+            raise FileNotFoundError
+        return original(path)
+
+    monkeypatch.setattr(status, "read_unit", gone_at_first)
+    assert "total        14         9         0         5" in report(sweeps.study, sweeps.output)
+    assert len(seen) == 1 + len(unit_paths(sweeps.units))
 
 
 @pytest.mark.parametrize("fresh", [False, True])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from time import monotonic, sleep
@@ -15,6 +16,7 @@ from studies import SWEPT
 
 from rcstudy import store, sweep
 from rcstudy.cases import Case, expand
+from rcstudy.result import Result, Status
 from rcstudy.storage.record import Packed
 from rcstudy.storage.units import unit_paths
 from rcstudy.study import study_from_text
@@ -41,6 +43,25 @@ def test_what_a_disk_could_not_take_still_waits(tmp_path: Path, monkeypatch: pyt
         found._write(0.0)
         assert len(unit_paths(found.folder)) == 1
         assert found._waiting == sum(len(result.body) for result in results[1:3]) / 100_000
+
+
+def test_of_two_units_with_a_case_the_later_one_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also when they are read again; a failure never replaces a solution."""
+    monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))
+    with opened(tmp_path) as (found, cases, _results):
+        scene = cases[0].scene
+        made = next(workers.made_up([scene]))
+        later = replace(made, scalars=made.scalars | {"force_x": 7.0})
+        failed = Result(Status.ERROR, "no", {}, {})
+        pack = sweep.keep_of(study_from_text(SWEPT, "swept.yaml").outputs)
+        for result in (made, later, failed):
+            (packed,) = sweep.Packing(lambda scenes, result=result: iter([result]), pack)([scene])
+            found.add(cases[0].key, packed)
+            found._write(0.0)
+        assert len(unit_paths(found.folder)) == 3
+        assert found.index.record(cases[0].key).scalars["force_x"] == 7.0
+    with opened(tmp_path) as (found, cases, _results):
+        assert found.index.record(cases[0].key).scalars["force_x"] == 7.0
 
 
 def happens(condition: Callable[[], object]) -> bool:

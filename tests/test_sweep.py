@@ -21,7 +21,7 @@ import workers
 import xarray as xr
 from studies import CASES, OLD, SWEPT
 
-from rcstudy import provenance, store, sweep, threads
+from rcstudy import plan, provenance, store, sweep, threads
 from rcstudy.cases import Case, expand
 from rcstudy.compare import compare
 from rcstudy.cube import case_table, open_cube
@@ -500,6 +500,38 @@ def test_the_time_left_is_told_once_it_is_known(monkeypatch: pytest.MonkeyPatch)
     assert told[1] == "1/6000 cases, 0 failed"
     assert not any("left" in line for line in told[:4])
     assert told[-1] == "401/6000 cases, 100.0 cases/s, 56 s left, 0 failed"
+
+
+def test_the_time_left_is_not_told_after_few_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long they took: what three of them tell is mostly how the first of each worker fared."""
+    now = 0.0
+    monkeypatch.setattr(time, "monotonic", lambda: now)
+    stream = io.StringIO()
+    lines = Lines(stream, interval=1.0)
+    lines.begin(10)
+    for _ in range(4):
+        now += 10.0
+        lines.advance(failed=False)
+    told = stream.getvalue().splitlines()
+    assert told[1:] == ["1/10 cases, 0 failed", "2/10 cases, 0 failed", "3/10 cases, 0 failed", told[-1]]
+    assert told[-1] == "4/10 cases, 10.0 s/case, 1 min 00 s left, 0 failed"
+
+
+def test_no_more_workers_want_memory_than_there_are_cases(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A container with 8 GB on a machine of 64 cores was warned of a study of one case."""
+    cases = len(expand(study).cases)
+    monkeypatch.setattr(threads, "available_cores", lambda: 2000)
+    said: list[int] = []
+
+    def noted(pending: Sequence[object], workers: int) -> str:
+        said.append(workers)
+        return ""
+
+    monkeypatch.setattr(plan, "lack_of_memory", noted)
+    sweep.run(study, tmp_path / "c.nc", solve=workers.made_up)
+    assert said == [cases]
 
 
 class Terminal(io.StringIO):

@@ -14,7 +14,9 @@ _CLOSE = 5  # square of a distance in cells: two cells away and one aside
 
 
 class Hidden(NamedTuple):
-    """Errors that differences between meshes do not show; with `kalker` `unsettled`, `by_layers` and `slip` are 0.
+    """Errors that differences between meshes do not show.
+
+    With `kalker` `unsettled`, `by_layers`, `slip` and `skin` are 0, with `aligned` `moved` is.
 
     `unsettled`: deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`); `by_layers`: area
     that layers too thin for the cells add to the contact (negative: take from it), over the contact's

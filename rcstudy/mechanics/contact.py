@@ -75,7 +75,7 @@ def along_by_pressure(influence: Influence, padded: tuple[int, int], *, x_first:
 
 
 class NormalContact:
-    """The pressure of a contact and what follows from it for every creepage. Immutable.
+    """The pressure of a contact and what follows from it for every creepage. It does not change.
 
     `box`: a box that contains the cells in contact, by default their bounding box. `coarser`: the same contact with
     cells of twice the size, None if it has too few cells.

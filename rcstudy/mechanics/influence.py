@@ -323,9 +323,9 @@ class Influence:
     def squeezed(self, radius: float) -> float:
         """How far (0 to 1) the layers respond like an incompressible film in a contact of this `radius` (mm).
 
-        It is the exponent of k in what they add to the substrate's response to waves of number k = 4/radius: 2 for thin
-        incompressible films, which give way by being squeezed out sideways (k^2 h^3/(3 G)), 0 for thin compressible
-        ones, -1 for thick ones. 0 if they make it stiffer.
+        It is the exponent of k, as far as it lies between 0 and 1, in what they add to the substrate's response to
+        waves of number k = 4/radius: 2 for thin incompressible films, which give way by being squeezed out sideways
+        (k^2 h^3/(3 G)), 0 for thin compressible ones, -1 for thick ones. 0 if they make it stiffer.
         """
         if not self.layered:
             return 0.0

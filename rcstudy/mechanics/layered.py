@@ -8,7 +8,7 @@ on a half-space.
 
 In each layer the in-plane field is a sum of four modes: the Papkovich-Neuber potentials phi = e^(-kz) cos kx and
 psi = e^(-kz) cos kx, which decay with depth, and their growing counterparts with e^(+k(z - h)) (the paper's Eqs 11 to
-16 with one potential less, as only two are needed):
+15 with one potential less, as only two are needed):
 
     2G u = grad(phi) + grad(z psi) - 4 (1 - nu) psi e_z.
 
@@ -74,7 +74,7 @@ def half_space_response(material: Material) -> np.ndarray:
 def frequency_response(substrate: Material, layers: tuple[Layer, ...], alpha: np.ndarray) -> np.ndarray:
     """Frequency responses a, b, c, d (mm/MPa) of the layered half-space at `alpha` [n] (1/mm): array [4, n].
 
-    Raises BeyondRounding where they are no finite numbers.
+    Raises BeyondRounding where what layers add to half-spaces (:func:`response_difference`) is no finite number.
     """
     alpha = np.asarray(alpha, dtype=float)
     top = layers[0] if layers else substrate

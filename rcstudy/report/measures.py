@@ -26,7 +26,7 @@ def on_x_axis(field: np.ndarray, y: np.ndarray) -> np.ndarray:
 def _next_to_axis(y: np.ndarray) -> np.ndarray:
     """Which rows of cells are on the x-axis, or next to it: one or two, [ny]."""
     distance = np.abs(y)
-    return np.asarray(distance <= distance.min() * (1.0 + 1e-6) + 1e-12)
+    return np.asarray(distance <= distance.min() + 1e-7 * np.ptp(y))
 
 
 CELLS = 2.0

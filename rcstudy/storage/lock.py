@@ -21,6 +21,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from rcstudy.errors import UserError
+from rcstudy.storage.publish import namespace
 
 NAME = "lock"
 _TRIES = 1000  # to open the lock in a folder that other processes make and remove meanwhile
@@ -29,21 +30,30 @@ _UNSUPPORTED = (errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOLCK, err
 
 @dataclass(frozen=True)
 class Owner:
-    """A process: machine, the machine's boot id, number, and start in ticks since boot ("" and 0 where not known)."""
+    """A process: machine, the machine's boot id, number, start in ticks since boot, and namespace of the number.
+
+    "" and 0 stand for what is not known.
+    """
 
     host: str
     boot: str
     pid: int
     started: int
+    space: str = ""
 
     @staticmethod
     def here() -> Owner:
         """This process."""
-        return Owner(socket.gethostname(), _boot_id(), os.getpid(), _started(os.getpid()))
+        return Owner(socket.gethostname(), _boot_id(), os.getpid(), _started(os.getpid()), namespace())
+
+    @property
+    def is_known_here(self) -> bool:
+        """Whether this process can find out if that one runs: it is of this machine, since its start, and container."""
+        return self.boot == _boot_id() and self.space in ("", namespace())
 
     def runs_here(self) -> bool:
-        """Whether this very process runs on this machine now."""
-        return self.boot == _boot_id() and 0 < self.started == _started(self.pid)
+        """Whether this very process runs on this machine now, as far as can be known."""
+        return self.is_known_here and 0 < self.started == _started(self.pid)
 
     def __str__(self) -> str:
         return f"process {self.pid} on {self.host}"
@@ -84,7 +94,7 @@ def holders(folder: Path) -> list[str]:
         paths = sorted(folder.glob(f"{NAME}*"))
     for path in paths:
         owner = _read(path)
-        if owner is None or (owner.boot == _boot_id() and not owner.runs_here()):
+        if owner is None or (owner.is_known_here and not owner.runs_here()):
             continue
         part = path.name.removeprefix(NAME).strip("-").replace("-", " ")
         found.append(f"{owner}" + (f" (shard {part})" if part else ""))
@@ -147,7 +157,8 @@ def _refusal(folder: Path, *at_work: str) -> str:
 def _may_live(owner: Owner, *, flocks: bool) -> bool:
     """Whether the owner of a record may still be at work; `flocks`: this process could lock the file."""
     if owner.boot and owner.boot == _boot_id():
-        return not flocks and owner.runs_here()  # one kernel: a lock that it grants is free
+        # one kernel: a lock that it grants is free
+        return not flocks and (owner.runs_here() or not owner.is_known_here)
     # an owner from before a restart of this machine is dead; locks of another machine may not reach here
     return owner.host != socket.gethostname()
 
@@ -185,7 +196,8 @@ def _read(path: Path) -> Owner | None:
     """Who wrote the record; None if it is empty or no record (its writer died before it was done)."""
     try:
         found = json.loads(path.read_bytes())
-        return Owner(str(found["host"]), str(found["boot"]), int(found["pid"]), int(found["started"]))
+        known = (str(found["host"]), str(found["boot"]), int(found["pid"]), int(found["started"]))
+        return Owner(*known, str(found.get("space", "")))
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
 

@@ -100,7 +100,7 @@ def _shortened(name: str, more: int) -> str:
 def remove_leftovers(folder: Path, name: str = "") -> list[Path]:
     """Remove temporary files of `name` (of all files if empty) in `folder` whose writers no longer run on this machine.
 
-    Returns what was removed.
+    Those of writers in other containers stay, as it is not known whether they run. Returns what was removed.
     """
     pattern = re.compile(r"(?P<name>.+)" + re.escape(_MARK) + r"(?P<host>.+)-(?P<pid>\d+)-[0-9a-f]+")
     removed = []
@@ -120,8 +120,21 @@ def remove_leftovers(folder: Path, name: str = "") -> list[Path]:
 
 
 def host() -> str:
-    """Name of this machine, fit for the name of a file."""
-    return re.sub(r"[^\w.]", "_", socket.gethostname(), flags=re.ASCII)[:64] or "localhost"
+    """Name of this machine, fit for the name of a file, and the namespace in which numbers of processes mean anything.
+
+    Containers may share a machine's name, but do not see one another's processes.
+    """
+    name = re.sub(r"[^\w.]", "_", socket.gethostname(), flags=re.ASCII)[:64] or "localhost"
+    space = namespace()
+    return f"{name}-{space}" if space else name
+
+
+def namespace() -> str:
+    """Number of the namespace of this process's number; "" where it is not known."""
+    try:
+        return re.sub(r"\D", "", str(Path("/proc/self/ns/pid").readlink()))
+    except OSError:
+        return ""
 
 
 def _runs(pid: int) -> bool:

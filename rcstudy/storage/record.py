@@ -156,7 +156,9 @@ class Record:
             if not VARIABLES[name].timing and ours.get(name) != theirs.get(name):
                 return name
         whole = (0, self.cells[0], 0, self.cells[1])
-        for name in self.fields.keys() & other.fields.keys():
+        for name in FIELDS:
+            if name not in self.fields or name not in other.fields:
+                continue
             dtype = min(self.fields[name].dtype, other.fields[name].dtype)
             if not np.array_equal(self.cut(name, whole).astype(dtype), other.cut(name, whole).astype(dtype)):
                 return name

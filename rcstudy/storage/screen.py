@@ -21,7 +21,6 @@ from rcstudy.storage.heaps import Chunk, chunks_of, damaged_heap
 from rcstudy.storage.layout import SCHEMA_ATTRIBUTE
 from rcstudy.studyfile.yamltree import shorten
 
-MAX_RANK = 32
 MAX_DIMENSIONS = 65_536
 MAX_CHUNK_BYTES = 4096 * 4096 * 8  # a case's field at the largest mesh
 _SMALL_BYTES = 16_000_000  # declared size up to which a variable may be stored in any number of bytes, even none
@@ -130,8 +129,6 @@ def _problem_of_variable(variable: h5d.DatasetID) -> str:
     if any(made.get_filter(k)[0] not in _FILTERS for k in range(made.get_nfilters())):
         return "is compressed in an unknown way"
     shape = variable.shape
-    if len(shape) > MAX_RANK:
-        return f"has {len(shape)} dimensions"
     size = kind.get_size()
     if layout == h5d.CHUNKED and math.prod(made.get_chunk()) * size > MAX_CHUNK_BYTES:
         return "has chunks larger than any case's field"

@@ -57,6 +57,7 @@ def numbers(most: int, theta: float, leading: float) -> np.ndarray:
         # the excess f_j/(mu K g) = h_j + ln w0 g_j + (g_j - b_j)/g
         excess = np.stack([h[:m], g[:m], g[:m] - b[:m]])
         out[m] = *([h[m], g[m], g[m]] - excess @ near), *(excess @ far), b[m]
+    out.setflags(write=False)  # kept for all who ask
     return out
 
 
