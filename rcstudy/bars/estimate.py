@@ -130,15 +130,15 @@ def error_estimates(
     if scene.is_coupled:
         fits = fits | COUPLED[scene.discretisation]
     hides = case.parts_hidden()
-    factors = case.shape.of_edges if case.aligned else {}
-    factors |= {} if case.all_slips else pulled.of_peaks(case.hidden.pull, aligned=case.aligned)
+    factors = [case.shape.of_edges, case.shape.of_rows] if case.aligned else []
+    factors += [] if case.all_slips else [pulled.of_peaks(case.hidden.pull, aligned=case.aligned)]
     bars = {}
     for name, fit in fits.items():
         if name in levels[0]:
             by_meshes = case.by_meshes(name, fit, [level[name] for level in levels])
             by_meshes = math.hypot(by_meshes, case.besides_meshes(name))
             of_cells = by_meshes + hides.get(name, 0.0) * abs(levels[0][name])
-            bars[name] = factors.get(name, 1.0) * of_cells + case.left_by_solver(name)
+            bars[name] = math.prod(factor.get(name, 1.0) for factor in factors) * of_cells + case.left_by_solver(name)
     case.add_squeezed_films(bars)
     if "slip_area" in levels[0]:
         case.add_turned_force(bars)

@@ -38,7 +38,7 @@ from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.normal_operator import NormalSolution
 from rcstudy.mechanics.paper_cg import solve_paper_cg
-from rcstudy.mechanics.plates import beyond_rim, missing_at_rim
+from rcstudy.mechanics.plates import beyond_rim, missing_at_rim, most_by_plate
 from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.slip_operator import SlipOperator
@@ -284,7 +284,9 @@ class NormalContact:
     def missing_at_rim(self) -> float:
         """Fraction of itself by which the largest pressure may be too small under stiff skins (`plates.py`)."""
         scene, pressures = self.scene, self.solution.p[self.touched.slices]
-        return missing_at_rim(pressures, scene.layers, scene.substrate, min(scene.mesh.spacing))
+        coating = scene.layers, scene.substrate
+        radius = 0.5 * min(count * side for count, side in zip(pressures.shape, scene.mesh.spacing, strict=True))
+        return min(missing_at_rim(pressures, *coating, min(scene.mesh.spacing)), most_by_plate(*coating, radius))
 
     @cached_property
     def beyond_rim(self) -> float:
@@ -316,7 +318,9 @@ class NormalContact:
 
     def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> tuple[float, float]:
         """Fractions that cusps would add to the largest pressure of `zone`, and change of its largest traction."""
-        at_borders = pressure_at_borders(self.solution.p[self.box.slices], self.spread(rolling.slip)[self.box.slices])
+        pull = friction * self.influence.most_slip_by_pressure_over_tractions
+        slip = self.spread(rolling.slip)
+        at_borders = pressure_at_borders(self.solution.p[self.box.slices], slip[self.box.slices], pull)
         if at_borders == 0.0:
             return 0.0, 0.0
         of_pressure = difference(max(at_borders, zone.pressure), zone.pressure)

@@ -275,15 +275,20 @@ class Influence:
         return self.slip_under_pressure / self.slip_under_tractions[0]
 
     @property
+    def most_slip_by_pressure_over_tractions(self) -> float:
+        """The largest magnitude of Dundurs' constant for any wave of `_of_cells`."""
+        return float(np.abs(self._of_cells[1] / self._of_cells[2]).max())
+
+    @property
     def pull_under_skin(self) -> float:
         """Dundurs' constant of what lies under a skin stiffer than itself, times how much more that yields; else 0.
 
         The former is the largest magnitude for any wave of `_of_cells`, the latter the largest normal response to
         these, times the wave number, over that to a wave of 1/dx; from 1 + `_SKIN` on it counts in full.
         """
-        normal, by_pressure, along, _ = self._of_cells
+        normal = self._of_cells[0]
         more = float(normal.max() / normal[0])
-        return float(np.abs(by_pressure / along).max()) * more * min(1.0, (more - 1.0) / _SKIN)
+        return self.most_slip_by_pressure_over_tractions * more * min(1.0, (more - 1.0) / _SKIN)
 
     @property
     def skin_at_edge(self) -> tuple[float, float]:

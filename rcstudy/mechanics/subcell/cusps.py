@@ -10,10 +10,17 @@ behind it. So the pressure is smooth in the stick zone and has a vertical tangen
 coated body (q_x < 0, beta > 0) it is a cusp that points upwards, and often holds the largest pressure and traction.
 Values of cells at the border approach it with the root of the cell's size only: between a rigid ball and steel with
 friction 1 and partial slip by all creepages, 28 cells a radius, largest pressure and traction are 1 and 2 % too small.
-The pressure at the border is therefore extrapolated from the stick zone (`kernels/cusps.py`).
+The pressure at the border is therefore extrapolated from the stick zone (`kernels/cusps.py`), as far as C allows:
+C sqrt(dx) is what tractions fall short of mu p one cell ahead, mu p itself where they come to nothing within a cell.
+What a mean of the two cells at the border then misses, half of beta C sqrt(dx/2), is less than `_REACH` beta mu p. More
+than that is an error of the extrapolation, as in narrow slip zones between bodies that are nearly alike. (On 275 of
+these that hardly slip, steel on steel of another modulus by 1e-3, largest tractions were off by 0.038 mu p0 in the root
+mean square without this limit, 0.008 with it; on 1145 others under full coupling nothing becomes worse.)
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -21,6 +28,7 @@ from rcstudy.mechanics.kernels import cusps
 
 # Cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured).
 NARROW_BEHIND_CUSP = 5.0
+_REACH = 0.5
 
 
 def difference(one: float, other: float) -> float:
@@ -29,11 +37,19 @@ def difference(one: float, other: float) -> float:
     return abs(one - other) / largest if largest > 0.0 else 0.0
 
 
-def pressure_at_borders(p: np.ndarray, slip: np.ndarray) -> float:
+def within_reach(cusped: np.ndarray, smooth: np.ndarray, pull: float) -> np.ndarray:
+    """p^2 [n] (MPa^2) at borders with cusps, as far as they differ from what is there without (`smooth`) by no more.
+
+    `pull`: friction times the magnitude of Dundurs' constant.
+    """
+    return np.clip(cusped, smooth * max(1.0 - _REACH * pull, 0.0) ** 2, smooth * (1.0 + _REACH * pull) ** 2)
+
+
+def pressure_at_borders(p: np.ndarray, slip: np.ndarray, pull: float = math.inf) -> float:
     """Largest pressure (MPa) at the borders behind stick zones, halfway between cells; 0 without a border.
 
-    p [nx, ny] (MPa): pressures of cells; slip [nx, ny]: flags of slip cells. Of several borders in a row the hindmost
-    counts.
+    p [nx, ny] (MPa): pressures of cells; slip [nx, ny]: flags of slip cells; `pull`: as in :func:`within_reach`. Of
+    several borders in a row the hindmost counts.
     """
     touched = p > 0.0
     stick = touched & ~slip
@@ -50,7 +66,8 @@ def pressure_at_borders(p: np.ndarray, slip: np.ndarray) -> float:
     last[rows] = np.arange(len(rows))
     high = nx - 1 - touched[::-1].argmax(axis=0)
     edges = np.stack([touched.argmax(axis=0) - 0.5, high + 0.5])
-    squares = 0.5 * (p[first - 1, rows] ** 2 + p[first, rows] ** 2)
+    smooth = 0.5 * (p[first - 1, rows] ** 2 + p[first, rows] ** 2)
+    squares = smooth.copy()
     length = stick.sum(axis=0).astype(np.float64)
     cusps.squares_from_stick(p, high, edges, last, length, NARROW_BEHIND_CUSP, borders, squares)
-    return float(np.sqrt(squares.max()))
+    return float(np.sqrt(within_reach(squares, smooth, pull).max()))

@@ -17,7 +17,7 @@ import numpy as np
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import cusps, rows, smooth, stick
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.subcell.cusps import NARROW_BEHIND_CUSP, difference
+from rcstudy.mechanics.subcell.cusps import NARROW_BEHIND_CUSP, difference, within_reach
 from rcstudy.mechanics.subcell.edges import Outline
 from rcstudy.mechanics.subcell.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.subcell.trailing import NARROW
@@ -55,6 +55,7 @@ class SlipZones:
         along, across = influence.slip_under_tractions
         self._unlike = min((across - along) / math.sqrt(along * across), _MOST_UNLIKE)
         self._by_pressure = influence.slip_by_pressure_over_tractions
+        self._most = influence.most_slip_by_pressure_over_tractions
 
     def zone(self, rolling: RollingSolution, friction: float) -> SlipZone:
         """The slip zone, its border found between cells, and the largest traction and pressure.
@@ -76,9 +77,10 @@ class SlipZones:
             squares = rows.squares_at_borders(*cells.profiles, borders)
             at_borders = with_cusps = rows.peak_at_borders(squares, borders)
             if self._cusped:
-                of_zone = last, length, NARROW_BEHIND_CUSP, borders, squares
+                cusped = squares.copy()
+                of_zone = last, length, NARROW_BEHIND_CUSP, borders, cusped
                 cusps.squares_from_stick(outline.p, outline.high, outline.far_field_ends, *of_zone)
-                with_cusps = rows.peak_at_borders(squares, borders)
+                with_cusps = rows.peak_at_borders(within_reach(cusped, squares, friction * self._most), borders)
         # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
         summit = outline.summit[0]
         of_cells_alone = friction * summit if self.slips_at_top(rolling) else largest
