@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from contacts import STEEL, solved
 
-from rcstudy.mechanics.plates import beyond_rim, missing_at_rim, skin
+from rcstudy.mechanics.plates import beyond_rim, missing_at_rim, most_by_plate, skin
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 
 HARD = Layer(100.0 * STEEL.E, 0.3, 0.01)
@@ -109,6 +109,36 @@ def layers_of(*moduli_and_thicknesses: tuple[float, float]) -> list[Layer]:
 def test_skin(layers: list[Layer], thickness: float) -> None:
     """Mean depth of the bottoms of layers that are stiffer than what is below, weighted with how little they bend."""
     assert skin(layers, STEEL, 0.1) == pytest.approx(thickness, rel=1e-3)
+
+
+def test_most_by_plate() -> None:
+    """Half-spaces of their own are no plates; the same plate in parts, or over softer and stiffer layers."""
+    assert most_by_plate([], STEEL, 0.5) == 0.0
+    assert most_by_plate(layers_of((0.5, 0.1), (1.0, 0.2)), STEEL, 0.5) == 0.0
+    one = most_by_plate(layers_of((10.0, 0.05)), STEEL, 0.5)
+    assert one == pytest.approx(3.0 * 0.1 * (9.0 / 3.0) ** (2.0 / 3.0))
+    for parts in (((10.0, 0.02), (10.0, 0.03)), ((10.0, 0.05), (1.0, 0.3))):
+        assert most_by_plate(layers_of(*parts), STEEL, 0.5) == pytest.approx(one)
+    on_soft = most_by_plate(layers_of((10.0, 0.05), (0.01, 0.1)), STEEL, 0.5)
+    assert on_soft == pytest.approx(3.0 * 0.1 * (9.99 / 0.03) ** (2.0 / 3.0))
+    under_film = most_by_plate(layers_of((0.01, 0.01), (10.0, 0.04)), STEEL, 0.5)
+    assert under_film == pytest.approx(one)  # a film on it belongs to it, softer than anything below
+    assert most_by_plate(layers_of((10.0, 5.0)), STEEL, 0.5) == pytest.approx(3.0 * (9.0 / 3.0) ** (2.0 / 3.0))
+
+
+def test_skins_too_weak_to_bear_a_load_widen_no_bars() -> None:
+    """Where the rim is steep by full coupling. The bar was the largest pressure and more, and 1.8 MPa without a layer.
+
+    On layers with the substrate's own modulus, nearly, and on thin ones little stiffer than it.
+    """
+    mesh = Mesh((0.75, 0.75), (32, 32))
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, mesh, (), None, 3.0, Creepage(0.05), coupling="full")
+    scene = replace(scene, discretisation="aligned")
+    bare = solved(scene).scalars
+    for layer, factor in ((Layer((1.0 + 1e-6) * STEEL.E, 0.3, 3e-9), 1.01), (Layer(1.1 * STEEL.E, 0.3, 0.0015), 2.0)):
+        found = solved(replace(scene, layers=(layer,))).scalars
+        for name in ("pressure_max_error", "traction_max_error"):
+            assert bare[name] / factor < found[name] < bare[name] * factor
 
 
 @pytest.mark.heavy

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contacts import STEEL, hertz_of, steel
+from contacts import STEEL, hertz_of, solved, steel
 from scipy.special import ellipe
 
 from rcstudy.bars import few
 from rcstudy.bars.elongated import Shape, shape
 from rcstudy.bars.estimate import error_estimates
-from rcstudy.mechanics.scene import Creepage, Mesh, Scene
+from rcstudy.mechanics.scene import Creepage, Mesh, Scene, Tolerance
 from rcstudy.mechanics.subcell.pole import _RISE, rise_at_pole
 from rcstudy.solve import solve_scene
 from rcstudy.study import scene_from_mapping
@@ -232,6 +232,35 @@ def test_bars_of_edges_grow_with_the_length_of_cells(over: float, factor: float)
         for along, across in ((10.0, 10.0), (30.0, 10.0), (10.0, 30.0)):
             found = Shape(along, across, step, (0.0, 0.0)).of_edges
             assert found == pytest.approx({"contact_area": factor, "contact_radius": factor})
+
+
+def test_bars_grow_where_rows_are_few() -> None:
+    """Of a round contact on long cells; not of long contacts on square cells, or of as many rows as cells along x."""
+    known = {"force_x": 0.6, "force_y": 0.3, "moment_z": 0.45, "friction_power": 0.4, "slip_area": 0.25}
+    known |= {"traction_max": 0.5, "contact_area": 0.15, "contact_radius": 0.15}
+
+    def found(along: float, across: float, step: tuple[float, float]) -> dict[str, float]:
+        return Shape(along, across, step, (0.0, 0.0)).of_rows
+
+    assert found(40.0, 10.0, (0.1, 0.4)) == pytest.approx({name: 4.0**power for name, power in known.items()})
+    assert found(20.0, 10.0, (0.1, 0.4)) == pytest.approx({name: 2.0**power for name, power in known.items()})
+    assert found(90.0, 9.0, (0.1, 1.0)) == pytest.approx({name: 8.0**power for name, power in known.items()})
+    for none in (found(40.0, 10.0, (0.1, 0.1)), found(20.0, 20.0, (0.1, 0.4)), found(10.0, 40.0, (0.4, 0.1))):
+        assert none == dict.fromkeys(known, 1.0)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("rows", [19, 21, 23])
+@pytest.mark.parametrize(("creepage", "most"), [(Creepage(0.001, 0.0, 0.005), 2.5), (Creepage(0.001, 0.0005), 1.0)])
+def test_bars_of_round_contacts_on_cells_long_along_y(rows: int, creepage: Creepage, most: float) -> None:
+    """Those of forces along x and moments were up to five times too small, and with spin are so twice at most."""
+    scene = steel(Mesh((0.8186405, 0.8186405), (4 * rows, rows)), friction=0.3, creepage=creepage)
+    scene = replace(scene, discretisation="aligned", tolerance=Tolerance(1e-6, 1e-6), counterbody=STEEL)
+    found = solved(scene).scalars
+    limit = solved(replace(scene, mesh=replace(scene.mesh, cells=(200, 200)))).scalars
+    for name in ("force_x", "moment_z", "friction_power", "slip_area", "traction_max"):
+        off = max(abs(found[name] - limit[name]) - limit[f"{name}_error"], 0.0)
+        assert off < most * found[f"{name}_error"]
 
 
 @pytest.mark.heavy
