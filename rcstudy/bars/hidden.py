@@ -17,51 +17,57 @@ class Hidden(NamedTuple):
     """Errors that differences between meshes do not show.
 
     With `kalker` `unsettled`, `by_layers`, `slip` and `skin` are 0, with `aligned` `moved` is.
-
-    `unsettled`: deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`); `by_layers`: area
-    that layers too thin for the cells add to the contact (negative: take from it), over the contact's
-    (`AlignedContact.area_by_layers`); `moved`: area between edges as layers move them and those that cells of `kalker`
-    see, over the contact's (`NormalContact.moved_edge`); `squeezed`: how far the layers respond like an incompressible
-    film, 0 to 1 (`Influence.squeezed`); `slip`: effect of slip zones too narrow for the cells (`subcell/unseen.py`);
-    `lift`: lift of the surface by tractions over the approach (full coupling); `peak_by_layers`: difference of the
-    largest pressure corrected for layers from that corrected as on half-spaces, over that pressure; `cusp_of_pressure`,
-    `cusp_of_traction`: by which fraction of themselves cusps change the largest pressure and traction, or would
-    (`subcell/cusps.py`; full coupling); `least_slip`: smallest slip of all cells over the largest, 1 where it is not
-    known; `pull`: friction times Dundurs' constant, its magnitude (full coupling); `pull_under_skin`: friction times
-    that of what yields under a stiff skin, times how much more it does (`Influence.pull_under_skin`; full coupling);
-    `at_rim`: fraction by which the largest pressure may be too small under stiff skins, `beyond_rim`: by which it
-    exceeds those farther in, if it is in the outermost cells (`mechanics/plates.py`); `slip_shown`, `slips_at_top`:
-    whether any cell slips, and whether one of the largest pressure does; `largest_of_cells`: largest traction (MPa) of
-    a cell; `by_pressure`: slip that the largest pressure causes on the spot (`Influence.most_slip_under_pressure`);
-    `turning`: magnitude of Dundurs' constant over pi times friction; `skin`: difference of Dundurs' constant (-) on a
-    scale below that of a cell beside the edge, and that scale (mm) (`Influence.skin_at_edge`); `at_pole`: fraction by
-    which the largest pressure may rise at the pole of spin (`subcell/pole.py`; full coupling); `top_at_border`: whether
-    the cell of the largest pressure is within two cells of the border of the stick zone (`close_to_border`; full
-    coupling); `missed`: what cells miss of the bodies' responses (`mechanics/missed.py`).
     """
 
+    # deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`)
     unsettled: float = 0.0
+    # area that layers too thin for the cells add to the contact (negative: take from it), over the contact's
+    # (`AlignedContact.area_by_layers`)
     by_layers: float = 0.0
+    # area between edges as layers move them and those that cells of `kalker` see, over the contact's
+    # (`NormalContact.moved_edge`)
     moved: float = 0.0
+    # how far the layers respond like an incompressible film, 0 to 1 (`Influence.squeezed`)
     squeezed: float = 0.0
+    # effect of slip zones too narrow for the cells (`subcell/unseen.py`)
     slip: Unseen = Unseen()
+    # lift of the surface by tractions over the approach (full coupling)
     lift: float = 0.0
+    # difference of the largest pressure corrected for layers from that corrected as on half-spaces, over that pressure
     peak_by_layers: float = 0.0
+    # by which fraction of themselves cusps change the largest pressure and the largest traction, or would
+    # (`subcell/cusps.py`; full coupling)
     cusp_of_pressure: float = 0.0
     cusp_of_traction: float = 0.0
+    # smallest slip of all cells over the largest, 1 where it is not known
     least_slip: float = 1.0
+    # fraction by which the largest pressure may be too small under stiff skins, and by which it exceeds those farther
+    # in, if it is in the outermost cells (`mechanics/plates.py`)
     at_rim: float = 0.0
     beyond_rim: float = 0.0
+    # friction times Dundurs' constant, its magnitude (full coupling)
     pull: float = 0.0
+    # friction times that of what yields under a stiff skin, times how much more it does (`Influence.pull_under_skin`;
+    # full coupling)
     pull_under_skin: float = 0.0
+    # whether any cell slips, and whether one of the largest pressure does
     slip_shown: bool = True
     slips_at_top: bool = True
+    # largest traction (MPa) of a cell
     largest_of_cells: float = math.inf
+    # slip (-) that the largest pressure causes on the spot (`Influence.most_slip_under_pressure`)
     by_pressure: float = 0.0
+    # magnitude of Dundurs' constant over pi times friction
     turning: float = 0.0
+    # difference of Dundurs' constant (-) on a scale below that of a cell beside the edge, and that scale (mm)
+    # (`Influence.skin_at_edge`)
     skin: tuple[float, float] = (0.0, 0.0)
+    # fraction by which the largest pressure may rise at the pole of spin (`subcell/pole.py`; full coupling)
     at_pole: float = 0.0
+    # whether the cell of the largest pressure is within two cells of the border of the stick zone (`close_to_border`;
+    # full coupling)
     top_at_border: bool = False
+    # what cells miss of the bodies' responses (`mechanics/missed.py`)
     missed: Missed = Missed()
 
 
