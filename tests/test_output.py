@@ -125,6 +125,23 @@ def test_what_an_older_program_added_is_not_replaced(tmp_path: Path) -> None:
         sweep.run(study, output, workers=1, solve=workers.made_up, fresh=True)
 
 
+@pytest.mark.parametrize("value", [1.0, "text", ((), 2.0, {"units": "mm"})])
+@pytest.mark.parametrize("group", [None, "loads", "of_its_own"])
+def test_a_cube_with_a_variable_more_that_has_no_dimensions_is_not_replaced(
+    value: Any, group: str | None, tmp_path: Path
+) -> None:
+    """h5netcdf signs nothing that it adds without dimensions; it was gone without a word."""
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    sweep.run(study, output, workers=1, solve=workers.made_up)
+    xr.Dataset({"mine": value}).to_netcdf(output, mode="a", engine="h5netcdf", group=group)
+    before = output.read_bytes()
+    for fresh in (False, True):
+        with pytest.raises(UserError, match=r"/mine has no dimensions: .*not overwritten"):
+            sweep.run(study, output, workers=1, solve=workers.made_up, fresh=fresh)
+    assert output.read_bytes() == before
+    assert not is_replaced(output, study.name)
+
+
 def test_a_cube_of_no_study_is_not_replaced(tmp_path: Path) -> None:
     study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
     sweep.run(study, output, workers=1, solve=workers.made_up)

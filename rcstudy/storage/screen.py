@@ -129,6 +129,8 @@ def _problem_of_variable(variable: h5d.DatasetID) -> str:
     if any(made.get_filter(k)[0] not in _FILTERS for k in range(made.get_nfilters())):
         return "is compressed in an unknown way"
     shape = variable.shape
+    if shape in (None, ()):  # grids have an axis at least; libraries sign no variable that they add without dimensions
+        return f"has no dimensions: it {_BY_OTHERS}"
     size = kind.get_size()
     if layout == h5d.CHUNKED and math.prod(made.get_chunk()) * size > MAX_CHUNK_BYTES:
         return "has chunks larger than any case's field"
