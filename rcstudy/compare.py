@@ -12,9 +12,10 @@ compared.
 
 from __future__ import annotations
 
+import functools
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,7 +26,7 @@ from rcstudy.errors import UserError
 from rcstudy.progress import counted
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.storage.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, SETTINGS, as_floats
-from rcstudy.structure import COORDINATE_RTOL, align, variables_in_both
+from rcstudy.structure import COORDINATE_RTOL, align, holds_windows, variables_in_both
 from rcstudy.studyfile.yamltree import suggest
 from rcstudy.tolerances import TOLERABLE, Tolerances
 
@@ -162,9 +163,13 @@ def compare(
             outcome.structure.append(f"{name}: not in the reference")
     outcome.unmatched = tolerances.unmatched([f"{n}/{label}" for n in theirs for label in theirs[n][LABEL].values.flat])
     slack: dict[str, float] = {}
+    whole = functools.cache(lambda: holds_windows(cube) and holds_windows(reference))
+    compared = functools.partial(
+        _compare_grid, tolerances=tolerances, outcome=outcome, allow_unsolved=allow_unsolved, slack=slack, whole=whole
+    )
     for name in theirs:
         if name in ours:
-            outcome.cases += _compare_grid(name, ours[name], theirs[name], tolerances, outcome, allow_unsolved, slack)
+            outcome.cases += compared(name, ours[name], theirs[name])
     if outcome.cases == 0:
         labels = [_cases(tree) for tree in (ours, theirs)]
         why = "no case is in both cubes" if labels[0].isdisjoint(labels[1]) else "cases cannot be matched"
@@ -173,8 +178,7 @@ def compare(
         outcome.structure.append("one cube has a table of all cases, the other has not")
     elif GRID in cube.dataset and not outcome.structure and not outcome.bad:
         # it repeats the grids' scalars: it is compared only once these agree, else differences would be listed twice
-        table, model = _table(cube), _table(reference)
-        _compare_grid(TABLE, table, model, tolerances, outcome, allow_unsolved, slack)
+        compared(TABLE, _table(cube), _table(reference))
     return outcome
 
 
@@ -197,10 +201,11 @@ def _compare_grid(
     outcome: Comparison,
     allow_unsolved: bool,
     slack: dict[str, float],
+    whole: Callable[[], bool],
 ) -> int:
-    """Compare one grid; returns the number of cases that are in both cubes. `slack`: see `_Grid`."""
+    """Compare one grid; returns the number of cases that are in both. `slack`: see `_Grid`; `whole`: see `align`."""
     dims = case_dims(theirs)
-    aligned, problems = align(ours, theirs, case_dims(ours), dims)
+    aligned, problems = align(ours, theirs, case_dims(ours), dims, whole)
     outcome.structure += [f"{name}: {problem}" for problem in problems]
     if aligned is None or any(aligned[1].sizes[d] == 0 for d in dims):
         return 0

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from rcstudy.cube import unit_text
+from rcstudy.errors import UserError
 from rcstudy.settings import unit_as_written
 from rcstudy.storage.layout import LAYER
+from rcstudy.studyfile.yamlfile import parse
+from rcstudy.studyfile.yamltree import Problems, find
 
 COORDINATE_RTOL = 1e-9
 """Relative difference allowed to coordinates and settings, which both cubes take from a study."""
@@ -21,13 +25,27 @@ _SHOWN = 5
 _FIELDS = ("x", "y")  # dimensions of cells
 
 
+def holds_windows(tree: xr.DataTree) -> bool:
+    """Whether the study file in a cube says that fields are not cropped; False where it cannot be read."""
+    try:
+        root = parse(str(tree.attrs.get("study_text", "")), Problems())
+    except UserError:
+        return False
+    return root.is_mapping and find(root, ("outputs", "crop")).value != "contact"
+
+
 def align(
-    ours: xr.Dataset, theirs: xr.Dataset, our_dims: tuple[str, ...], their_dims: tuple[str, ...]
+    ours: xr.Dataset,
+    theirs: xr.Dataset,
+    our_dims: tuple[str, ...],
+    their_dims: tuple[str, ...],
+    whole: Callable[[], bool] = lambda: False,
 ) -> tuple[tuple[xr.Dataset, xr.Dataset] | None, list[str]]:
     """Both grids reduced to the cases in both, in the reference's order, and the differences in their structure.
 
-    `our_dims`, `their_dims`: the case dimensions. If the dimensions differ so much that no case can be matched, None is
-    returned in place of the grids.
+    `our_dims`, `their_dims`: the case dimensions. `whole`: whether neither's fields are cropped, asked only where they
+    are on other cells, as a long study file takes long to read. If the dimensions differ so much that no case can be
+    matched, None is returned in place of the grids.
     """
     if our_dims != their_dims:
         order = ": the same in another order" if sorted(our_dims) == sorted(their_dims) else ""
@@ -45,9 +63,10 @@ def align(
         ours, theirs = _take(ours, dim, here), _take(theirs, dim, there)
     if ours.sizes.get(LAYER) != theirs.sizes.get(LAYER):  # cases left out may have been the only ones with so many
         ours, theirs = _with_layers(ours), _with_layers(theirs)
-    for reduced in (_with_fields_of_both, _on_common_cells):
-        told, ours, theirs = reduced(ours, theirs)
-        problems += told
+    told, ours, theirs = _with_fields_of_both(ours, theirs)
+    problems += told
+    told, ours, theirs = _on_common_cells(ours, theirs, whole)
+    problems += told
     others = _other_dims(ours, theirs, their_dims)
     if others:
         return None, problems + others
@@ -116,7 +135,9 @@ class _Common(NamedTuple):
     alike: bool  # whether they are the same in all cases, and there are any
 
 
-def _on_common_cells(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
+def _on_common_cells(
+    ours: xr.Dataset, theirs: xr.Dataset, whole: Callable[[], bool]
+) -> tuple[list[str], xr.Dataset, xr.Dataset]:
     """Both grids on the cells that both have, if these are not all cells of either, and that they are, in words.
 
     Where those are not the same for all cases, as in grids of several meshes, or none, both grids are without fields.
@@ -133,8 +154,10 @@ def _on_common_cells(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], x
     ):
         return [], ours, theirs
     here, there = (" x ".join(map(str, counts)) for counts in cells)
-    words = f"x, y: fields on {here} cells, {_part(both, cells, there)}: cropped in another way (outputs: crop), or "
-    words += "to other contacts"
+    reason = "cropped in another way (outputs: crop), or to other contacts"
+    if whole():
+        reason = "the windows differ (mesh: size, margin), neither is cropped"
+    words = f"x, y: fields on {here} cells, {_part(both, cells, there)}: {reason}"
     if not alike:
         words += ", not alike in all cases: fields are not compared"
         return [words], ours.drop_dims(_FIELDS), theirs.drop_dims(_FIELDS)

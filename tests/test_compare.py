@@ -262,6 +262,21 @@ def test_cropped_and_whole_fields(tmp_path: Path, size: str) -> None:
     assert (bad.variable, bad.label, bad.note.startswith("in 1 of ")) == ("pressure", "load=50, friction=0.4", True)
 
 
+def test_windows_of_other_sizes(tmp_path: Path) -> None:
+    """Fields were said to be cropped in another way where none is; the cells that both have are compared as before."""
+    for name, size, cells in (("small", "[1, 1]", "[16, 16]"), ("large", "[2, 2]", "[32, 32]")):
+        text = BASE.replace("[2, 2]", size).replace("[32, 32]", cells) + "  g: {axes: {load: [50, 100]}}\n"
+        run(load_text(tmp_path, text), tmp_path / f"{name}.nc", workers=1, solve=made_up)
+    small, large = tmp_path / "small.nc", tmp_path / "large.nc"
+    reason = "the windows differ (mesh: size, margin), neither is cropped"
+    (first, *_) = outcome(small, large).structure
+    assert first == f"g: x, y: fields on 16 x 16 cells, a part of the reference's, 32 x 32: {reason}"
+    with h5py.File(small, "r+") as file:  # what the study says is not known: it may be cropped
+        file.attrs["study_text"] = "\t"
+    (first, *_) = outcome(small, large).structure
+    assert first.endswith("cropped in another way (outputs: crop), or to other contacts")
+
+
 @pytest.mark.parametrize("meshes", ["[[16, 16], [32, 32], [64, 64]]", "[[16, 16], [20, 20]]"])
 def test_cropped_and_whole_fields_of_several_meshes(tmp_path: Path, meshes: str) -> None:
     """No case could be matched, of which cropping was not named as the reason."""
