@@ -85,8 +85,10 @@ def _take_folder(index: Index, folder: Path) -> None:
 def _read(path: Path) -> tuple[Unit, bytes]:
     try:
         return read_unit(path)
-    except (BadUnit, OSError) as error:
+    except BadUnit as error:
         raise UserError(f"{path}: {error}") from error
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 def _check_duplicates(index: Index, unit: Unit, data: bytes) -> None:

@@ -242,7 +242,7 @@ def opened(
     lock that another machine left.
 
     Raises UserError when the output cannot be written to, when it or units beside it are of a study of another name and
-    have none of these cases, or when another process is at work on it.
+    have none of these cases, when these cannot be read, or when another process is at work on it.
     """
     folder = units_folder(output)
     with contextlib.ExitStack() as stack:
@@ -251,6 +251,7 @@ def opened(
             checked = state_of(output)
             refuse_foreign(output)
             new = not output.parent.exists()
+            _refuse_unreadable(folder)
             stack.enter_context(locked(folder, shard, take_over=take_over))
             if new:
                 tell(f"{output.parent}: a new folder, which is made for the cube")
@@ -269,6 +270,14 @@ def opened(
             raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
         stack.callback(store.close)
         yield store
+
+
+def _refuse_unreadable(folder: Path) -> None:
+    """Raise UserError if a folder of units is there and cannot be read: it is not the output that is at fault."""
+    try:
+        unit_paths(folder)
+    except PermissionError as error:
+        raise UserError(f"{folder}: cannot be read: {error.strerror or error}") from error
 
 
 def starts_over(folder: Path, study: str) -> bool:
@@ -312,6 +321,8 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
             )
     except FileNotFoundError:
         return  # another shard has merged it with others
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
     except BadUnit as error:
         aside = path.with_name(f"{path.name}{_SET_ASIDE}")
         path.rename(aside)

@@ -138,6 +138,28 @@ def test_interrupted_and_resumed(sweeps: Sweeps, most: int) -> None:
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
 
 
+@pytest.mark.parametrize("what", ["folder", "unit"])
+def test_units_that_cannot_be_read_are_named(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch, what: str) -> None:
+    """The cube was said to be what cannot be written; the superuser may read all, hence no modes of files."""
+    sweeps.run(most=5)
+    (unit,) = unit_paths(sweeps.units)
+    place, (owner, name) = (sweeps.units, (os, "scandir")) if what == "folder" else (unit, (Path, "read_bytes"))
+    look = getattr(owner, name)
+
+    def refused(path: Path) -> object:
+        if path == place:
+            raise PermissionError(13, "Permission denied", str(path))
+        return look(path)
+
+    monkeypatch.setattr(owner, name, refused)
+    for command in (lambda: sweeps.run(), lambda: merge(sweeps.study, sweeps.output)):
+        with pytest.raises(UserError) as refusal:
+            command()
+        assert str(refusal.value) == f"{place}: cannot be read: Permission denied"
+    monkeypatch.undo()
+    assert unit_paths(sweeps.units) == [unit]
+
+
 def test_interrupted_again_and_again(sweeps: Sweeps) -> None:
     solved = []
     for _ in range(CASES):
