@@ -35,6 +35,10 @@ if TYPE_CHECKING:
 
 _SECONDS_TO_JUDGE = 1.0  # of solving, before the time that is left is estimated
 _SECONDS_WORTH_WORKERS = 15.0  # estimated to be left for one process: with more, workers are started
+_LATE = "no case is solved yet: kernels not used here before are compiled first, for up to a minute"
+_LATE_ON_CLUSTER = (
+    "no case is solved yet: waiting for the scheduler and its workers, where kernels not used before are compiled first"
+)
 
 
 @dataclass(frozen=True)
@@ -173,7 +177,8 @@ def run(
                     if cube is not None:
                         cube.begin()
 
-                results = _announced(_results(pending, workers, scheduler, processes, packing, say), patiently)
+                late = patiently(_LATE if scheduler is None else _LATE_ON_CLUSTER)
+                results = _announced(_results(pending, workers, scheduler, processes, packing, say), late)
                 with contextlib.closing(results):
                     _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube, meanwhile)
                 summary.failures = failures(expansion, cases, store.index)
@@ -319,12 +324,11 @@ def _keep_all(
 
 
 def _announced(
-    results: Generator[tuple[Case, Result | Packed], None, None],
-    patiently: Callable[[str], contextlib.AbstractContextManager[None]],
+    results: Generator[tuple[Case, Result | Packed], None, None], late: contextlib.AbstractContextManager[None]
 ) -> Generator[tuple[Case, Result | Packed], None, None]:
-    """The `results`, after a word on why the first one takes long, if it does."""
+    """The `results`; `late`, held until the first one is there, says why it takes long, if it does."""
     with contextlib.closing(results):
-        with patiently("no case is solved yet: kernels not used here before are compiled first, for up to a minute"):
+        with late:
             first = next(results, None)
         if first is not None:
             yield first

@@ -40,6 +40,7 @@ from rcstudy.storage import index, lock, publish, record
 from rcstudy.storage.units import read_unit, unit_paths, write_unit
 from rcstudy.store import units_folder
 from rcstudy.study import Study, load_study, study_from_text
+from rcstudy.workers import cluster
 
 REPLACED = "; it will be replaced: to keep it, choose another --output"
 
@@ -538,6 +539,25 @@ def test_a_first_case_that_takes_long_is_told(
     shown = progress.Silent() if quiet else progress.Lines(io.StringIO())
     sweep.run(sweeps.study, sweeps.output, workers=1, solve=slow, tell=said.append, progress=shown)
     assert sum(line.startswith("no case is solved yet") for line in said) == told
+
+
+def test_a_scheduler_that_is_waited_for_is_told(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels were said to be compiled while no scheduler answered."""
+    monkeypatch.setattr(progress, "LATE_SECONDS", 0.0)
+    monkeypatch.setattr(cluster, "check", lambda scheduler: scheduler.address)
+
+    def unreachable(*args: object, **options: object) -> Iterator[object]:
+        time.sleep(0.2)
+        raise UserError("no scheduler")
+        yield
+
+    monkeypatch.setattr(cluster, "solve_on_cluster", unreachable)
+    said: list[str] = []
+    options = {"scheduler": cluster.Scheduler("tcp://127.0.0.1:1"), "progress": progress.Lines(io.StringIO())}
+    with pytest.raises(UserError, match="no scheduler"):
+        sweep.run(sweeps.study, sweeps.output, tell=said.append, **options)
+    (line,) = (line for line in said if line.startswith("no case is solved yet"))
+    assert line.startswith("no case is solved yet: waiting for the scheduler and its workers")
 
 
 @pytest.mark.parametrize(
