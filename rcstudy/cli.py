@@ -209,16 +209,14 @@ def sweep(
     return _outcome(done, "" if shard is None else f"shard {shard}: ")
 
 
-def _target(spec: Path, output: Path | None) -> Path:
-    """Path of the cube of a study: `output` if given, else named after the study file; UserError if it has no name."""
+def _cube_target(spec: Path, output: Path | None) -> Path:
+    """Path of the cube of a study: `output` if given, else named after the study file.
+
+    UserError if it has no name, or the suffix of another format.
+    """
     if output is not None and not output.name:  # -o .
         raise UserError(f"--output: must have the name of a file, such as {spec.stem}.nc")
-    return output if output is not None else Path(f"{spec.stem}.nc")
-
-
-def _cube_target(spec: Path, output: Path | None) -> Path:
-    """Path of the cube for a command that writes it; UserError if it has none, or the suffix of another format."""
-    target = _target(spec, output)
+    target = output if output is not None else Path(f"{spec.stem}.nc")
     if target.suffix.lower() in _OTHER_FORMATS.split():
         raise UserError(f"--output: {target}: a cube is a netCDF file: its name must not end with {target.suffix}")
     return target
@@ -319,7 +317,7 @@ def status(spec: SpecPath, output: CubeOption = None) -> None:
     from rcstudy.status import report
     from rcstudy.study import load_study
 
-    print(report(load_study(spec), _target(spec, output)))
+    print(report(load_study(spec), _cube_target(spec, output)))
 
 
 @app.command()

@@ -12,7 +12,7 @@ from rcstudy.storage.earlier import other_study
 from rcstudy.storage.index import Index
 from rcstudy.storage.lock import holders
 from rcstudy.storage.units import BadUnit, read_unit, unit_paths
-from rcstudy.store import starts_over, take_cube, units_folder
+from rcstudy.store import refusal, starts_over, take_cube, units_folder
 from rcstudy.study import Study
 from rcstudy.sweep import keep_of
 
@@ -32,6 +32,8 @@ def report(study: Study, output: Path) -> str:
         if not starts_over(folder, study.name):
             take_cube(index, output, study.name, notes.append)
         notes += damaged
+        if refused := refusal(output):
+            notes.append(f"a sweep will be refused: {refused}")
         rows = _rows([grid.name for grid in study.grids], cases, index)
         in_cube = sum(index.in_cube(case.key) for case in cases)
     finally:

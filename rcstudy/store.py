@@ -22,7 +22,7 @@ from rcstudy.progress import counted
 from rcstudy.result import Status
 from rcstudy.storage.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_other_study, state_of
 from rcstudy.storage.index import Index
-from rcstudy.storage.lock import locked
+from rcstudy.storage.lock import locked, refuse_file
 from rcstudy.storage.publish import remove_leftovers, write_whole
 from rcstudy.storage.record import Keep, Packed, Record, parse
 from rcstudy.storage.steady import interrupts_held
@@ -270,6 +270,18 @@ def opened(
             raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
         stack.callback(store.close)
         yield store
+
+
+def refusal(output: Path) -> str:
+    """What a sweep says of what stands where the cube `output` goes, or its units, if it refuses it; "" if not."""
+    try:
+        refuse_foreign(output)
+        refuse_file(units_folder(output))
+    except UserError as error:
+        return str(error)
+    except OSError as error:
+        return f"{output}: cannot be read: {error.strerror or error}"
+    return ""
 
 
 def _refuse_unreadable(folder: Path) -> None:

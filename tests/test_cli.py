@@ -449,7 +449,7 @@ def test_workers_are_at_most_two_for_each_processor(
 @pytest.mark.parametrize("name", ["x.csv", "x.txt", "x.yaml", "x.YML", "x.json", "x.png", "x.pdf", "x.tex", "x.nc.gz"])
 def test_names_of_other_formats_are_refused(folder: Path, name: str) -> None:
     """A cube was written into x.csv."""
-    for command in ("sweep", "merge"):
+    for command in ("sweep", "merge", "status"):
         done = run(command, "quick.yaml", "-o", name)
         assert done.exit_code == EXIT_BAD_INPUT
         assert (

@@ -67,6 +67,24 @@ def test_nothing_but_a_cube_is_replaced(name: str, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link.nc", "s.yaml", "text.nc"]
 
 
+@pytest.mark.parametrize("kind", ["a folder", "text", "a file in place of the units", "nothing"])
+def test_status_tells_what_a_sweep_refuses(kind: str, tmp_path: Path) -> None:
+    """It said nothing, or that no cases are taken."""
+    study, output = load_text(tmp_path, SWEPT), tmp_path / "c.nc"
+    if kind == "a folder":
+        output.mkdir()
+    elif kind != "nothing":
+        place = output if kind == "text" else store.units_folder(output)
+        place.write_text("mine\n", encoding="utf-8")
+    text = report(study, output)
+    if kind == "nothing":
+        assert "refused" not in text
+        return
+    with pytest.raises(UserError) as refusal:
+        sweep.run(study, output, workers=1, solve=workers.made_up)
+    assert f"a sweep will be refused: {refusal.value}" in text.splitlines()
+
+
 def test_an_empty_file_is_replaced(tmp_path: Path) -> None:
     """As the documentation says: it holds nothing, and may be what mktemp or a crash has left."""
     study, told = load_text(tmp_path, SWEPT), []

@@ -110,8 +110,7 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         except (FileNotFoundError, FileExistsError):
             # its last owner has just removed the folder, between the two calls
-            if _is_no_folder(folder):
-                raise UserError(f"{folder}: is a file, not a folder") from None
+            refuse_file(folder)
             if tried == _TRIES:
                 raise
             continue
@@ -140,12 +139,11 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
     raise AssertionError  # the loop has no end but those in it
 
 
-def _is_no_folder(path: Path) -> bool:
-    """Whether there is something at `path` that is no folder."""
-    try:
-        return not stat.S_ISDIR(path.stat().st_mode)
-    except OSError:
-        return False
+def refuse_file(folder: Path) -> None:
+    """Raise UserError if there is something at `folder` that is no folder."""
+    with contextlib.suppress(OSError):
+        if not stat.S_ISDIR(folder.stat().st_mode):
+            raise UserError(f"{folder}: is a file, not a folder")
 
 
 def _refusal(folder: Path, *at_work: str) -> str:
