@@ -480,6 +480,14 @@ def test_comments_need_a_space(refused, scene, words):
             "axes: {load: [100, 1e2]}",
             "8:26: grids.g.axes.load[1]: 1e2: must be a value of its own; the one at line 8, column 21",
         ),
+        (  # aliases have the place of what they name, so the error pointed to itself
+            "axes: {load: [&x 5, *x]}",
+            "8:21: grids.g.axes.load[1]: 5: must be a value of its own; the one at grids.g.axes.load[0] is the same",
+        ),
+        (
+            "cases: [&c {label: b}, *c]",
+            "8:26: grids.g.cases[1].label: b: must be a label of its own; this one stands at grids.g.cases[0].label al",
+        ),
         (
             "axes: {thickness: [0.1], modulus: [1 Es, 210000]}",
             "8:48: grids.g.axes.modulus[1]: 210000: must be a value of its own",

@@ -231,7 +231,8 @@ class GridReader:
             self.problems.add(given, reason)
             return None
         if label in seen:
-            self.problems.add(given, f"must be a label of its own; this one stands at {seen[label].place()} already")
+            there = _place(seen[label], given)
+            self.problems.add(given, f"must be a label of its own; this one stands at {there} already")
             return None
         seen[label] = given
         return label
@@ -344,13 +345,13 @@ class GridReader:
             label = entry.label or (entry.value.text if value is None else default_label(value, i))
             first = seen_values.setdefault(_identity(value, parts), entry.place)
             if first is not entry.place:
-                self.problems.add(entry.place, f"must be a value of its own; the one at {first.place()} is the same")
+                there = _place(first, entry.place)
+                self.problems.add(entry.place, f"must be a value of its own; the one at {there} is the same")
                 continue
             first = seen_labels.setdefault(label, entry.place)
             if first is not entry.place:
-                self.problems.add(
-                    entry.place, f"must be a label of its own; the entry at {first.place()} is {label} too"
-                )
+                there = _place(first, entry.place)
+                self.problems.add(entry.place, f"must be a label of its own; the entry at {there} is {label} too")
                 continue
             labels.append(label)
             values.append(value)
@@ -441,6 +442,11 @@ def _inner_axes(path: str, node: Node) -> str:
     ]
     own = "an axis of its own" if len(axes) == 1 else "axes of their own"
     return f"did you mean {', '.join(axes)}, {own}? allowed: " if axes else ""
+
+
+def _place(first: Node, other: Node) -> str:
+    """Where `first` stands, in words: its path if `other` has the same place in the text, as aliases have."""
+    return first.path if (first.line, first.column) == (other.line, other.column) else first.place()
 
 
 def _identity(value: Any, parts: Parts) -> str:
