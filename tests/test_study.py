@@ -13,6 +13,7 @@ from rcstudy.study import MAX_CASES, load_study, scene_from_mapping
 from rcstudy.studyfile import grids
 from rcstudy.studyfile.build import scene_hertz
 from rcstudy.studyfile.ranges import RangeSpec
+from rcstudy.studyfile.yamltree import shorten
 
 SCENE = {
     "substrate": {"E": 210000, "nu": 0.3},
@@ -364,6 +365,35 @@ def test_units_are_explained(refused):
     assert line == (
         "s.yaml:8:21: grids.g.axes.load[0]: 100 N: a number above 0, in N; "
         "numbers are written without units: lengths in mm, forces in N, moduli in MPa, spin in rad/mm"
+    )
+
+
+@pytest.mark.parametrize(
+    "number", ["1e400", "-1e400", "1e-400", "-.05E-400", "1" * 400, "1" * 5000, "1.0" + "0" * 9 + "e+999"]
+)
+def test_numbers_out_of_range_are_called_so(refused, number):
+    """They were refused by a rule that they satisfy; labels may be any text, and zero is a number."""
+    reason = ": beyond the range of floating-point numbers: a number "
+    grid = (
+        f"  g: {{cases: [{{label: {number[:99]}, friction: {number}, creepage: {{spin: 0e5, lateral: {number}}}}}]}}\n"
+    )
+    found = refused(BASE + grid)
+    assert found[0].endswith(f": grids.g.cases[0].friction: {shorten(number, 60)}{reason}above 0")
+    if "-400" in number.lower():  # zero may be meant where it is allowed
+        assert len(found) == 1
+    else:
+        assert found[1].endswith(f"{reason}from -1 to 1 (a plain ratio, not per cent)")
+    (line,) = refused(BASE + f"  g: {{coating: {{modulus: 1 Es}}, axes: {{thickness: [{number} a, 1 a]}}}}\n")
+    assert f"{reason}above 0, in mm" in line
+
+
+@pytest.mark.parametrize("number", ["1e3", "100", "-.5"])
+def test_numbers_in_quotes_are_called_so(refused, number):
+    """With an exponent they were said to have a unit."""
+    (line,) = refused(BASE + f"  g: {{axes: {{load: ['{number}']}}}}\n")
+    assert (
+        line
+        == f's.yaml:8:21: grids.g.axes.load[0]: "{number}": a number above 0, in N; numbers are written without quotes'
     )
 
 

@@ -17,9 +17,11 @@ from typing import Any
 from pydantic_core import PydanticCustomError
 
 from rcstudy.settings import unit_of
+from rcstudy.studyfile.yamltree import OutOfRange, is_out_of_range
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"  # no digits of other scripts, as in YAML
 _RELATIVE = re.compile(rf"\s*({_NUMBER})?\s*(a|Es)\s*")
+_BARE = re.compile(rf"\s*{_NUMBER}\s*")
 _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*[^\W\d].*")
 _COMMENTED = re.compile(rf"\s*{_NUMBER}(\s*(a|Es))?#.*")
 _SEPARATED = re.compile(r"\s*[+-]?[0-9]+[_,][0-9].*")
@@ -72,17 +74,35 @@ def as_quantity(value: Any) -> Quantity | None:
     """`value` as a Quantity if it is a finite number, plain or relative, else None."""
     match = _RELATIVE.fullmatch(value) if isinstance(value, str) else None
     if match:
-        number = as_number(float(match[1]) if match[1] else 1.0)
+        number = as_number(_factor(match))
         return None if number is None else Quantity(number, match[2])
     number = as_number(value)
     return None if number is None else Quantity(number)
 
 
-def with_hint(allowed: str, value: Any) -> str:
-    """The words `allowed`, with a hint if `value` is a number with what is no part of it.
+def _factor(match: re.Match[str]) -> float:
+    """The factor of a relative quantity, 1 where none is written."""
+    factor = float(match[1] or 1.0)
+    return OutOfRange(factor) if match[1] and is_out_of_range(match[1], factor) else factor
 
-    That is a separator or a unit, or a comment without a space before it.
+
+def _is_out_of_range(value: Any) -> bool:
+    """Whether `value` is a number, plain or relative, that floating point has not."""
+    if match := _RELATIVE.fullmatch(value) if isinstance(value, str) else None:
+        value = _factor(match)
+    large = isinstance(value, int) and not isinstance(value, bool) and as_number(value) is None
+    return large or isinstance(value, OutOfRange)
+
+
+def with_hint(allowed: str, value: Any) -> str:
+    """The words `allowed`, with a hint if `value` is a number out of range, or one with what is no part of it.
+
+    That is a separator or a unit, quotes, or a comment without a space before it.
     """
+    if _is_out_of_range(value):
+        return f"beyond the range of floating-point numbers: {allowed}"
+    if isinstance(value, str) and _BARE.fullmatch(value):
+        return f"{allowed}; numbers are written without quotes"
     if isinstance(value, str) and _SEPARATED.fullmatch(value):
         return f"{allowed}; numbers have a decimal point and no thousands separators"
     if isinstance(value, str) and _COMMENTED.fullmatch(value):

@@ -13,7 +13,16 @@ from pathlib import Path
 from typing import Any
 
 from rcstudy.errors import UserError
-from rcstudy.studyfile.yamltree import MAX_DEPTH, REFUSED, Node, Problems, child_path, shorten
+from rcstudy.studyfile.yamltree import (
+    MAX_DEPTH,
+    REFUSED,
+    Node,
+    OutOfRange,
+    Problems,
+    child_path,
+    is_out_of_range,
+    shorten,
+)
 
 MAX_BYTES = 4_000_000
 MAX_ALIASED = 100_000  # values that aliases may add, in all
@@ -275,9 +284,10 @@ class _Builder:
             try:
                 return int(bare, 0) if bare.lstrip("+-")[:2] in ("0x", "0o", "0b") else int(bare)
             except ValueError:  # more digits than Python converts
-                return math.inf
+                return OutOfRange(math.inf)
         if tag == "float":
-            return float(bare.replace(".inf", "inf").replace(".nan", "nan"))
+            number = float(bare.replace(".inf", "inf").replace(".nan", "nan"))
+            return OutOfRange(number) if is_out_of_range(bare, number) else number
         if tag == "bool":
             return bare == "true"
         if tag == "null":

@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import difflib
+import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -15,6 +17,10 @@ from rcstudy.errors import UserError
 
 MAX_DEPTH = 32
 MAX_REPORTED = 40
+
+
+class OutOfRange(float):
+    """Stands for a written number that floating point has not, too large or too close to zero: infinite, or zero."""
 
 
 class _Refused:
@@ -93,6 +99,12 @@ class Problems:
             place = f"{self.source}: " if self.source else ""
             lines.append(f"{place}... and {len(self.found) - MAX_REPORTED} more errors")
         raise UserError("\n".join(lines))
+
+
+def is_out_of_range(text: str, number: float) -> bool:
+    """Whether `text` is a number that floating point has not, of which `number`, infinite or zero, was made."""
+    digits = text.lower().partition("e")[0]
+    return any(map(str.isdigit, digits)) if math.isinf(number) else number == 0.0 and bool(re.search("[1-9]", digits))
 
 
 def shorten(text: str, width: int = 80) -> str:
