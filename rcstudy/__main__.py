@@ -109,7 +109,8 @@ def _workers(words: Sequence[str]) -> Iterator[Pool | None]:
     from rcstudy.workers.pool import Pool
 
     with Pool("rcstudy.solve") as processes:
-        processes.start_early(wanted)
+        with contextlib.suppress(FileNotFoundError):  # the current folder is gone, as the command will find
+            processes.start_early(wanted)
         yield processes
 
 

@@ -24,7 +24,9 @@ from rcstudy.errors import (
     EXIT_FAILED_CASES,
     EXIT_INTERRUPTED,
     UserError,
+    is_folder_gone,
 )
+from rcstudy.options import any_path, cube_path, output_path, shard_of, values_of_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,30 +47,21 @@ app = typer.Typer(
 )
 
 _P = ParamSpec("_P")
-SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", readable=False, help="Study file (YAML).")]
 
 
-def _named(text: str | Path) -> Path:
-    """The path `text`; a usage error if it is empty, which would be the current folder, or -, which would be a file."""
-    if text == "":
-        raise typer.BadParameter("must not be empty: give the name of a file or folder")
-    if str(text) == "-":
-        raise typer.BadParameter("-: does not stand for the standard output here: give the name of a file or folder")
-    return Path(text)
+def _output_option(words: str, metavar: str = "DIR", parser: Callable[[str | Path], Path] = output_path) -> Any:
+    return typer.Option("-o", "--output", metavar=metavar, parser=parser, help=words)
 
 
-def _output_option(words: str, metavar: str = "DIR") -> Any:
-    return typer.Option("-o", "--output", metavar=metavar, parser=_named, help=words)
-
-
+SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", parser=any_path, help="Study file (YAML).")]
 CubeOption = Annotated[
-    Path | None, _output_option("Cube of the study; default: the study file's name with .nc.", "CUBE")
+    Path | None, _output_option("Cube of the study; default: the study file's name with .nc.", "CUBE", cube_path)
 ]
 Unlock = Annotated[
     bool,
     typer.Option("--unlock", help="Continue despite another machine's lock; only if its process is certainly dead."),
 ]
-CubePath = Annotated[Path, typer.Argument(metavar="CUBE", readable=False, help="Cube written by sweep (.nc).")]
+CubePath = Annotated[Path, typer.Argument(metavar="CUBE", parser=any_path, help="Cube written by sweep (.nc).")]
 
 
 def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
@@ -85,7 +78,8 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             code = EXIT_BROKEN_PIPE
         except OSError as error:
-            print(f"{error.filename or 'output'}: {error.strerror or error}", file=sys.stderr)
+            place = error.filename or ("the current folder" if is_folder_gone() else "output")
+            print(f"{place}: {error.strerror or error}", file=sys.stderr)
             code = EXIT_BAD_INPUT
         except KeyboardInterrupt:
             print("interrupted", file=sys.stderr)
@@ -151,7 +145,8 @@ def sweep(
         ),
     ] = None,
     scheduler_file: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The same, given by the file that the scheduler wrote.")
+        Path | None,
+        typer.Option(metavar="FILE", parser=any_path, help="The same, given by the file that the scheduler wrote."),
     ] = None,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Start over: solve all cases, including those already solved.")
@@ -198,7 +193,7 @@ def sweep(
             progress=reporter,
             fresh=fresh,
             series=series,
-            shard=None if shard is None else _shard(shard),
+            shard=None if shard is None else shard_of(shard),
             take_over=unlock,
             tell=_say,
         )
@@ -230,23 +225,6 @@ def _tell_written(paths: Sequence[Path], folder: Path) -> None:
     from rcstudy.progress import counted
 
     print(f"{counted(len(paths), 'file')} in {folder}")
-
-
-def _values_of_axes(texts: Sequence[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for text in texts:
-        axis, equals, value = text.partition("=")
-        if not (equals and axis.strip() and value.strip()) or axis.strip() in found:
-            raise UserError(f"--at: {text[:80]}: must be AXIS=VALUE, such as 'modulus=2 Es', and once for an axis")
-        found[axis.strip()] = value.strip()
-    return found
-
-
-def _shard(text: str) -> tuple[int, int]:
-    i, slash, n = text.partition("/")
-    if not (slash and re.fullmatch("[0-9]{1,9}", i) and re.fullmatch("[0-9]{1,9}", n) and 1 <= int(i) <= int(n)):
-        raise UserError(f"--shard: {text[:40]}: I/N, such as 3/8, with I from 1 to N, at most 999999999")
-    return int(i), int(n)
 
 
 def _workers(text: str) -> int:
@@ -294,7 +272,7 @@ def merge(
     spec: SpecPath,
     folders: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="FOLDER", help="Folders of units from elsewhere, besides CUBE.units."),
+        typer.Argument(metavar="FOLDER", parser=any_path, help="Folders of units from elsewhere, besides CUBE.units."),
     ] = None,
     output: CubeOption = None,
     unlock: Unlock = False,
@@ -385,14 +363,14 @@ def show(
 @_guarded
 def compare(
     cube: CubePath,
-    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", readable=False, help="Cube to compare with.")],
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", parser=any_path, help="Cube to compare with.")],
     rtol: Annotated[
         list[str] | None,
         typer.Option(metavar="VARIABLE=VALUE", help="Relative tolerance of one variable; may be repeated."),
     ] = None,
     tolerances: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", readable=False, help="Tolerances by variable, case (YAML); --rtol comes first."),
+        typer.Option(metavar="FILE", parser=any_path, help="Tolerances by variable, case (YAML); --rtol comes first."),
     ] = None,
     state_flips: Annotated[
         str | None,
@@ -436,20 +414,21 @@ def figures(
         ),
     ] = None,
     along: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="AXIS",
             help="Axis of numbers along which curves are drawn; default: a creepage, or the axis with most values.",
-            show_default=False,
         ),
-    ] = "",
+    ] = None,
 ) -> None:
     """Draw the figures of a cube."""
     from rcstudy.figures import make_figures
 
+    if along == "":
+        raise UserError("--along: must not be empty: give the name of an axis")
     wanted = tuple(word.strip() for word in formats.split(","))
     with _opened(cube) as (tree,):
-        written = make_figures(tree, output, wanted, _values_of_axes(at or ()), along)
+        written = make_figures(tree, output, wanted, values_of_axes(at or ()), along or "")
     _tell_written(written, output)
 
 
@@ -470,7 +449,7 @@ def accuracy(
     spec: SpecPath,
     output: Annotated[Path, _output_option("Folder for the report.")] = Path("results/accuracy"),
     cube: Annotated[
-        Path | None, typer.Option("--cube", metavar="CUBE", readable=False, help="Its cube; default: solve the study.")
+        Path | None, typer.Option("--cube", metavar="CUBE", parser=any_path, help="Its cube; default: solve the study.")
     ] = None,
 ) -> int:
     """Measure the errors of a study over meshes, tolerances and methods, and the cost of each."""

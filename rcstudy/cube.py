@@ -52,6 +52,8 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     Raises UserError when the file is missing, unreadable, not an rcstudy cube, of another layout, or holds what no
     cube holds (:mod:`rcstudy.storage.screen`), and when there is no dask for chunks.
     """
+    if str(path) == "":  # as a path it would be the current folder
+        raise UserError("the name of a cube must not be empty")
     path = Path(path)
     if chunked and find_spec("dask") is None:
         raise UserError(f"{path}: to open it in chunks install dask: pip install dask")

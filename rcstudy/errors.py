@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 EXIT_DIFFERENT = 1
 """Exit code of `compare` where cubes differ."""
 
@@ -25,6 +27,15 @@ class UserError(Exception):
 def first_line(error: Exception) -> str:
     """The first line of an error's message, or its type if it has none."""
     return (str(error).strip() or type(error).__name__).splitlines()[0]
+
+
+def is_folder_gone() -> bool:
+    """Whether the current folder was removed: paths in it fail with an error that names none."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def is_interrupt(error: BaseException) -> bool:

@@ -129,11 +129,18 @@ def load_tolerances(path: Path | str) -> Tolerances:
     return found
 
 
+def _plain(text: str) -> str:
+    """The `text` of a number; ValueError if it has what Python alone takes: digits of other scripts, underscores."""
+    if not text.isascii() or "_" in text:
+        raise ValueError(text)
+    return text
+
+
 def parse_option(text: str) -> tuple[str, float]:
     """A variable and its tolerance from ``VARIABLE=VALUE``; UserError otherwise."""
     name, equals, value = text.partition("=")
     try:
-        number = float(value)
+        number = float(_plain(value))
     except ValueError:
         number = -1.0
     if not equals or not name.strip() or not 0.0 <= number <= 1.0:
@@ -155,6 +162,6 @@ def parse_options(texts: Iterable[str]) -> dict[str, float]:
 def parse_flips(text: str) -> int:
     """The number of cells per case that an option allows to differ, bounded as in a file; UserError otherwise."""
     try:
-        return _FLIPS(int(text))
+        return _FLIPS(int(_plain(text)))
     except ValueError:
         raise UserError(f"--state-flips: {text[:40]}: {_FLIPS.allowed}") from None

@@ -24,7 +24,7 @@ from workers import gone
 from rcstudy import __main__ as main_module
 from rcstudy import accuracy, cli, cube, plan, progress, sweep, threads
 from rcstudy.cube import case_table, open_cube
-from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, is_interrupt
+from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, UserError, is_interrupt
 from rcstudy.report import overview
 from rcstudy.result import Status
 
@@ -492,6 +492,53 @@ def test_an_empty_output_is_refused(folder: Path, command: str) -> None:
     assert sorted(folder.iterdir()) == before
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(f"{command} EMPTY" for command in ("sweep", "merge", "status", "plan", "accuracy", "show", "figures")),
+        "compare EMPTY c.nc",
+        "compare c.nc EMPTY",
+        "compare c.nc c.nc --tolerances EMPTY",
+        "merge quick.yaml EMPTY",
+        "sweep quick.yaml --scheduler-file EMPTY",
+        "accuracy quick.yaml --cube EMPTY",
+    ],
+)
+def test_an_empty_name_of_input_is_called_so(folder: Path, words: str) -> None:
+    """It was told to be the current folder."""
+    done = run(*("" if word == "EMPTY" else word for word in words.split()))
+    assert done.exit_code == EXIT_BAD_INPUT
+    assert "must not be empty: give the name of a file or folder" in done.output
+    with pytest.raises(UserError, match="the name of a cube must not be empty"):
+        open_cube("")
+
+
+@pytest.mark.parametrize("command", ["sweep", "merge", "status"])
+def test_a_cube_is_not_named_as_a_folder(folder: Path, command: str) -> None:
+    """`-o new/` made a cube without an extension, named as the folder that was to hold it."""
+    done = run(command, "quick.yaml", "-o", "new/")
+    assert done.exit_code == EXIT_BAD_INPUT
+    assert "'-o' / '--output': new/: is the name of a folder: give that of a file" in done.output
+    assert not (folder / "new").exists()
+
+
+@pytest.mark.parametrize("words", [(), ("--workers", "2")])
+def test_a_current_folder_that_is_gone_is_told(folder: Path, words: tuple[str, ...]) -> None:
+    """It was called output, or a traceback was shown."""
+    (folder / "gone").mkdir()
+    command = [sys.executable, "-m", "rcstudy", "sweep", str(folder / "quick.yaml"), *words]
+    done = subprocess.run(
+        ["sh", "-c", 'cd gone && rmdir ../gone && exec "$@"', "sh", *command],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (EXIT_BAD_INPUT, "")
+    assert done.stderr == "the current folder: No such file or directory\n"
+
+
 @pytest.mark.parametrize("command", ["sweep", "merge", "status", "accuracy", "figures", "tables", "failures"])
 def test_the_standard_output_is_no_file(folder: Path, command: str) -> None:
     """A file or folder called - was written."""
@@ -578,6 +625,7 @@ def test_figures_of_another_value_of_an_axis(folder: Path, monkeypatch: pytest.M
         (["--at", "modulu=3"], "--at: modulu=3: no grid has this axis: did you mean modulus? allowed: "),
         (["--at", "modulus"], "--at: modulus: must be AXIS=VALUE, such as 'modulus=2 Es', and once for an axis"),
         (["--at", "modulus=1", "--at", "modulus=2"], "--at: modulus=2: must be AXIS=VALUE"),
+        (["--at", "load=5", "--at", "load = 6"], "--at: load = 6: must be AXIS=VALUE once for an axis: load is given "),
     ):
         done = run("figures", "c.nc", *words)
         assert done.exit_code == EXIT_BAD_INPUT
@@ -599,6 +647,7 @@ def test_figures_along_another_axis(folder: Path, monkeypatch: pytest.MonkeyPatc
             ["modulu"],
             "--along: modulu: no grid has this axis: did you mean modulus? allowed: thickness, modulus, load\n",
         ),
+        ([""], "--along: must not be empty: give the name of an axis\n"),
         (["case"], "--along: case: not an axis of numbers: allowed: thickness, modulus, load\n"),
         (
             ["modulus", "--at", "modulus=2 Es"],

@@ -24,7 +24,7 @@ from rcstudy.storage.layout import MISSING
 from rcstudy.structure import _common, _matches
 from rcstudy.studyfile.build import scene_hertz
 from rcstudy.sweep import run
-from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_option
+from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_flips, parse_option
 
 Change = Callable[[Case, Result], Result]
 
@@ -781,9 +781,22 @@ def test_files_of_tolerances_that_are_wrong(tmp_path: Path, text: str, words: st
 
 def test_options() -> None:
     assert parse_option("force_x=1e-4") == ("force_x", 1e-4)
-    for text in ("force_x", "force_x=", "=1", "force_x=2", "force_x=nan", "force_x=-1"):
+    for text in (
+        "force_x",
+        "force_x=",
+        "=1",
+        "force_x=2",
+        "force_x=nan",
+        "force_x=-1",
+        "force_x=\u0661",
+        "force_x=0_1",
+    ):
         with pytest.raises(UserError, match="VARIABLE=VALUE"):
             parse_option(text)
+    assert parse_flips("12") == 12
+    for text in ("\u0661", "1_0", "-1", ""):
+        with pytest.raises(UserError, match="a whole number from 0 to 1000"):
+            parse_flips(text)
 
 
 def test_small_coordinates_beside_large_ones_are_not_taken_for_each_other() -> None:

@@ -43,6 +43,7 @@ ORDER = [
     "rcstudy.tables",
     "rcstudy.accuracy",
     "rcstudy",
+    "rcstudy.options",
     "rcstudy.cli",
     "rcstudy.__main__",
 ]
