@@ -107,3 +107,31 @@ def test_axes_named_like_keywords_of_xarray_are_selected_by_a_mapping(tmp_path: 
         assert str(case.label.values) == "tolerance=loose, method=newton"
         assert cube.sel(tolerance="loose").label.shape == (2, 2)
         assert cube.sel(method="newton").label.shape == (2, 2)
+
+
+def test_two_axes_whose_last_word_is_the_same(tmp_path: Path) -> None:
+    """The way out that docs/study.md names."""
+    text = " ".join((Path(__file__).parent.parent / "docs" / "study.md").read_text(encoding="utf-8").split())
+    one, other = "substrate.nu: [0.25, 0.3]", "counterbody: [{E: 210000, nu: 0.3}, {E: 210000, nu: 0.4}]"
+    assert f"`{one}` beside `{other}`" in text
+    axes = f"  g:\n    axes:\n      {one}\n      {{}}\n"
+    refused = refusal(tmp_path, BASE + axes.format("counterbody.nu: [0.3, 0.4]"))
+    assert any("two axes may not have the same name" in line for line in refused)
+    sweep.run(load_text(tmp_path, BASE + axes.format(other)), tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    with open_cube(tmp_path / "c.nc") as cube:
+        assert cube["nu"].values.tolist() == [0.25, 0.3]
+        assert cube["counterbody_nu"].dims == ("counterbody",)
+        assert cube["counterbody_nu"].values.tolist() == [0.3, 0.4]
+
+
+def test_the_size_of_a_fitted_window_in_a_list_is_that_which_was_fitted(tmp_path: Path) -> None:
+    """As docs/cube.md says of `mesh_size_x`."""
+    cases = "[{label: fixed}, {label: fitted, mesh: {size: auto}}]"
+    study = load_text(tmp_path, BASE + f"  g: {{cases: {cases}}}\n")
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    with open_cube(tmp_path / "c.nc") as cube:
+        for dim in "xy":
+            centres = cube[f"{dim}_centre"].values
+            fitted = centres.shape[1] * (centres[1, 1] - centres[1, 0])
+            assert cube[f"mesh_size_{dim}"].values.tolist() == pytest.approx([2.0, fitted])
+            assert fitted < 2.0
