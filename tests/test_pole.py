@@ -249,6 +249,12 @@ def test_bars_grow_where_rows_are_few() -> None:
         assert none == dict.fromkeys(known, 1.0)
 
 
+def test_borders_bend_around_poles_within_the_contact() -> None:
+    of_contact = 10.0, 10.0, (0.1, 0.1)
+    assert Shape(*of_contact, (0.0, 0.9)).border_around_pole == pytest.approx(0.05 * 10.0**-1.5)
+    assert Shape(*of_contact, (0.0, 1.1)).border_around_pole == 0.0
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("rows", [19, 21, 23])
 @pytest.mark.parametrize(("creepage", "most"), [(Creepage(0.001, 0.0, 0.005), 2.5), (Creepage(0.001, 0.0005), 1.6)])

@@ -450,7 +450,7 @@ class _Case:
         if self.aligned:
             narrow = min(1.0, _UNSEEN / width) ** _NARROWING if width > 0.0 else 1.0
             bars["traction_max"] += _AT_BORDER * narrow * finest["traction_max"]
-            around_pole = self.shape.border_around_pole * friction * finest["pressure_max"]
+            around_pole = self.shape.border_around_pole * finest["traction_max"]
             bars["traction_max"] = math.hypot(bars["traction_max"], around_pole)
         elif width <= _UNSEEN:
             # tractions in stick grow like K/sqrt(r) towards the edge until they meet the bound, mu p0 sqrt(2 r/a)
