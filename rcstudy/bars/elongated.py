@@ -28,9 +28,10 @@ _AT_POLE, _WITHIN_CELL = 0.14, 5.0
 OFF_POLE = 0.1
 _AROUND_POLE = 0.2  # part of the contact that sticks from which on the pole is taken to lie there
 
-# Relative error with `aligned` of the largest traction, times N^1.5, where the pole of spin lies in the contact and slip
-# does not reach the largest pressure: the border around what sticks is curved on the scale of few cells there. (Of 561 contacts by spin that slip in 30 to 90 in 100 of their area, 14 to 44 cells along the
-# window, 88 in 100 were held without it, 80 between bodies alike; of 349 others 91.)
+# Relative error with `aligned` of the largest traction, times N^1.5, where the pole of spin lies in the contact and
+# slip does not reach the largest pressure: the border around what sticks is curved on the scale of few cells there. (Of
+# 561 contacts by spin that slip in 30 to 90 in 100 of their area, 14 to 44 cells along the window, 88 in 100 were held
+# without it, 80 between bodies alike; of 349 others 91.)
 _BORDER = 0.05
 
 # Errors with `aligned` of the slip area over that of the contact, and of moments between unlike bodies over their scale
