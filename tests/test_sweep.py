@@ -13,7 +13,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -484,19 +484,22 @@ def test_lines_come_now_and_then() -> None:
     assert told[1] == "1/4 cases, 0 failed"
 
 
-def test_the_time_left_is_told_once_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    """28 s of compiling before the first of 6000 cases made it 47 h of a sweep that took 80 s."""
+def told_of(total: int, waits: Iterable[float], monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Lines of progress of a sweep of `total` cases, of which one is solved after each of `waits` (s)."""
     now = 0.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
     stream = io.StringIO()
     lines = Lines(stream, interval=1.0)
-    lines.begin(6000)
-    now = 28.1
-    lines.advance(failed=False)
-    for _ in range(500):
-        now += 0.01
+    lines.begin(total)
+    for wait in waits:
+        now += wait
         lines.advance(failed=False)
-    told = stream.getvalue().splitlines()
+    return stream.getvalue().splitlines()
+
+
+def test_the_time_left_is_told_once_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """28 s of compiling before the first of 6000 cases made it 47 h of a sweep that took 80 s."""
+    told = told_of(6000, [28.1, *[0.01] * 500], monkeypatch)
     assert told[1] == "1/6000 cases, 0 failed"
     assert not any("left" in line for line in told[:4])
     assert told[-1] == "401/6000 cases, 100.0 cases/s, 56 s left, 0 failed"
@@ -504,15 +507,7 @@ def test_the_time_left_is_told_once_it_is_known(monkeypatch: pytest.MonkeyPatch)
 
 def test_the_time_left_is_not_told_after_few_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     """However long they took: what three of them tell is mostly how the first of each worker fared."""
-    now = 0.0
-    monkeypatch.setattr(time, "monotonic", lambda: now)
-    stream = io.StringIO()
-    lines = Lines(stream, interval=1.0)
-    lines.begin(10)
-    for _ in range(4):
-        now += 10.0
-        lines.advance(failed=False)
-    told = stream.getvalue().splitlines()
+    told = told_of(10, [10.0] * 4, monkeypatch)
     assert told[1:] == ["1/10 cases, 0 failed", "2/10 cases, 0 failed", "3/10 cases, 0 failed", told[-1]]
     assert told[-1] == "4/10 cases, 10.0 s/case, 1 min 00 s left, 0 failed"
 
