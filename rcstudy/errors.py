@@ -29,6 +29,11 @@ def first_line(error: Exception) -> str:
     return (str(error).strip() or type(error).__name__).splitlines()[0]
 
 
+def cannot_be_read(place: object, error: OSError) -> UserError:
+    """The error that says that the file or folder `place` cannot be read, and why."""
+    return UserError(f"{place}: cannot be read: {error.strerror or error}")
+
+
 def is_folder_gone() -> bool:
     """Whether the current folder was removed: paths in it fail with an error that names none."""
     try:

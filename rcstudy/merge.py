@@ -9,7 +9,7 @@ from pathlib import Path
 from rcstudy import provenance
 from rcstudy.assemble import Assembly
 from rcstudy.cases import expand
-from rcstudy.errors import UserError
+from rcstudy.errors import UserError, cannot_be_read
 from rcstudy.progress import counted
 from rcstudy.storage.index import Index
 from rcstudy.storage.layout import case_label
@@ -88,7 +88,7 @@ def _read(path: Path) -> tuple[Unit, bytes]:
     except BadUnit as error:
         raise UserError(f"{path}: {error}") from error
     except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise cannot_be_read(path, error) from error
 
 
 def _check_duplicates(index: Index, unit: Unit, data: bytes) -> None:

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcstudy.errors import UserError
+from rcstudy.errors import UserError, cannot_be_read
 from rcstudy.progress import counted
 from rcstudy.result import Status
 from rcstudy.storage.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_other_study, state_of
@@ -280,16 +280,17 @@ def refusal(output: Path) -> str:
     except UserError as error:
         return str(error)
     except OSError as error:
-        return f"{output}: cannot be read: {error.strerror or error}"
+        return str(cannot_be_read(output, error))
     return ""
 
 
 def _refuse_unreadable(folder: Path) -> None:
     """Raise UserError if a folder of units is there and cannot be read: it is not the output that is at fault."""
     try:
-        unit_paths(folder)
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+            os.scandir(folder).close()
     except PermissionError as error:
-        raise UserError(f"{folder}: cannot be read: {error.strerror or error}") from error
+        raise cannot_be_read(folder, error) from error
 
 
 def starts_over(folder: Path, study: str) -> bool:
@@ -334,7 +335,7 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
     except FileNotFoundError:
         return  # another shard has merged it with others
     except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise cannot_be_read(path, error) from error
     except BadUnit as error:
         aside = path.with_name(f"{path.name}{_SET_ASIDE}")
         path.rename(aside)

@@ -86,9 +86,7 @@ def skin(layers: Sequence[Layer], substrate: Material, side: float) -> float:
     that ends there: the step of E times the cube of the depth. It thus does not depend on how finely a coating is
     divided into layers.
     """
-    depths, weights = _bending(layers, substrate, side)
-    total = sum(weights)
-    return sum(map(mul, depths, weights)) / total if total > 0.0 else 0.0
+    return _mean(*_bending(layers, substrate, side))
 
 
 def most_by_plate(layers: Sequence[Layer], substrate: Material, radius: float) -> float:
@@ -96,7 +94,8 @@ def most_by_plate(layers: Sequence[Layer], substrate: Material, radius: float) -
 
     `radius`: of the contact, the shorter one (mm). 0 without a stiff skin. What is softest below the skin counts.
     """
-    depth, (_, weights) = skin(layers, substrate, radius), _bending(layers, substrate, radius)
+    depths, weights = _bending(layers, substrate, radius)
+    depth = _mean(depths, weights)
     if depth == 0.0:
         return 0.0
     top = next(i for i, weight in enumerate(weights) if weight > 0.0)
@@ -112,6 +111,12 @@ def _bending(layers: Sequence[Layer], substrate: Material, most: float) -> tuple
         depths.append(min(depth, most))
         weights.append(max(layer.E - below.E, 0.0) * depths[-1] ** 3)
     return depths, weights
+
+
+def _mean(depths: Sequence[float], weights: Sequence[float]) -> float:
+    """The mean of `depths` by `weights`, 0 without weights."""
+    total = sum(weights)
+    return sum(map(mul, depths, weights)) / total if total > 0.0 else 0.0
 
 
 def all_around(flags: np.ndarray) -> np.ndarray:

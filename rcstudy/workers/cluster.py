@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rcstudy.errors import UserError
+from rcstudy.errors import UserError, cannot_be_read
 from rcstudy.result import Result, Status
 from rcstudy.workers.batch import LARGEST_BATCH, SMALLEST_BATCH
 from rcstudy.workers.pool import ATTEMPTS
@@ -57,7 +57,7 @@ class Scheduler:
         try:
             address = json.loads(self.file.read_text(encoding="utf-8"))["address"]
         except OSError as error:
-            raise UserError(f"{self.file}: cannot be read: {error.strerror or error}") from error
+            raise cannot_be_read(self.file, error) from error
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise UserError(f"{self.file}: not a scheduler file: it names no address") from error
         if not isinstance(address, str):

@@ -45,6 +45,25 @@ def within_reach(cusped: np.ndarray, smooth: np.ndarray, pull: float) -> np.ndar
     return np.clip(cusped, smooth * max(1.0 - _REACH * pull, 0.0) ** 2, smooth * (1.0 + _REACH * pull) ** 2)
 
 
+def squares_with_cusps(
+    p: np.ndarray,
+    high: np.ndarray,
+    edges: np.ndarray,
+    zone: tuple[np.ndarray, np.ndarray, np.ndarray],
+    smooth: np.ndarray,
+    pull: float,
+) -> np.ndarray:
+    """p^2 [n] (MPa^2) at borders behind stick zones, with cusps as far as these reach (:func:`within_reach`).
+
+    p [nx, ny] (MPa), high [ny], edges [2, ny]: as in `cusps.squares_from_stick`; `zone`: last [ny], length [ny],
+    borders [n, 2], as there; `smooth` [n]: p^2 there without cusps.
+    """
+    last, length, borders = zone
+    cusped = smooth.copy()
+    cusps.squares_from_stick(p, high, edges, last, length, NARROW_BEHIND_CUSP, borders, cusped)
+    return within_reach(cusped, smooth, pull)
+
+
 def pressure_at_borders(p: np.ndarray, slip: np.ndarray, pull: float = math.inf) -> float:
     """Largest pressure (MPa) at the borders behind stick zones, halfway between cells; 0 without a border.
 
@@ -67,7 +86,5 @@ def pressure_at_borders(p: np.ndarray, slip: np.ndarray, pull: float = math.inf)
     high = nx - 1 - touched[::-1].argmax(axis=0)
     edges = np.stack([touched.argmax(axis=0) - 0.5, high + 0.5])
     smooth = 0.5 * (p[first - 1, rows] ** 2 + p[first, rows] ** 2)
-    squares = smooth.copy()
-    length = stick.sum(axis=0).astype(np.float64)
-    cusps.squares_from_stick(p, high, edges, last, length, NARROW_BEHIND_CUSP, borders, squares)
-    return float(np.sqrt(within_reach(squares, smooth, pull).max()))
+    zone = last, stick.sum(axis=0).astype(np.float64), borders
+    return float(np.sqrt(squares_with_cusps(p, high, edges, zone, smooth, pull).max()))

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.kernels import cusps, rows, smooth, stick
+from rcstudy.mechanics.kernels import rows, smooth, stick
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.subcell.cusps import NARROW_BEHIND_CUSP, difference, within_reach
+from rcstudy.mechanics.subcell.cusps import difference, squares_with_cusps
 from rcstudy.mechanics.subcell.edges import Outline
 from rcstudy.mechanics.subcell.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.subcell.trailing import NARROW
@@ -77,10 +77,9 @@ class SlipZones:
             squares = rows.squares_at_borders(*cells.profiles, borders)
             at_borders = with_cusps = rows.peak_at_borders(squares, borders)
             if self._cusped:
-                cusped = squares.copy()
-                of_zone = last, length, NARROW_BEHIND_CUSP, borders, cusped
-                cusps.squares_from_stick(outline.p, outline.high, outline.far_field_ends, *of_zone)
-                with_cusps = rows.peak_at_borders(within_reach(cusped, squares, friction * self._most), borders)
+                of_zone = (last, length, borders), squares, friction * self._most
+                cusped = squares_with_cusps(outline.p, outline.high, outline.far_field_ends, *of_zone)
+                with_cusps = rows.peak_at_borders(cusped, borders)
         # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
         summit = outline.summit[0]
         of_cells_alone = friction * summit if self.slips_at_top(rolling) else largest
