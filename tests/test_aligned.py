@@ -482,7 +482,7 @@ def test_layers_move_the_border_of_the_stick_zone():
 def test_borders_under_friction_along_and_across_the_rows(nu: float, creepage: Creepage):
     """In the mean within 0.016 of a cell in each row, 0.009 and 0.002 as measured.
 
-    Without what `smooth.too_far_back` has for friction across the rows the first one is 0.037.
+    Without what `slip_width.too_far_back` has for friction across the rows the first one is 0.037.
     """
     body = Material(210000.0, nu)
     scene = steel(Mesh((0.8, 0.8), (384, 384)), substrate=body, counterbody=body, friction=0.3, creepage=creepage)

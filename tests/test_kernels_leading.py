@@ -48,6 +48,48 @@ def test_unseen_width(slips: int) -> None:
             assert found == pytest.approx(unseen_width(v, growth, slips), rel=1e-12, abs=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("flags", "expected"),
+    [("ss--s-s", (2, 6)), ("---", (0, 3)), ("s-", (1, 2)), ("-s", (0, 1)), ("sss", (3, 0)), ("", (0, 0))],
+)
+def test_leading_cells(flags: str, expected: tuple[int, int]) -> None:
+    """s: slips. The cells are numbered from the other end."""
+    slip = np.array([flag == "s" for flag in reversed(flags)], dtype=np.bool_)
+    assert leading_slip.leading_cells(np.arange(slip.size)[::-1].copy(), slip) == expected
+
+
+@pytest.mark.parametrize("k", [-0.6, 0.2, 1.1])
+def test_at_bound(k: float) -> None:
+    """Where v + t k n meets the unit circle, farther ahead; where v is at its bound and along the edge, at once."""
+    angle = 0.3
+    n = np.array([math.cos(angle), math.sin(angle)])
+    for v in ([0.3, -0.4], [0.0, 0.0], [-0.9, 0.1]):
+        t, *d = leading_slip.at_bound(*v, *n, k)
+        assert t > 0.0
+        np.testing.assert_allclose(d, v + t * k * n, rtol=1e-14)
+        assert math.hypot(*d) == pytest.approx(1.0, rel=1e-14)
+    assert leading_slip.at_bound(-n[1], n[0], *n, k)[0] == pytest.approx(0.0, abs=1e-7)
+    assert leading_slip.at_bound(0.0, 0.0, *n, 1e-5)[0] == 600.0
+
+
+def test_missing_width() -> None:
+    """By the law where tractions hardly grow and no cell slips; nothing in zones of more cells than there are laws."""
+    of_law = 0.37
+    assert leading_slip.missing_width(0.5, 0.09, 0, of_law, THETA, ZONES) == of_law
+    assert leading_slip.missing_width(0.5, -0.3, 1, of_law, THETA, ZONES) == 0.0
+    assert leading_slip.missing_width(0.9, 0.4, 4, of_law, THETA, ZONES) == 0.0
+    for slips in (0, 3):
+        found = leading_slip.missing_width(0.9, 0.4, slips, of_law, THETA, ZONES)
+        assert found == leading_slip.unseen_width(0.9, 0.4, slips, THETA, ZONES[slips])
+
+
+def test_doubts() -> None:
+    assert leading_slip.doubts(0, 0.2, THETA) == (0.2, 0.2, 0.2)
+    past = (1.0 + THETA) / 2.5
+    np.testing.assert_allclose(leading_slip.doubts(2, 2.5, THETA), [THETA * past**4, past**2, -(past**2)], rtol=1e-14)
+    assert leading_slip.doubts(2, 0.5, THETA) == (THETA, 1.0, -1.0)
+
+
 def sums_over_rows(
     index: np.ndarray,
     ends: np.ndarray,

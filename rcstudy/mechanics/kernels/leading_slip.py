@@ -27,6 +27,34 @@ def slip_behind(cells: np.ndarray, by_pressure: np.ndarray, length: float, theta
 
 
 @jit
+def leading_cells(cells: np.ndarray, slip: np.ndarray) -> tuple[int, int]:
+    """How many cells of a row slip ahead of its first stick cell, and how many there are up to its last stick cell.
+
+    cells [n]: numbers of the row's cells from the leading one on; slip [m]: flags of cells. The second is 0 if none
+    sticks.
+    """
+    slips = sticks = 0
+    for step in range(cells.size):
+        if not slip[cells[step]]:
+            sticks = step + 1
+        elif slips == step:
+            slips += 1
+    return slips, sticks
+
+
+@jit
+def at_bound(v_x: float, v_y: float, n_x: float, n_y: float, k: float) -> tuple[float, float, float]:
+    """t and d of the law of stick towards an edge with normal n: d = v + t k n reaches the bound, |d| = 1.
+
+    v: traction over its bound; k: see `unseen.py`. t is limited to 600, as exp(-t) is used.
+    """
+    along = (v_x * n_x + v_y * n_y) / k
+    room = max(1.0 - v_x**2 - v_y**2, 0.0) / k**2
+    t = min(math.sqrt(along**2 + room) - along, 600.0)
+    return t, v_x + t * k * n_x, v_y + t * k * n_y
+
+
+@jit
 def unseen_width(v: float, growth: float, slips: int, theta: float, zone: np.ndarray) -> float:
     """Cells of the zone at the leading edge that `slips` slip cells miss, twice E of `leading_zone.py`.
 
@@ -34,13 +62,42 @@ def unseen_width(v: float, growth: float, slips: int, theta: float, zone: np.nda
     towards the edge; theta: distance from the leading cell's centre to the edge (cells); zone [7]: of
     `leading_zone.numbers`. w0 is limited to what it is for so many slip cells if growth is between 0.15 and 1.5.
     """
-    log = ((v * zone[6] - zone[2]) / growth - zone[0]) / zone[1]
+    # v b/g = c0 + c1 ln w0 + c2/g gives w0, and c3 + c4 ln w0 + c5/g what the slip cells have of the zone
+    c0, c1, c2, c3, c4, c5, b = zone[0], zone[1], zone[2], zone[3], zone[4], zone[5], zone[6]
+    log = ((v * b - c2) / growth - c0) / c1
     if slips == 0:
         log = min(log, math.log(1.15 * theta))
     else:
         least = 0.8 * theta if slips == 1 else 1.35 * (slips - 1 + theta)
         log = min(max(log, math.log(least)), math.log(1.85 * (slips + theta)))
-    return 2.0 * (4.0 * math.exp(log - 2.0) - 2.0 * (zone[3] + log * zone[4] + zone[5] / growth))
+    whole = 4.0 * math.exp(log - 2.0)  # w = 4 e^-2 w0
+    return 2.0 * (whole - 2.0 * (c3 + log * c4 + c5 / growth))
+
+
+@jit
+def missing_width(v: float, growth: float, slips: int, width: float, theta: float, zones: np.ndarray) -> float:
+    """Cells of the zone at the leading edge that `slips` slip cells miss: `unseen_width`, or width (cells) by the law.
+
+    zones [n, 7]: of `leading_zone.numbers`. Where tractions grow too little (0.1), or decrease, that width stands for
+    it if no cell slips: the bound of a leading cell differs from what stick carries by more than they grow. Nothing is
+    missing from zones of n slip cells and more.
+    """
+    if growth < 0.1:
+        return width if slips == 0 else 0.0
+    return unseen_width(v, growth, slips, theta, zones[slips]) if slips < zones.shape[0] else 0.0
+
+
+@jit
+def doubts(slips: int, width: float, theta: float) -> tuple[float, float, float]:
+    """What is uncertain of a zone of this width (cells) in a row with so many slip cells, in cells.
+
+    The part of the zone whose tractions are doubtful; the area; and the area that slips unseen, less that by which a
+    visible slip zone is too large (`unseen.py`).
+    """
+    if slips == 0:
+        return width, width, width
+    past = min((slips - 1 + theta) / width, 1.0)
+    return theta * past**4, past**2, -(past**2)
 
 
 @jit
@@ -78,52 +135,37 @@ def hidden_leading_slip(
     `leading_zone.numbers`; reach: see `unseen.py`.
     """
     for j in range(count.size):
-        slips, sticks, largest = 0, 0, 0.0
-        for step in range(count[j]):
-            cell = index[step, j]
-            largest = max(largest, pressure[cell])
-            if not slip[cell]:
-                sticks = step + 1
-            elif slips == step:
-                slips += 1
+        row = index[: count[j], j]
+        slips, sticks = leading_cells(row, slip)
         if sticks == 0:
             continue
+        largest = 0.0
+        for step in range(row.size):
+            largest = max(largest, pressure[row[step]])
         n_x, n_y = normals[0, j], normals[1, j]
-        first = index[slips, j]
+        first = row[slips]
         bound = friction * pressure[first]
         v_x, v_y = q[first, 0] / bound, q[first, 1] / bound
-        along = (v_x * n_x + v_y * n_y) / k
-        room = max(1.0 - v_x**2 - v_y**2, 0.0) / k**2
-        t = min(math.sqrt(along**2 + room) - along, 600.0)
-        width = (slips + theta) * math.exp(-t)
         # the zone slips opposite to d; |d| grows by `growth` with each factor e in the distance towards the edge
-        d_x, d_y = v_x + t * k * n_x, v_y + t * k * n_y
+        t, d_x, d_y = at_bound(v_x, v_y, n_x, n_y, k)
+        width = (slips + theta) * math.exp(-t)
         across_edge, along_edge = d_x * n_x + d_y * n_y, along_over_across * (d_y * n_x - d_x * n_y)
         growth = k * across_edge
+        missing = missing_width(v_x * d_x + v_y * d_y, growth, slips, width, theta, zones)
+        # pi/2 mu max(p) g (2 E) sqrt(l/L), the component along d of the tractions that resist slip along it
         length = max(ends[1, j] - ends[0, j], 1e-3)
         sticking = min(sticks - 0.5 + theta, length)
         unit = 0.5 * math.pi * friction * largest * math.sqrt(sticking / length) * reach
-        if slips == 0:
-            doubtful, cells, missing = width, width, width
-        else:
-            past = min((slips - 1 + theta) / width, 1.0)
-            doubtful, cells, missing = theta * past**4, past**2, -(past**2)
-        hidden = 0.0
-        if growth < 0.1:  # the bound of a leading cell differs from what stick carries by more than this
-            hidden = width if slips == 0 else 0.0
-        elif slips < zones.shape[0]:
-            hidden = unseen_width(v_x * d_x + v_y * d_y, growth, slips, theta, zones[slips])
-        # tractions that resist slip along d, whose component along d is what is too large
-        size = unit * growth * hidden / (across_edge**2 + along_edge**2 / along_over_across)
+        size = unit * growth * missing / (across_edge**2 + along_edge**2 / along_over_across)
         force_x = size * (across_edge * n_x - along_edge * n_y)
         force_y = size * (across_edge * n_y + along_edge * n_x)
-        leading = index[0, j]
-        lever = x[leading] + (theta - 0.5 * sticking) * dx
+        lever = x[row[0]] + (theta - 0.5 * sticking) * dx
+        slip_x, slip_y = slip_behind(row[:sticks], by_pressure, sticking, theta)
+        doubtful, cells, unseen = doubts(slips, width, theta)
         out[0] += force_x
         out[1] += force_y
-        out[2] += lever * force_y - y[leading] * force_x
-        slip_x, slip_y = slip_behind(index[:sticks, j], by_pressure, sticking, theta)
+        out[2] += lever * force_y - y[row[0]] * force_x
         out[3] += force_x * slip_x + force_y * slip_y
         out[4] += abs(k) * friction * largest * doubtful
         out[5] += cells
-        out[6] += missing
+        out[6] += unseen

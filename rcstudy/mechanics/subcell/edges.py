@@ -15,7 +15,7 @@ import numpy as np
 from rcstudy.mechanics.half_line import HalfLine
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import outline as kernel
-from rcstudy.mechanics.kernels import rows, smooth
+from rcstudy.mechanics.kernels import rows, smooth_outline
 
 # Oblique edges are found this many cells too far inside, on average over a contact on square cells, and less on oblong
 # cells (Hertz contacts of 4 to 40 cells per radius, round or elliptic, 1 to 2.1: 0.0013 to 0.0025).
@@ -141,11 +141,11 @@ class Outline:
         u, v = np.zeros((2, 2 * sum(self.p.shape)))
         n, x0, width, y0, height = kernel.accurate_crossings(*self._crossings, dx, dy, u, v)
         terms = fit_outline(u[:n], v[:n])
-        if terms is None or smooth.off_outline(terms, u[:n], v[:n]) * math.sqrt(width * height) > _ROUGH:
+        if terms is None or smooth_outline.off_outline(terms, u[:n], v[:n]) * math.sqrt(width * height) > _ROUGH:
             return None
         terms *= self.within_in_cells / (math.pi * terms[0] * width * height)
         ends, slopes = np.zeros((2, self.low.size)), np.zeros(self.low.size)
-        tips = smooth.smooth_ends(terms, x0, width, y0, height, ends, slopes)
+        tips = smooth_outline.smooth_ends(terms, x0, width, y0, height, ends, slopes)
         return Smooth(ends, slopes, np.nan_to_num(ends[1] - ends[0]), np.array(tips), width / height**2)
 
     @cached_property
@@ -168,7 +168,7 @@ def fit_outline(u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
     if u.size < 2 * _TERMS:
         return None
     matrix, right = np.zeros((_TERMS, _TERMS)), np.zeros(_TERMS)
-    smooth.normal_equations(u, v, matrix, right)
+    smooth_outline.normal_equations(u, v, matrix, right)
     try:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:

@@ -3,7 +3,7 @@
 `kernels/stick.py` finds where each row sticks. From that follows the fraction of the contact that slips, and the area
 of the contact follows from `edges.py`: both refer to the same edges. Where the stick zone is in one piece and extends
 to the leading edge, the slip zone lies behind it, with a width that hardly changes from row to row
-(`kernels/smooth.py`); otherwise it is the rest of the contact around the stick zone.
+(`kernels/slip_width.py`); otherwise it is the rest of the contact around the stick zone.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from typing import NamedTuple
 import numpy as np
 
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.kernels import rows, smooth, stick
+from rcstudy.mechanics.kernels import rows, slip_width, stick
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.subcell.cusps import difference, squares_with_cusps
 from rcstudy.mechanics.subcell.edges import Outline
 from rcstudy.mechanics.subcell.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.subcell.trailing import NARROW
 
-# `smooth.too_far_back` is for bodies that are alike. Otherwise `stick.border_behind` puts borders less far back (cells)
-# by _BOW_BY_PRESSURE s times the curvature of the contact's outline (cells per row squared). s is beta/mu times the sum
-# of -q_x over that of |q| in slip cells: the slip due to pressure in the direction of friction, over the coefficient of
-# friction.
+# `slip_width.too_far_back` is for bodies that are alike. Otherwise `stick.border_behind` puts borders less far back
+# (cells) by _BOW_BY_PRESSURE s times the curvature of the contact's outline (cells per row squared). s is beta/mu times
+# the sum of -q_x over that of |q| in slip cells: the slip due to pressure in the direction of friction, over the
+# coefficient of friction.
 _BOW_BY_PRESSURE = 0.25
-_MOST_UNLIKE = 0.71  # largest (d - c)/sqrt(c d), see `smooth.too_far_back`: that of incompressible half-spaces
+_MOST_UNLIKE = 0.71  # largest (d - c)/sqrt(c d), see `slip_width.too_far_back`: that of incompressible half-spaces
 _AS_LARGE = 1e-6  # pressures differ by less, relatively, by rounding and the solver's tolerance
 _NOT_KNOWN = np.full(2, np.nan)  # position of the tips of a zone
 
@@ -133,7 +133,7 @@ class SlipZones:
         dx, dy = outline.spacing
         bow = -_BOW_BY_PRESSURE * curvature * backwards * self._by_pressure
         of_outline, of_cells = (ends, slopes, chords, tips), (rolling.q, rolling.slip, cells.index, cells.count)
-        found, slips = smooth.area_behind(*of_zone, *of_outline, *of_cells, dx / dy, bow, self._unlike)
+        found, slips = slip_width.area_behind(*of_zone, *of_outline, *of_cells, dx / dy, bow, self._unlike)
         return self._slipping_part(slips / outline.within_in_cells) if found else None
 
     def _area_around(self, length: np.ndarray) -> float:
@@ -141,7 +141,7 @@ class SlipZones:
 
         Rows and borders refer to the same edges, so their ratio is the fraction of the contact that sticks.
         """
-        smooth.shorten_tips(length, self._outline.chords[0])
+        slip_width.shorten_tips(length, self._outline.chords[0])
         # what chords miss of the contact's area they also miss of the stick zone's
         return self._slipping_part(1.0 - float(rows.area_under(length, _NOT_KNOWN)) / self._outline.area_by_rows)
 

@@ -1,9 +1,8 @@
-"""Smooth lines through values of single rows and columns that scatter: the contact's outline, the slip zone's width.
+"""Width of the slip zone behind a stick zone in each row of the contact, and the zone's area, which follows from it.
 
-From the width follows the slip zone's area.
-
-Edges scatter by some 0.03 of a cell, borders of the stick zone by 0.02, and by ten times as much in its outermost rows,
-while the outline and the width of the slip zone have little curvature from row to row. Positions are in cells.
+Borders of the stick zone scatter by 0.02 of a cell, in its outermost rows by ten times as much, while the width has
+little curvature from row to row: in and beyond those rows it comes from a smooth line through all. Positions are in
+cells.
 """
 
 from __future__ import annotations
@@ -13,76 +12,6 @@ import math
 import numpy as np
 
 from rcstudy.mechanics.jit import jit
-
-
-@jit
-def waves(u: float, v: float, out: np.ndarray) -> None:
-    """Fill out [n], n being odd, with 1, cos(angle), sin(angle), cos(2 angle), ... of the direction of (u, v)."""
-    r = math.sqrt(u * u + v * v)
-    c, s = (u / r, v / r) if r > 0.0 else (1.0, 0.0)
-    out[0] = 1.0
-    a, b = 1.0, 0.0
-    for m in range((out.size - 1) // 2):
-        a, b = a * c - b * s, a * s + b * c
-        out[2 * m + 1], out[2 * m + 2] = a, b
-
-
-@jit
-def normal_equations(u: np.ndarray, v: np.ndarray, matrix: np.ndarray, right: np.ndarray) -> None:
-    """Normal equations, matrix [k, k] and right [k], of a fit to r^2 of points u, v [n] by `waves` of their angle."""
-    wave = np.zeros(right.size)
-    matrix[:, :] = 0.0
-    right[:] = 0.0
-    for k in range(u.size):
-        waves(u[k], v[k], wave)
-        square = u[k] * u[k] + v[k] * v[k]
-        for a in range(wave.size):
-            right[a] += wave[a] * square
-            for b in range(wave.size):
-                matrix[a, b] += wave[a] * wave[b]
-
-
-@jit
-def squared_radius(terms: np.ndarray, u: float, v: float, wave: np.ndarray) -> float:
-    """r^2 of an outline in the direction from 0 to (u, v): the sum of `waves` times terms [n]; wave [n]: work array."""
-    waves(u, v, wave)
-    total = 0.0
-    for m in range(terms.size):
-        total += terms[m] * wave[m]
-    return total
-
-
-@jit
-def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
-    """Root mean square radial distance of points u, v [n] from an outline, see `squared_radius`."""
-    off, wave = 0.0, np.zeros(terms.size)
-    for k in range(u.size):
-        square = u[k] * u[k] + v[k] * v[k]
-        off += (squared_radius(terms, u[k], v[k], wave) - square) ** 2 / (4.0 * square)
-    return math.sqrt(off / u.size)
-
-
-@jit
-def tip_position(terms: np.ndarray, side: float, wave: np.ndarray) -> float:
-    """Coordinate v of the tip of an outline, see `squared_radius`, on the side (1 or -1) along v."""
-    at, height = 0.5 * math.pi * side, np.zeros(3)
-    for step in (0.1, 0.01):
-        for k in range(3):
-            c, s = math.cos(at + (k - 1) * step), math.sin(at + (k - 1) * step)
-            height[k] = math.sqrt(max(squared_radius(terms, c, s, wave), 0.0)) * s * side
-        bend = 2.0 * height[1] - height[0] - height[2]
-        if bend > 0.0:
-            at += min(max(0.5 * (height[2] - height[0]) / bend, -1.0), 1.0) * step
-    return math.sqrt(max(squared_radius(terms, math.cos(at), math.sin(at), wave), 0.0)) * math.sin(at)
-
-
-@jit
-def crossing(terms: np.ndarray, v: float, side: float, wave: np.ndarray) -> float:
-    """Coordinate u where an outline, see `squared_radius`, crosses the line of this v, on the side (1, -1) along u."""
-    u = side * math.sqrt(max(terms[0] - v * v, 0.0))
-    for _ in range(6):  # converges fast, as r^2 hardly depends on the angle
-        u = side * math.sqrt(max(squared_radius(terms, u, v, wave) - v * v, 0.0))
-    return u
 
 
 @jit
@@ -117,30 +46,6 @@ def smooth_line(value: np.ndarray, weight: np.ndarray, bend: float, change: floa
         out[j] /= band[j, 0]
         for k in range(1, min(3, n - 1 - j) + 1):
             out[j] -= band[j + k, k] * out[j + k]
-
-
-@jit
-def smooth_ends(
-    terms: np.ndarray, x0: float, width: float, y0: float, height: float, ends: np.ndarray, slopes: np.ndarray
-) -> tuple[float, float]:
-    """Lowest and highest row position of a smooth outline; fills ends [2, ny], where it crosses rows, and slopes [ny].
-
-    terms: of the outline, see `off_outline`, about x0, y0 and in units of width and height. ends: the smaller x first;
-    slopes: of the first end, in cells per row, as of an ellipse of these half axes. Both are nan in rows it does not
-    reach.
-    """
-    wave = np.zeros(terms.size)
-    low, high = y0 + height * tip_position(terms, -1.0, wave), y0 + height * tip_position(terms, 1.0, wave)
-    for j in range(slopes.size):
-        ends[0, j] = ends[1, j] = slopes[j] = math.nan
-        if low < j < high:
-            v = (j - y0) / height
-            back = crossing(terms, v, -1.0, wave)
-            ends[0, j], ends[1, j] = x0 + width * back, x0 + width * crossing(terms, v, 1.0, wave)
-            # at least a quarter of a cell from the middle, as a guard: near a tip the end may lie at the middle or
-            # beyond it, where the slope would be infinite
-            slopes[j] = width / height * v / max(-back, 0.25 / width)
-    return low, high
 
 
 @jit
@@ -213,8 +118,8 @@ def stick_range(length: np.ndarray, ends: np.ndarray, slip: np.ndarray, leading:
     """First and last row of a stick zone that determines the width of the slip zone behind it, or 0 and -1.
 
     It must be in one piece, extend to the contact's leading edge, and have enough rows and cells. length [ny]: of its
-    rows; ends [2, ny]: smooth ones, of the contact; slip [m]: flags of cells, leading [ny]: number of a row's leading
-    cell.
+    rows; ends [2, ny]: smooth ones of the contact's rows (`smooth_outline.smooth_ends`); slip [m]: flags of cells,
+    leading [ny]: number of a row's leading cell.
     """
     least_chord, rows, cells = 3.0, 5, 2.0  # shorter or fewer rows are not accurate enough
     first, last, longest = 0, -1, 0.0
@@ -227,6 +132,70 @@ def stick_range(length: np.ndarray, ends: np.ndarray, slip: np.ndarray, leading:
             last = j
             longest = max(longest, length[j])
     return (first, last) if last - first + 1 >= rows and longest >= cells else (0, -1)
+
+
+@jit
+def in_one_piece(borders: np.ndarray, last: np.ndarray, first: int, end: int) -> bool:
+    """Whether each row from first to end has one border at most: borders [n, 2], last [ny] of `stick.stick_rows`."""
+    for n in range(borders.shape[0]):
+        j = int(borders[n, 1])
+        if first <= j <= end and last[j] != n:
+            return False
+    return True
+
+
+@jit
+def corrected_widths(
+    borders: np.ndarray,
+    last: np.ndarray,
+    length: np.ndarray,
+    hidden: np.ndarray,
+    ends: np.ndarray,
+    slopes: np.ndarray,
+    aspect: float,
+    bow: float,
+    turns: np.ndarray,
+    unlike: float,
+    first: int,
+    end: int,
+    out: np.ndarray,
+) -> None:
+    """Widths of the slip zone in rows from first to end, each from its own border; fills these rows of out [ny].
+
+    Arguments as in `slip_widths`. Borders are moved by `too_far_back` and bow, those of hidden widths, which are found
+    otherwise (from the edge itself), by half of it.
+    """
+    found = np.zeros(length.size)
+    for j in range(first, end + 1):
+        found[j] = borders[last[j], 0] - ends[0, j] if last[j] >= 0 else 0.0
+    for j in range(first, end + 1):
+        # the outermost rows' own widths are too inaccurate for a slope
+        low, high = max(j - 1, first), min(j + 1, end)
+        if j in (first, end):
+            low, high = (first + 1, first + 2) if j == first else (end - 2, end - 1)
+        slope = slopes[j] + (found[high] - found[low]) / (high - low)
+        out[j] = found[j]
+        if last[j] >= 0:
+            part = 0.5 if hidden[j] else 1.0
+            turn = turns[0, j], turns[1, j], turns[2, j]
+            out[j] += part * (bow + too_far_back(slope, length[j], found[j], aspect, turn, unlike))
+
+
+@jit
+def smoothest_line(value: np.ndarray, weight: np.ndarray, bend: float, first: int, end: int, out: np.ndarray) -> None:
+    """The smoothest line out [ny] that passes the values of rows between first and end within their noise.
+
+    value, weight, bend: as of `smooth_line`, weight being the noise to the power -2. `change` there is the least of six
+    with which the mean square of the distances over the noise is below 1.4 (discrepancy principle, Morozov 1966), or
+    the largest.
+    """
+    for change in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08):
+        smooth_line(value, weight, bend, change, out)
+        off = 0.0
+        for j in range(first + 1, end):
+            off += weight[j] * (out[j] - value[j]) ** 2
+        if off < 1.4 * (end - first - 1):
+            break
 
 
 @jit
@@ -248,49 +217,26 @@ def slip_widths(
     """Whether the slip zone's width behind the stick zone can be found in each row; if so it is in widths [ny].
 
     borders [n, 2], last [ny], length [ny]: as from `stick.stick_rows`; hidden [ny]: whether a row's width is hidden
-    within a cell; ends, slopes: as from `smooth_ends`; slip, leading: as in `stick_range`; aspect, turns [3, ny],
-    unlike: as of `too_far_back`; bow: distance by which borders are found too far back besides. Hidden widths are found
-    otherwise (from the edge itself) and get half of these corrections.
+    within a cell; ends, slopes: as from `smooth_outline.smooth_ends`; slip, leading: as in `stick_range`; aspect, turns
+    [3, ny], unlike: as of `too_far_back`; bow: distance by which borders are found too far back besides.
 
-    Inner rows keep their own width. The outermost rows with stick cells, and those beyond, take theirs from a smooth
-    line (`smooth_line`) through the widths of all rows. Its second differences are held to 1/(half chord), its
-    third ones to the least of six values with which it passes the inner rows within their noise, mean square below 1.4
-    (discrepancy principle, Morozov 1966). Rows without stick cells slip over their whole chord.
+    Inner rows keep their own width (`corrected_widths`). The outermost rows with stick cells, and those beyond, take
+    theirs from the smoothest line through the widths of all rows, whose second differences are held to 1/(half chord).
+    Rows without stick cells slip over their whole chord.
     """
     first, end = stick_range(length, ends, slip, leading)
-    if end < first:
+    if end < first or not in_one_piece(borders, last, first, end):
         return False
-    for n in range(borders.shape[0]):
-        j = int(borders[n, 1])
-        if first <= j <= end and last[j] != n:  # a row that does not stick in one piece
-            return False
     ny = length.size
-    found, value, weight = np.zeros((3, ny))
     half_chord = 0.0
     for j in range(ny):
         if not math.isnan(slopes[j]):
             half_chord = max(half_chord, 0.5 * (ends[1, j] - ends[0, j]))
+    value, weight = np.zeros((2, ny))
+    corrected_widths(borders, last, length, hidden, ends, slopes, aspect, bow, turns, unlike, first, end, value)
     for j in range(first, end + 1):
-        found[j] = borders[last[j], 0] - ends[0, j] if last[j] >= 0 else 0.0
-    for j in range(first, end + 1):
-        # the outermost rows' own widths are too inaccurate for a slope
-        low, high = max(j - 1, first), min(j + 1, end)
-        if j in (first, end):
-            low, high = (first + 1, first + 2) if j == first else (end - 2, end - 1)
-        slope = slopes[j] + (found[high] - found[low]) / (high - low)
-        value[j] = found[j]
-        if last[j] >= 0:
-            part = 0.5 if hidden[j] else 1.0
-            turn = turns[0, j], turns[1, j], turns[2, j]
-            value[j] += part * (bow + too_far_back(slope, length[j], found[j], aspect, turn, unlike))
         weight[j] = noise(length[j], min(j - first, end - j)) ** -2
-    for change in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08):
-        smooth_line(value, weight, 1.0 / half_chord, change, widths)
-        off = 0.0
-        for j in range(first + 1, end):
-            off += weight[j] * (widths[j] - value[j]) ** 2
-        if off < 1.4 * (end - first - 1):
-            break
+    smoothest_line(value, weight, 1.0 / half_chord, first, end, widths)
     for j in range(1, ny - 1):
         if first < j < end:
             widths[j] = value[j]

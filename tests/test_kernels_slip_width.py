@@ -1,4 +1,4 @@
-"""Kernels of smooth lines: the contact's outline, the slip zone's width and area."""
+"""Kernels of the width of the slip zone, and of its area."""
 
 from __future__ import annotations
 
@@ -7,123 +7,8 @@ import math
 import naive_rows
 import numpy as np
 import pytest
-from scipy.optimize import brentq, minimize_scalar
 
-from rcstudy.mechanics.kernels import smooth
-from rcstudy.mechanics.subcell.edges import fit_outline
-
-TERMS = 9
-
-
-def egg(seed: int, size: float = 0.03) -> np.ndarray:
-    """Factors of an outline that is a circle but for waves of this size."""
-    terms = np.random.default_rng(seed).uniform(-size, size, TERMS)
-    terms[0] = 1.1
-    return terms
-
-
-def points(terms: np.ndarray, n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    angle = np.random.default_rng(seed).uniform(-math.pi, math.pi, n)
-    r = naive_rows.radius(terms, angle)
-    return r * np.cos(angle), r * np.sin(angle)
-
-
-def test_waves() -> None:
-    out = np.zeros(TERMS)
-    smooth.waves(2.0 * math.cos(0.7), 2.0 * math.sin(0.7), out)
-    orders = np.arange(1, TERMS // 2 + 1) * 0.7
-    np.testing.assert_allclose(out[0::2][1:], np.sin(orders), atol=1e-15)
-    np.testing.assert_allclose(out[1::2], np.cos(orders), atol=1e-15)
-    assert out[0] == 1.0
-
-
-def test_waves_without_a_direction() -> None:
-    out = np.full(TERMS, np.nan)
-    smooth.waves(0.0, 0.0, out)
-    np.testing.assert_array_equal(out, [1.0] + [1.0, 0.0] * (TERMS // 2))
-
-
-def test_squared_radius() -> None:
-    for angle in (-2.0, 0.0, 0.7):
-        found = smooth.squared_radius(egg(3), 3.0 * math.cos(angle), 3.0 * math.sin(angle), np.zeros(TERMS))
-        assert found == pytest.approx(naive_rows.radius(egg(3), angle) ** 2, rel=1e-14)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_an_outline_of_waves_is_found(seed: int) -> None:
-    """To rounding, where it has no others; by least squares of r^2 where it is noisy."""
-    terms = egg(seed)
-    u, v = points(terms, 40, seed)
-    found = fit_outline(u, v)
-    assert found is not None
-    np.testing.assert_allclose(found, terms, atol=1e-11)
-    assert smooth.off_outline(found, u, v) < 1e-11
-    noise = 1.0 + np.random.default_rng(seed).uniform(-0.02, 0.02, u.size)
-    found = fit_outline(noise * u, noise * v)
-    assert found is not None
-    angle, square = np.arctan2(v, u), noise**2 * (u**2 + v**2)
-    columns = [np.ones(u.size)] + [f(m * angle) for m in range(1, TERMS // 2 + 1) for f in (np.cos, np.sin)]
-    expected = np.linalg.lstsq(np.column_stack(columns), square, rcond=None)[0]
-    np.testing.assert_allclose(found, expected, atol=1e-10)
-    miss = (np.column_stack(columns) @ expected - square) / (2.0 * np.sqrt(square))
-    assert smooth.off_outline(found, noise * u, noise * v) == pytest.approx(math.sqrt(np.mean(miss**2)), rel=1e-9)
-
-
-def test_normal_equations() -> None:
-    u, v = points(egg(2), 25)
-    matrix, right = np.full((TERMS, TERMS), np.nan), np.full(TERMS, np.nan)
-    smooth.normal_equations(u, v, matrix, right)
-    columns = np.zeros((25, TERMS))
-    for k in range(25):
-        smooth.waves(u[k], v[k], columns[k])
-    np.testing.assert_allclose(matrix, columns.T @ columns, atol=1e-12)
-    np.testing.assert_allclose(right, columns.T @ (u**2 + v**2), atol=1e-12)
-
-
-def test_few_points_tell_no_outline() -> None:
-    assert fit_outline(*points(egg(0), 2 * TERMS - 1)) is None
-    assert fit_outline(np.zeros(40), np.zeros(40)) is None  # no direction
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_where_an_outline_crosses_a_line(seed: int) -> None:
-    """Tips, and crossings of lines between them; near a tip the outline runs along the line."""
-    terms, wave = egg(seed), np.zeros(TERMS)
-
-    def height(angle: float) -> float:
-        return float(naive_rows.radius(terms, angle) * math.sin(angle))
-
-    top = minimize_scalar(lambda t: -height(t), bounds=(1.0, 2.2), method="bounded", options={"xatol": 1e-9})
-    bottom = minimize_scalar(height, bounds=(-2.2, -1.0), method="bounded", options={"xatol": 1e-9})
-    assert smooth.tip_position(terms, 1.0, wave) == pytest.approx(-top.fun, abs=1e-6)
-    assert smooth.tip_position(terms, -1.0, wave) == pytest.approx(bottom.fun, abs=1e-6)
-    for v in (0.9 * bottom.fun, -0.3, 0.0, 0.5, -0.9 * top.fun):
-        front = brentq(lambda t, v=v: height(t) - v, bottom.x, top.x, xtol=1e-14)
-        back = brentq(lambda t, v=v: height(t) - v, top.x, bottom.x + 2.0 * math.pi, xtol=1e-14)
-        for angle, side in ((front, 1.0), (back, -1.0)):
-            expected = float(naive_rows.radius(terms, angle) * math.cos(angle))
-            assert smooth.crossing(terms, v, side, wave) == pytest.approx(expected, abs=2e-4)
-
-
-@pytest.mark.parametrize("height", [5.5, 5.3005])
-def test_ends_of_an_ellipse(height: float) -> None:
-    """Ends and slopes of rows within its tips, to rounding; nan beyond.
-
-    The second one hardly reaches a row, whose half chord is a tenth of a cell: a quarter limits its slope.
-    """
-    terms = np.zeros(TERMS)
-    terms[0] = 1.0
-    ends, slopes = np.full((2, 14), 9.0), np.full(14, 9.0)
-    low, high = smooth.smooth_ends(terms, 7.2, 8.0, 6.3, height, ends, slopes)
-    assert (low, high) == pytest.approx((6.3 - height, 6.3 + height), abs=1e-12)
-    j = np.arange(14)
-    inside = (j > low) & (j < high)
-    assert np.isnan(ends[:, ~inside]).all()
-    assert np.isnan(slopes[~inside]).all()
-    half = 8.0 * np.sqrt(1.0 - ((j[inside] - 6.3) / height) ** 2)
-    np.testing.assert_allclose(ends[:, inside], [7.2 - half, 7.2 + half], atol=1e-12)
-    expected = (8.0 / height) ** 2 * (j[inside] - 6.3) / np.maximum(half, 0.25)
-    np.testing.assert_allclose(slopes[inside], expected, rtol=1e-12)
+from rcstudy.mechanics.kernels import slip_width, smooth_outline
 
 
 @pytest.mark.parametrize("n", [4, 5, 9, 30])
@@ -133,14 +18,14 @@ def test_smooth_line(n: int, seed: int) -> None:
     value, weight = rng.normal(size=n), rng.uniform(1.0, 2000.0, size=n)
     weight[rng.permutation(n)[: n - 4]] *= rng.integers(0, 2, n - 4)
     out = np.full(n, np.nan)
-    smooth.smooth_line(value, weight, 0.1, 0.02, out)
+    slip_width.smooth_line(value, weight, 0.1, 0.02, out)
     np.testing.assert_allclose(out, naive_rows.smooth_line(value, weight, 0.1, 0.02), atol=1e-9)
 
 
 def test_a_straight_line_stays_and_goes_on() -> None:
     value, weight, out = 0.3 * np.arange(12.0) - 1.0, np.zeros(12), np.zeros(12)
     weight[3:8] = 100.0
-    smooth.smooth_line(np.where(weight > 0.0, value, 99.0), weight, 0.1, 0.01, out)
+    slip_width.smooth_line(np.where(weight > 0.0, value, 99.0), weight, 0.1, 0.01, out)
     np.testing.assert_allclose(out, value, atol=1e-9)
 
 
@@ -166,38 +51,38 @@ def test_turns_behind(seed: int) -> None:
         index[: count[j], j] = number[firsts : firsts + count[j]]
     q, slip, out = rng.normal(size=(m, 2)), np.zeros(m, dtype=np.bool_), np.full((3, count.size), np.nan)
     slip[number] = [state == "s" for row in states for state in row]
-    smooth.turns_behind(q, slip, index, count, out)
+    slip_width.turns_behind(q, slip, index, count, out)
     for j, row in enumerate(states):
         expected = naive_rows.turns_behind(row, q[index[: count[j], j]])
         np.testing.assert_allclose(out[:, j], expected, atol=1e-12)
     q[:] = 0.0
-    smooth.turns_behind(q, slip, index, count, out)
+    slip_width.turns_behind(q, slip, index, count, out)
     np.testing.assert_array_equal(out, 0.0)
 
 
 def test_too_far_back() -> None:
     """Most at steep borders and under friction across the rows, less in long rows, nothing where tractions turn."""
     along, across, slanting = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-    assert smooth.too_far_back(0.0, 5.0, 0.0, 1.0, along, 0.4) == pytest.approx(0.0225)
-    assert smooth.too_far_back(0.0, 5.0, -4.0, 1.0, along, 0.4) == pytest.approx(0.0225)
-    assert smooth.too_far_back(0.0, 0.01, 0.0, 1.0, along, 0.4) == 0.01
+    assert slip_width.too_far_back(0.0, 5.0, 0.0, 1.0, along, 0.4) == pytest.approx(0.0225)
+    assert slip_width.too_far_back(0.0, 5.0, -4.0, 1.0, along, 0.4) == pytest.approx(0.0225)
+    assert slip_width.too_far_back(0.0, 0.01, 0.0, 1.0, along, 0.4) == 0.01
     # 0.22 s^2/(l + 0.9) where nothing else is left
     for aspect in (1.0, 2.0):
-        found = smooth.too_far_back(-0.3, 8.1, 40.0, aspect, along, 0.0)
+        found = slip_width.too_far_back(-0.3, 8.1, 40.0, aspect, along, 0.0)
         assert found == pytest.approx(0.22 * aspect * 0.09 / 9.0, rel=5e-3)
     of_row = 1.0, 20.0, 40.0, 1.0
-    assert smooth.too_far_back(*of_row, across, 0.7) - smooth.too_far_back(*of_row, along, 0.7) > 0.012
-    assert smooth.too_far_back(*of_row, slanting, 0.7) == pytest.approx(0.0105 - 0.0266, abs=3e-4)
-    assert smooth.too_far_back(-1.0, *of_row[1:], slanting, 0.7) == pytest.approx(0.0105 + 0.0266, abs=1e-3)
-    assert smooth.too_far_back(6.0, 8.0, 3.0, 1.0, across, 0.4) == pytest.approx(0.66, abs=0.01)
-    turned = smooth.too_far_back(1.0, 20.0, 4.0, 1.0, (1.0, 0.0, 1.5), 0.0)
-    assert abs(turned) < 0.01 * smooth.too_far_back(1.0, 20.0, 4.0, 1.0, along, 0.0)
+    assert slip_width.too_far_back(*of_row, across, 0.7) - slip_width.too_far_back(*of_row, along, 0.7) > 0.012
+    assert slip_width.too_far_back(*of_row, slanting, 0.7) == pytest.approx(0.0105 - 0.0266, abs=3e-4)
+    assert slip_width.too_far_back(-1.0, *of_row[1:], slanting, 0.7) == pytest.approx(0.0105 + 0.0266, abs=1e-3)
+    assert slip_width.too_far_back(6.0, 8.0, 3.0, 1.0, across, 0.4) == pytest.approx(0.66, abs=0.01)
+    turned = slip_width.too_far_back(1.0, 20.0, 4.0, 1.0, (1.0, 0.0, 1.5), 0.0)
+    assert abs(turned) < 0.01 * slip_width.too_far_back(1.0, 20.0, 4.0, 1.0, along, 0.0)
 
 
 def test_noise() -> None:
     """Outermost rows of few cells tell worst."""
-    assert smooth.noise(0.0, 0) == pytest.approx(0.2)
-    levels = [smooth.noise(4.0, inside) for inside in range(5)]
+    assert slip_width.noise(0.0, 0) == pytest.approx(0.2)
+    levels = [slip_width.noise(4.0, inside) for inside in range(5)]
     assert levels == sorted(levels, reverse=True)
     assert levels[3] == levels[4]
 
@@ -206,11 +91,11 @@ def contact(seed: int) -> dict[str, np.ndarray]:
     """Rows of an elliptic contact, stick cells ahead of borders that scatter, the outermost ones' by more."""
     rng = np.random.default_rng(seed)
     ny = int(rng.integers(12, 30))
-    terms = np.zeros(TERMS)
+    terms = np.zeros(9)
     terms[0] = 1.0
     ends, slopes = np.zeros((2, ny)), np.zeros(ny)
     height = 0.5 * ny - rng.uniform(0.6, 1.9)
-    smooth.smooth_ends(
+    smooth_outline.smooth_ends(
         terms, 9.0, rng.uniform(5.0, 14.0), 0.5 * (ny - 1) + rng.uniform(-0.3, 0.3), height, ends, slopes
     )
     y = (np.arange(ny) - 0.5 * ny) / height
@@ -248,7 +133,58 @@ def widths_of(
     widths = np.zeros(last.size)
     of_rows = borders, last, rows["length"], rows["hidden"], rows["ends"], rows["slopes"], slip, leading
     turns = np.zeros((3, last.size)) if turns is None else turns
-    return widths if smooth.slip_widths(*of_rows, aspect, bow, turns, unlike, widths) else None
+    return widths if slip_width.slip_widths(*of_rows, aspect, bow, turns, unlike, widths) else None
+
+
+def test_in_one_piece() -> None:
+    """A second border in a row counts between the two rows, not beyond."""
+    last = np.array([0, 1, 3, -1])
+    borders = np.array([[2.0, 0.0], [2.1, 1.0], [1.0, 2.0], [2.2, 2.0]])
+    assert slip_width.in_one_piece(borders[:2], last, 0, 1)
+    assert slip_width.in_one_piece(borders, last, 0, 1)
+    assert not slip_width.in_one_piece(borders, last, 0, 2)
+    assert not slip_width.in_one_piece(borders, last, 2, 3)
+
+
+def test_corrected_widths() -> None:
+    """A straight border: all rows have its slope; hidden widths get half, a row without a border none."""
+    ny, bow = 7, 0.01
+    ends, slopes = np.stack([0.3 * np.arange(ny), np.full(ny, 20.0)]), np.full(ny, 0.3)
+    widths = 2.0 + 0.5 * np.arange(ny)
+    last = np.array([-1, 0, 1, 2, 3, -1, -1])
+    borders = np.column_stack([(ends[0] + widths)[1:5], np.arange(1.0, 5.0)])
+    length, hidden = np.full(ny, 4.0), np.arange(ny) == 3
+    turns, out = np.zeros((3, ny)), np.zeros(ny)
+    slip_width.corrected_widths(borders, last, length, hidden, ends, slopes, 1.2, bow, turns, 0.3, 1, 4, out)
+    moved = [bow + slip_width.too_far_back(0.8, 4.0, width, 1.2, (0.0, 0.0, 0.0), 0.3) for width in widths]
+    assert min(moved) > 0.02
+    expected = widths + np.where(hidden, 0.5, 1.0) * moved
+    np.testing.assert_allclose(out, np.where(last >= 0, expected, 0.0), atol=1e-13)
+    out[:] = 0.0
+    slip_width.corrected_widths(borders, last, length, hidden, ends, slopes, 1.2, bow, turns, 0.3, 1, 5, out)
+    assert out[5] == 0.0
+
+
+def test_smoothest_line() -> None:
+    """The first of the lines that passes the inner rows within their noise, here of values bent ever more.
+
+    None passes the last ones: the line then is the one that bends most.
+    """
+    at, inner, weight, taken = np.arange(15.0), slice(3, 12), np.zeros(15), set()
+    weight[inner] = 0.023**-2.0
+    weight[[2, 12]] = 1.0  # the outermost ones do not count
+    for size in (0.0, 0.03, 0.1, 0.2, 0.4, 0.8, 9.0):
+        value = 3.0 + size * np.sin(0.6 * at)
+        value[[2, 12]] += 0.3
+        for change in (0.002, 0.005, 0.01, 0.02, 0.04, 0.08):
+            line = naive_rows.smooth_line(value, weight, 0.1, change)
+            if np.mean(((line - value) ** 2 * weight)[inner]) < 1.4:
+                taken.add(change)
+                break
+        found = np.zeros(15)
+        slip_width.smoothest_line(value, weight, 0.1, 2, 12, found)
+        np.testing.assert_allclose(found, line, atol=1e-8)
+    assert taken == {0.002, 0.01, 0.02, 0.04}
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -279,18 +215,18 @@ def test_stick_range() -> None:
     """Rows of chords of more than three cells, in one piece, five at least, one of two cells, to the leading edge."""
     length, leading = np.array([0.5, 1.0, 2.0, 1.0, 1.0, 1.0, 0.0]), np.array([3, 2, 1, 0, 6, 5, 4])
     ends, slip = np.stack([np.zeros(7), np.full(7, 5.0)]), np.zeros(7, dtype=np.bool_)
-    assert smooth.stick_range(length, ends, slip, leading) == (0, 5)
+    assert slip_width.stick_range(length, ends, slip, leading) == (0, 5)
     ends[1, 0] = 2.9
-    assert smooth.stick_range(length, ends, slip, leading) == (1, 5)
+    assert slip_width.stick_range(length, ends, slip, leading) == (1, 5)
     ends[1, 5] = np.nan
-    assert smooth.stick_range(length, ends, slip, leading) == (0, -1)  # four rows
+    assert slip_width.stick_range(length, ends, slip, leading) == (0, -1)  # four rows
     ends[1] = 5.0
-    assert smooth.stick_range(0.9 * length, ends, slip, leading) == (0, -1)
+    assert slip_width.stick_range(0.9 * length, ends, slip, leading) == (0, -1)
     slip[leading[4]] = True
-    assert smooth.stick_range(length, ends, slip, leading) == (0, -1)
+    assert slip_width.stick_range(length, ends, slip, leading) == (0, -1)
     slip[:] = False
     length[6], length[5] = 1.0, 0.0
-    assert smooth.stick_range(length, ends, slip, leading) == (0, -1)  # in parts
+    assert slip_width.stick_range(length, ends, slip, leading) == (0, -1)  # in parts
 
 
 def test_no_row_of_a_stick_zone_that_tells_is_in_parts() -> None:
@@ -322,9 +258,9 @@ def test_a_bad_outermost_row_hardly_counts() -> None:
 
 
 def test_outermost() -> None:
-    assert smooth.outermost(np.array([0.0, 0.0, 2.0, 0.0, 3.0, 0.0])) == (2, 4)
-    assert smooth.outermost(np.array([1.0, 2.0])) == (0, 1)
-    assert smooth.outermost(np.array([0.0, 1.0, 0.0])) == (1, 1)
+    assert slip_width.outermost(np.array([0.0, 0.0, 2.0, 0.0, 3.0, 0.0])) == (2, 4)
+    assert slip_width.outermost(np.array([1.0, 2.0])) == (0, 1)
+    assert slip_width.outermost(np.array([0.0, 1.0, 0.0])) == (1, 1)
 
 
 @pytest.mark.parametrize("width", [0.3, 2.0, 7.0])
@@ -340,7 +276,7 @@ def test_area_of_slip_in_strips(width: float) -> None:
     edge = half * math.sqrt(1.0 - (width / 14.0) ** 2)  # rows farther out have less
     angle = math.acos(edge / half)
     expected = 2.0 * (width * edge + 14.0 * half * 0.5 * (angle - math.sin(angle) * math.cos(angle)))
-    found = smooth.area_of_slip(chords, tips, np.where(inside, width, 99.0))
+    found = slip_width.area_of_slip(chords, tips, np.where(inside, width, 99.0))
     assert found == pytest.approx(expected, rel=2e-3)
 
 
@@ -352,7 +288,7 @@ def test_area_of_slip(seed: int) -> None:
     chords[2:12] = np.sort(rng.uniform(2.0, 6.0, 10))[[0, 2, 4, 6, 8, 9, 7, 5, 3, 1]]
     tips = np.array([1.0 + rng.uniform(0.1, 1.4), 12.0 - rng.uniform(0.1, 1.4)])
     widths = rng.uniform(0.0, 4.0, 14)
-    found = smooth.area_of_slip(chords, tips, widths)
+    found = slip_width.area_of_slip(chords, tips, widths)
     assert found == pytest.approx(naive_rows.slipping(chords, tips, widths), rel=2e-3)
 
 
@@ -360,13 +296,13 @@ def test_shorten_tips() -> None:
     """As much of an outermost row slips as of the one beside it, be there a stick zone or not; no row gains."""
     chords = np.array([0.0, 2.0, 5.0, 6.0, 5.0, 3.0, 0.0])
     length = np.array([0.0, 1.7, 3.5, 4.5, 4.0, 1.0, 0.0])
-    smooth.shorten_tips(length, chords)
+    slip_width.shorten_tips(length, chords)
     np.testing.assert_allclose(length, [0.0, 0.5, 3.5, 4.5, 4.0, 1.0, 0.0], atol=1e-15)
     length = np.array([0.0, 1.7, 1.0, 0.0, 4.0, 2.5, 0.0])
-    smooth.shorten_tips(length, chords)
+    slip_width.shorten_tips(length, chords)
     np.testing.assert_allclose(length, [0.0, 0.0, 1.0, 0.0, 4.0, 2.0, 0.0], atol=1e-15)
     two = np.array([0.0, 1.5, 1.2, 0.0])
-    smooth.shorten_tips(two, np.array([0.0, 2.0, 3.0, 0.0]))
+    slip_width.shorten_tips(two, np.array([0.0, 2.0, 3.0, 0.0]))
     np.testing.assert_array_equal(two, [0.0, 1.5, 1.2, 0.0])
 
 
@@ -382,7 +318,7 @@ def test_area_behind(seed: int) -> None:
     # rows of a single cell
     q, index, count = np.random.default_rng(seed).normal(size=(slip.size, 2)), leading[None], np.ones_like(leading)
     of_rows_ = borders, last, of_rows["length"], of_rows["hidden"], ends, slopes, chords, tips
-    found, area = smooth.area_behind(*of_rows_, q, slip, index, count, 0.8, 0.01, 0.4)
+    found, area = slip_width.area_behind(*of_rows_, q, slip, index, count, 0.8, 0.01, 0.4)
     turns = np.array([naive_rows.turns_behind("s" if slip[m] else "-", q[[m]]) for m in leading]).T
     expected = naive_rows.slip_widths(*of_rows.values(), 0.8, 0.01, turns, 0.4)
     if seed == 7:

@@ -1,0 +1,128 @@
+"""Kernels of the contact's smooth outline."""
+
+from __future__ import annotations
+
+import math
+
+import naive_rows
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+from rcstudy.mechanics.kernels import smooth_outline
+from rcstudy.mechanics.subcell.edges import fit_outline
+
+TERMS = 9
+
+
+def egg(seed: int, size: float = 0.03) -> np.ndarray:
+    """Factors of an outline that is a circle but for waves of this size."""
+    terms = np.random.default_rng(seed).uniform(-size, size, TERMS)
+    terms[0] = 1.1
+    return terms
+
+
+def points(terms: np.ndarray, n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    angle = np.random.default_rng(seed).uniform(-math.pi, math.pi, n)
+    r = naive_rows.radius(terms, angle)
+    return r * np.cos(angle), r * np.sin(angle)
+
+
+def test_waves() -> None:
+    out = np.zeros(TERMS)
+    smooth_outline.waves(2.0 * math.cos(0.7), 2.0 * math.sin(0.7), out)
+    orders = np.arange(1, TERMS // 2 + 1) * 0.7
+    np.testing.assert_allclose(out[0::2][1:], np.sin(orders), atol=1e-15)
+    np.testing.assert_allclose(out[1::2], np.cos(orders), atol=1e-15)
+    assert out[0] == 1.0
+
+
+def test_waves_without_a_direction() -> None:
+    out = np.full(TERMS, np.nan)
+    smooth_outline.waves(0.0, 0.0, out)
+    np.testing.assert_array_equal(out, [1.0] + [1.0, 0.0] * (TERMS // 2))
+
+
+def test_squared_radius() -> None:
+    for angle in (-2.0, 0.0, 0.7):
+        found = smooth_outline.squared_radius(egg(3), 3.0 * math.cos(angle), 3.0 * math.sin(angle), np.zeros(TERMS))
+        assert found == pytest.approx(naive_rows.radius(egg(3), angle) ** 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_outline_of_waves_is_found(seed: int) -> None:
+    """To rounding, where it has no others; by least squares of r^2 where it is noisy."""
+    terms = egg(seed)
+    u, v = points(terms, 40, seed)
+    found = fit_outline(u, v)
+    assert found is not None
+    np.testing.assert_allclose(found, terms, atol=1e-11)
+    assert smooth_outline.off_outline(found, u, v) < 1e-11
+    noise = 1.0 + np.random.default_rng(seed).uniform(-0.02, 0.02, u.size)
+    found = fit_outline(noise * u, noise * v)
+    assert found is not None
+    angle, square = np.arctan2(v, u), noise**2 * (u**2 + v**2)
+    columns = [np.ones(u.size)] + [f(m * angle) for m in range(1, TERMS // 2 + 1) for f in (np.cos, np.sin)]
+    expected = np.linalg.lstsq(np.column_stack(columns), square, rcond=None)[0]
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+    miss = (np.column_stack(columns) @ expected - square) / (2.0 * np.sqrt(square))
+    assert smooth_outline.off_outline(found, noise * u, noise * v) == pytest.approx(
+        math.sqrt(np.mean(miss**2)), rel=1e-9
+    )
+
+
+def test_normal_equations() -> None:
+    u, v = points(egg(2), 25)
+    matrix, right = np.full((TERMS, TERMS), np.nan), np.full(TERMS, np.nan)
+    smooth_outline.normal_equations(u, v, matrix, right)
+    columns = np.zeros((25, TERMS))
+    for k in range(25):
+        smooth_outline.waves(u[k], v[k], columns[k])
+    np.testing.assert_allclose(matrix, columns.T @ columns, atol=1e-12)
+    np.testing.assert_allclose(right, columns.T @ (u**2 + v**2), atol=1e-12)
+
+
+def test_few_points_tell_no_outline() -> None:
+    assert fit_outline(*points(egg(0), 2 * TERMS - 1)) is None
+    assert fit_outline(np.zeros(40), np.zeros(40)) is None  # no direction
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_where_an_outline_crosses_a_line(seed: int) -> None:
+    """Tips, and crossings of lines between them; near a tip the outline runs along the line."""
+    terms, wave = egg(seed), np.zeros(TERMS)
+
+    def height(angle: float) -> float:
+        return float(naive_rows.radius(terms, angle) * math.sin(angle))
+
+    top = minimize_scalar(lambda t: -height(t), bounds=(1.0, 2.2), method="bounded", options={"xatol": 1e-9})
+    bottom = minimize_scalar(height, bounds=(-2.2, -1.0), method="bounded", options={"xatol": 1e-9})
+    assert smooth_outline.tip_position(terms, 1.0, wave) == pytest.approx(-top.fun, abs=1e-6)
+    assert smooth_outline.tip_position(terms, -1.0, wave) == pytest.approx(bottom.fun, abs=1e-6)
+    for v in (0.9 * bottom.fun, -0.3, 0.0, 0.5, -0.9 * top.fun):
+        front = brentq(lambda t, v=v: height(t) - v, bottom.x, top.x, xtol=1e-14)
+        back = brentq(lambda t, v=v: height(t) - v, top.x, bottom.x + 2.0 * math.pi, xtol=1e-14)
+        for angle, side in ((front, 1.0), (back, -1.0)):
+            expected = float(naive_rows.radius(terms, angle) * math.cos(angle))
+            assert smooth_outline.crossing(terms, v, side, wave) == pytest.approx(expected, abs=2e-4)
+
+
+@pytest.mark.parametrize("height", [5.5, 5.3005])
+def test_ends_of_an_ellipse(height: float) -> None:
+    """Ends and slopes of rows within its tips, to rounding; nan beyond.
+
+    The second one hardly reaches a row, whose half chord is a tenth of a cell: a quarter limits its slope.
+    """
+    terms = np.zeros(TERMS)
+    terms[0] = 1.0
+    ends, slopes = np.full((2, 14), 9.0), np.full(14, 9.0)
+    low, high = smooth_outline.smooth_ends(terms, 7.2, 8.0, 6.3, height, ends, slopes)
+    assert (low, high) == pytest.approx((6.3 - height, 6.3 + height), abs=1e-12)
+    j = np.arange(14)
+    inside = (j > low) & (j < high)
+    assert np.isnan(ends[:, ~inside]).all()
+    assert np.isnan(slopes[~inside]).all()
+    half = 8.0 * np.sqrt(1.0 - ((j[inside] - 6.3) / height) ** 2)
+    np.testing.assert_allclose(ends[:, inside], [7.2 - half, 7.2 + half], atol=1e-12)
+    expected = (8.0 / height) ** 2 * (j[inside] - 6.3) / np.maximum(half, 0.25)
+    np.testing.assert_allclose(slopes[inside], expected, rtol=1e-12)
