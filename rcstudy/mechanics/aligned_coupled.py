@@ -62,6 +62,18 @@ class _State:
     rolling: RollingSolution
     lift: np.ndarray
 
+    def change_of_lift(self) -> np.ndarray:
+        """What the tractions make of the lift, less `lift`, on the box around the contact (elsewhere: no lift)."""
+        box = self.contact.box.wider(_ROOM, self.lift.shape)
+        change = -self.lift
+        change[box.slices] += self.contact.lift(self.rolling.q, box)
+        return change
+
+    def error(self, change: np.ndarray) -> float:
+        """Range of the `change` of the lift over the cells in contact, over the approach."""
+        touched = self.contact.solution.p > 0.0
+        return float(np.ptp(change[touched])) / max(abs(self.contact.solution.approach), 1e-300)
+
 
 class _End(NamedTuple):
     """Where turns ended, and the error that is left: 0 if they settled.
@@ -139,44 +151,63 @@ def _from_own_cells(scene: Scene, influence: Influence) -> _State | NormalContac
 
 def _turns(scene: Scene, influence: Influence, state: _State) -> _End:
     """Turns from `state` to their end."""
-    contact, rolling, lift = state.contact, state.rolling, state.lift
-    own, gap = scene.tolerance, initial_gap(scene)
+    own = scene.tolerance
     enough = min(_ENOUGH, _OF_TOLERANCE * max(own.normal, own.tangential))
-    began_without = not lift.any()
+    began_without = not state.lift.any()
     mixing, error, tolerance = Mixing(), np.inf, own
     resting: AlignedContact | None = None  # contact whose row positions are kept
     for turn in range(_MAX_TURNS + 1):
-        box = contact.box.wider(_ROOM, scene.mesh.cells)
-        change = -lift
-        change[box.slices] += contact.lift(rolling.q, box)
-        touched = contact.solution.p > 0.0
-        before, error = error, float(np.ptp(change[touched])) / max(abs(contact.solution.approach), 1e-300)
-        near = turn > 0 and error <= (enough if error < _LITTLE * before else LARGEST_ERROR)
-        if near and tolerance == own:
-            return _End(contact, rolling, 0.0)
+        change = state.change_of_lift()
+        before, error = error, state.error(change)
+        settled = turn > 0 and error <= (enough if error < _LITTLE * before else LARGEST_ERROR)
+        if settled and tolerance == own:
+            return _End(state.contact, state.rolling, 0.0)
         if turn == _MAX_TURNS:
             break
-        if near or turn == _MAX_TURNS - 1 or _GAIN * error <= enough:
-            tolerance = own
-        else:
-            loose = min(_FIRST, (_TURN if error < _GAIN * before else _SLOW_TURN) * error)
-            tolerance = Tolerance(max(own.normal, loose), max(own.tangential, loose))
-        lift = mixing.following(lift, change, touched)
-        pressure = solve_pressure(replace(scene, tolerance=tolerance), influence, gap + lift, contact.solution.p)
-        pressure = pressure.after(contact.solution)
-        if pressure.edge or not pressure.converged:
-            return _End(NormalContact(scene, influence, pressure), None, np.inf)
-        freeze = resting is None and ((turn >= _MOVING and error <= _NEAR) or turn == _LONGEST)
-        if freeze:
-            resting = contact
+        last = settled or turn == _MAX_TURNS - 1 or _GAIN * error <= enough
+        tolerance = own if last else _loosened(own, error, before)
+        lift = mixing.following(state.lift, change, state.contact.solution.p > 0.0)
+        rests = resting is None and ((turn >= _MOVING and error <= _NEAR) or turn == _LONGEST)
+        if rests:
+            resting = state.contact
         # changes up to now mislead: rows moved in them, or that from no lift to the whole is one
-        if freeze or (turn == 0 and began_without):
+        if rests or (turn == 0 and began_without):
             mixing.forget()
-        following = AlignedContact(NormalContact(scene, influence, pressure), contact.coarser, resting)
-        guess = _carried_over(contact, rolling.q, following)
-        rolling = solve_rolling(following, scene, guess, tolerance.tangential).after(rolling)
-        contact = following
-    return _End(contact, rolling, error)
+        following = _following(scene, influence, state, lift, tolerance, resting)
+        if isinstance(following, NormalContact):
+            return _End(following, None, np.inf)
+        state = following
+    return _End(state.contact, state.rolling, error)
+
+
+def _loosened(own: Tolerance, error: float, before: float) -> Tolerance:
+    """Tolerance of a turn that is not the last one, after turns with these errors, the last one and that `before`."""
+    loose = min(_FIRST, (_TURN if error < _GAIN * before else _SLOW_TURN) * error)
+    return Tolerance(max(own.normal, loose), max(own.tangential, loose))
+
+
+def _following(
+    scene: Scene,
+    influence: Influence,
+    state: _State,
+    lift: np.ndarray,
+    tolerance: Tolerance,
+    resting: AlignedContact | None,
+) -> _State | NormalContact:
+    """The state after a turn under `lift`, to this `tolerance`; the contact alone if its pressure has no solution.
+
+    Rows are where those of `resting` are, if given.
+    """
+    gap = initial_gap(scene) + lift
+    pressure = solve_pressure(replace(scene, tolerance=tolerance), influence, gap, state.contact.solution.p)
+    pressure = pressure.after(state.contact.solution)
+    normal = NormalContact(scene, influence, pressure)
+    if pressure.edge or not pressure.converged:
+        return normal
+    contact = AlignedContact(normal, state.contact.coarser, resting)
+    guess = _carried_over(state.contact, state.rolling.q, contact)
+    rolling = solve_rolling(contact, scene, guess, tolerance.tangential).after(state.rolling)
+    return _State(contact, rolling, lift)
 
 
 def _carried_over(contact: NormalContact, q: np.ndarray, other: AlignedContact) -> np.ndarray:
