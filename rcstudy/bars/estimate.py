@@ -5,19 +5,17 @@ contact. Here the other contributions are added:
 
 - Contacts without a coarser mesh have the errors that contacts on so few cells have (`few.py`). Those with one coarser
   mesh have at least half of these below twelve cells across, or all of it (`_OF_FEW`, `_BY_PLACE`).
-- The slip area with `aligned` has the error of the contact area, too, in quadrature. If no cell slips, a zone narrower
-  than half a cell may (`_UNSEEN`), and tractions grow towards the trailing edge beyond those of the cells (`aligned`
-  corrects for both, `trailing.py`). If all cells slip, a strip narrower than a cell may stick unless all of them slip
-  fast (`_STRIP`).
-- The largest traction, where it is mu times the largest pressure, has the error of that pressure.
+- The slip area with `aligned` has the error of the contact area, too, in quadrature, unless no cell slips. Zones of
+  slip or of stick narrower than a cell have errors of their own (`narrow.py`).
+- The largest traction, where it is mu times the largest pressure, has the error of that pressure. Both have parts of
+  their own at cusps, rims and between cells (`peaks.py`).
 - The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
   with `kalker`, is a known error (`balance_power`).
 - Estimates of forces along y and of moments fall with the creepages where bodies slip by pressure (`_BY_CREEPAGE`).
 - What pressure, not creepage, makes surfaces slip has parts of its own (`pressed.py`), as have edges under strong
-  friction (`pulled.py`) and films much softer than the bodies (`films.py`).
-- All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`hidden.py`):
-  layers and slip zones narrower than cells, lift by tractions, cusps at the border of the stick zone, stiff skins, the
-  pole of spin.
+  friction (`pulled.py`), layers thinner than a cell (`thin_layers.py`), films much softer than the bodies (`films.py`),
+  long contacts and the pole of spin (`elongated.py`).
+- All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`hidden.py`).
 
 Forces and moments that vanish by symmetry have only what the solver leaves as error bar (`vanishes`).
 """
@@ -28,7 +26,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-from rcstudy.bars import elongated, few, films, pressed, pulled
+from rcstudy.bars import elongated, few, films, narrow, peaks, pressed, pulled, thin_layers
 from rcstudy.bars.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.bars.hidden import Hidden
 from rcstudy.mechanics.scene import Creepage, Scene
@@ -44,48 +42,7 @@ _OF_FEW = 0.5
 _BY_PLACE = {"pressure_max", "contact_area", "contact_radius", "approach", "traction_max", "moment_z"}
 _PEAK_ON_TWO = 1.85
 
-# Relative errors per unit of `by_layers`. Areas are corrected for layers too thin for the cells, by the shift of the
-# edge (`half_line.py`): theirs are the parts that may be left. Forces are not corrected.
-_BY_LAYERS = {
-    "contact_area": 0.37,
-    "contact_radius": 0.185,
-    "slip_area": 0.18,
-    "pressure_max": 0.01,
-    "traction_max": 0.4,
-    "force_x": 0.26,
-    "force_y": 0.1,
-    "moment_z": 0.085,
-    "friction_power": 0.34,
-}
-# What is added to these if little slips, and the power of the part that sticks: slip zones are then within a few cells
-# of the edge. (Of 180 such contacts with layers thinner than a cell 57 to 84 in 100 slip areas are held without it. Of
-# 850 on soft films friction powers are held in 91 of 100 without it, now 93, largest tractions in 90, now 92.)
-_WITH_LITTLE_SLIP = {"slip_area": (1.2, 8), "friction_power": (0.7, 4), "traction_max": (1.0, 4)}
-_BY_SKINS = 1.8  # factor on that for layers stiffer than what is below, whose `by_layers` is negative
-_PEAK, _APPROACH = 0.5, 0.9  # relative errors of the largest pressure and of the approach, over `peak_by_layers`
-# Error with `aligned` of a largest pressure within two cells of the stick zone's border, over the difference of the
-# finest two meshes: there it converges with dx or its root. (69 of 350 contacts: held in 84 of 100 without it, now 92.)
-_AT_CUSP = 1.0
-# Relative errors of the largest pressure and traction over what cusps change of them.
-_CUSPS = {"kalker": (0.7, 0.9), "aligned": (0.9, 0.22)}
-_STUCK = {"force_x": 0.036, "force_y": 0.036, "moment_z": 0.11}  # relative errors times N, where no cell slips
-# Relative errors of the area and of the largest traction of slip zones narrower than a cell, with `aligned`
-# (`trailing.py`), and the power of the width with which the latter falls in wider zones (`_UNSEEN`; 350 solutions of 70
-# contacts that hardly slip, on 24 to 96 cells).
-_NARROW_ZONE, _AT_BORDER, _NARROWING = 0.14, 0.105, 3.0
-# Square of the largest traction over the product of that of a cell and the bound one cell from the edge (1 to 1.2).
-_AT_MEETING = 1.2
-# Relative error of a largest pressure in the outermost cells: this part of `beyond_rim`, no more than
-# `_MOST_BEYOND_RIM` (57 pressures under stiff skins, on 24 to 128 cells); `_ALL_OF_IT` where `pull` is 1 beyond
-# `_STEEP`. (Of 57 such largest pressures with `aligned` 74 in 100 are held with the factor of `kalker`, now 93.)
-_BEYOND_RIM, _MOST_BEYOND_RIM, _STEEP = 0.5, 0.12, 0.5
-_ALL_OF_IT = {"kalker": 1.15, "aligned": 1.6}
-# What `aligned` misses of forces and slip areas by layers thinner than a cell where there is stick, and of the force
-# across that in x, over the estimates of `add_skin_at_edge` (800 contacts).
-_IN_SKIN, _TURNED = 0.5, 0.06
 _LIFT = {"kalker": 0.35, "aligned": 0.03}  # relative error of tractions, and so of their lift, times N
-# Errors of the corrections for slip zones at the leading edge, and of the power in these zones, over themselves.
-_OF_CORRECTION, _OF_POWER = 0.9, 0.4
 # Errors of forces along y and of moments of bodies that slip by pressure fall, where creepages are small, with this
 # multiple of the force that these cause where all sticks, over the friction force, to the power `_FALLING`. (Without it
 # 97 to 98 in 100 bars hold in contacts that hardly slip, and are more than six times the error.)
@@ -94,24 +51,8 @@ _BY_CREEPAGE, _FALLING = 2.0, 1.0 / 3.0
 # not be symmetric. (49 such numbers of 720 contacts by spin or longitudinal creepage alone: at most 0.14, 11 beyond the
 # tolerance.)
 _ASYMMETRY = 0.15
-# Errors with `kalker` under pressures more peaked than Hertz's, per unit of `peaked`. The largest pressure may lie half
-# a cell from the next centre along either side, which misses m/(2 N^2) of p0 (1 - r^2/a^2)^m: 0.4 of the at most 0.5 by
-# which that is beyond Hertz's, and up to 1.2 times the bar of the largest traction. (Set on 850 contacts on soft
-# films: bars of pressures were held in 88 of 100, now 97, of tractions in 89, now 95.)
-_BETWEEN_CELLS, _OF_PEAKED = 0.4, 0.4
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
-# Where all cells stick, a zone narrower than half a cell may slip behind them, of `_UNSEEN`/N of the contact's area.
-_UNSEEN = 0.3
-# Where all cells slip, a strip at the leading edge may stick. It is less than 1/N radii wide and so about N^(-1/2)
-# radii long: `_STRIP` N^(-3/2) of the contact's area, falling to zero as the least slip of all cells rises to
-# `_BEYOND`/N of the largest. That limit is lower for quasi-identical bodies (`_BEYOND_ALIKE`), which have no slip by
-# pressure, as this rises steeply towards the edge. As tractions in the strip are below the bound or point elsewhere,
-# forces have a bar of `_IN_STRIP` N^(-3/2) of their scale. Set on 650 contacts near full slip, on 16 to 64 cells;
-# checked on others (`scripts/error_bars.py`).
-_STRIP = 0.22
-_BEYOND, _BEYOND_ALIKE = 2.8, 1.0
-_IN_STRIP = 0.03
 
 
 def error_estimates(
@@ -229,7 +170,7 @@ class _Case:
         if self.hidden.top_at_border and not self.aligned:
             by_meshes = max(by_meshes, pulled.beside_cusp(self.hidden.pull, self.per_radius).get(name, 0.0) * scale)
         elif self.hidden.top_at_border and name == "pressure_max":
-            by_meshes = max(by_meshes, _AT_CUSP * abs(values[0] - values[1]))
+            by_meshes = max(by_meshes, peaks.at_cusp((values[0], values[1])))
         if len(values) > 2:
             return by_meshes
         if self.per_radius < _FEW:
@@ -259,12 +200,7 @@ class _Case:
     def left_by_solver(self, name: str) -> float:
         """Error left by the tolerances, by unsettled directions of slip, and by layers too thin for the cells."""
         off = self.hidden.unsettled if name in _BY_FRICTION else 0.0
-        by_layers = self.hidden.by_layers
-        part = _BY_LAYERS.get(name, 0.0)
-        if name in _WITH_LITTLE_SLIP:
-            most, power = _WITH_LITTLE_SLIP[name]
-            part += most * (1.0 - self.slipping) ** power
-        off += part * max(by_layers, -_BY_SKINS * by_layers) + films.of_compliance(self.hidden, name)
+        off += thin_layers.by_layers(self.hidden, name, self.slipping) + films.of_compliance(self.hidden, name)
         return self.tolerance(name) + off * abs(self.scales[name])
 
     def left_of_none(self, name: str) -> float:
@@ -279,16 +215,14 @@ class _Case:
     def parts_hidden(self) -> dict[str, float]:
         """Relative errors of scalars from layers and rims (`Hidden`), cusps and the lift by tractions."""
         hidden, discretisation = self.hidden, self.scene.discretisation
-        of_pressure, of_traction = _CUSPS[discretisation]
+        cusp_of_pressure, cusp_of_traction = peaks.of_cusps(hidden, discretisation)
         lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
-        counts = _ALL_OF_IT[discretisation] * min(max(hidden.pull - _STEEP, 0.0), 1.0)
-        beyond = max(min(_BEYOND_RIM * hidden.beyond_rim, _MOST_BEYOND_RIM), counts * hidden.beyond_rim)
-        between = 0.0 if self.aligned else _BETWEEN_CELLS * self.peaked * self.per_radius**-2.0
-        missed = hidden.at_rim + beyond + hidden.at_pole + between
+        between = 0.0 if self.aligned else peaks.between_cells(self.peaked, self.per_radius)
+        missed = hidden.at_rim + peaks.beyond_rim(hidden, discretisation) + hidden.at_pole + between
         return {
-            "pressure_max": of_pressure * hidden.cusp_of_pressure + _PEAK * hidden.peak_by_layers + missed,
-            "traction_max": of_traction * hidden.cusp_of_traction,
-            "approach": lift + _APPROACH * hidden.peak_by_layers,
+            "pressure_max": cusp_of_pressure + thin_layers.of_peak(hidden) + missed,
+            "traction_max": cusp_of_traction,
+            "approach": lift + thin_layers.of_approach(hidden),
         }
 
     def besides_meshes(self, name: str) -> float:
@@ -312,7 +246,7 @@ class _Case:
         """Set the bar of the slip area and, where no cell slips, those of power, forces and moment."""
         scene, finest = self.scene, self.finest
         dx, dy = scene.mesh.spacing
-        slip = finest["slip_area"]
+        slip, unseen = finest["slip_area"], narrow.unseen_zone(self.per_radius)
         if self.all_slips:
             bars["slip_area"] = bars["contact_area"]
             if self.shape.away < 1.0:
@@ -323,29 +257,26 @@ class _Case:
             bars["slip_area"] = self.left_by_solver("slip_area")
         elif not self.hidden.slip_shown:
             if self.aligned:
-                bars["slip_area"] += _NARROW_ZONE * slip
+                bars["slip_area"] += narrow.corrected_zone(slip)
+                for name, part in narrow.singular_tractions(self.per_radius).items():
+                    bars[name] += part * abs(finest[name])
             else:
-                bars["slip_area"] = max(bars["slip_area"], _UNSEEN / self.per_radius * finest["contact_area"])
+                bars["slip_area"] = max(bars["slip_area"], unseen * finest["contact_area"])
             # pressure goes like the root of the distance from the edge, so power like the width of the zone to 3/2
-            unseen = (_UNSEEN / self.per_radius) ** 1.5 * self.power
-            bars["friction_power"] = max(bars["friction_power"], unseen)
-            if self.aligned:  # tractions in stick are singular at the trailing edge
-                for name, part in _STUCK.items():
-                    bars[name] += part / self.per_radius * abs(finest[name])
+            bars["friction_power"] = max(bars["friction_power"], unseen**1.5 * self.power)
         elif slip and self.aligned and meshes > 1:
             # the slip zone ends at the edge of the contact, whose error it shares
             bars["slip_area"] = math.hypot(bars["slip_area"], bars["contact_area"])
 
     def add_strip_that_sticks(self, bars: dict[str, float]) -> None:
-        """Add what may stick in a strip narrower than a cell at the leading edge, where slip vanishes; see `_STRIP`."""
+        """Add what may stick in a strip narrower than a cell at the leading edge, where slip vanishes (`narrow.py`)."""
         unlike = self.scene.moves_by_pressure
-        left = max(1.0 - self.hidden.least_slip * self.per_radius / (_BEYOND if unlike else _BEYOND_ALIKE), 0.0)
-        part = left * self.per_radius**-1.5
-        bars["slip_area"] += _STRIP * part * self.finest["contact_area"]
+        of_area, of_forces = narrow.strip_that_sticks(self.hidden.least_slip, self.per_radius, unlike=unlike)
+        bars["slip_area"] += of_area * self.finest["contact_area"]
         if self.aligned and unlike:
             for name in ("force_x", "force_y", "friction_power"):
                 if name in bars:
-                    bars[name] += _IN_STRIP * part * self.scales[name]
+                    bars[name] += of_forces * self.scales[name]
 
     def add_slip_by_pressure(self, bars: dict[str, float]) -> None:
         """Add what `aligned` misses of the power of tractions on slip by pressure, in quadrature."""
@@ -440,22 +371,19 @@ class _Case:
     def raise_largest_traction(self, bars: dict[str, float]) -> None:
         """Set the bar of the largest traction where nearly all sticks, or where it follows from the pressure.
 
-        Before that it is raised, with `kalker`, where pressures are more peaked than Hertz's (`_OF_PEAKED`).
+        Before that it is raised, with `kalker`, where pressures are more peaked than Hertz's.
         """
         finest, friction = self.finest, self.scene.friction
-        if not self.aligned:
-            bars["traction_max"] *= 1.0 + _OF_PEAKED * min(self.peaked, 0.5)
         slip = finest["slip_area"]
         width = (slip - self.hidden.slip.missing) / finest["contact_area"] * self.per_radius
         if self.aligned:
-            narrow = min(1.0, _UNSEEN / width) ** _NARROWING if width > 0.0 else 1.0
-            bars["traction_max"] += _AT_BORDER * narrow * finest["traction_max"]
+            bars["traction_max"] += narrow.traction_at_border(width) * finest["traction_max"]
             around_pole = self.shape.border_around_pole * finest["traction_max"]
             bars["traction_max"] = math.hypot(bars["traction_max"], around_pole)
-        elif width <= _UNSEEN:
-            # tractions in stick grow like K/sqrt(r) towards the edge until they meet the bound, mu p0 sqrt(2 r/a)
-            found, bound = finest["traction_max"], friction * finest["pressure_max"] * math.sqrt(2.0 / self.per_radius)
-            bars["traction_max"] = max(bars["traction_max"], math.sqrt(_AT_MEETING * found * bound) - found)
+        else:
+            bars["traction_max"] *= peaks.of_peaked_tractions(self.peaked)
+            of_zone = finest["traction_max"], width, friction * finest["pressure_max"], self.per_radius
+            bars["traction_max"] = max(bars["traction_max"], narrow.traction_beyond_cells(*of_zone))
         if self.at_peak:
             bars["traction_max"] = friction * bars["pressure_max"]
         elif slip and self.hidden.at_rim > 0.0:  # cells that slip at the rim carry mu times the pressure there
@@ -463,34 +391,30 @@ class _Case:
             bars["traction_max"] = max(bars["traction_max"], at_rim - finest["traction_max"])
 
     def add_skin_at_edge(self, bars: dict[str, float]) -> None:
-        """Add, in quadrature, what `aligned` misses of tractions and slip by layers thinner than a cell.
-
-        Beside the edge slip by pressure follows their constants. In a strip as wide as their scale tractions
-        differ by mu p0 times the difference of beta/(pi mu) (`unseen.py`), at most by 2 mu p0, if there is stick. In
-        slip they turn, from the direction of force_x to that of force_y.
-        """
-        difference, width = self.hidden.skin
-        if difference == 0.0 or not self.aligned:
+        """Add, in quadrature, what `aligned` misses of tractions and slip by layers thinner than a cell."""
+        finest = self.finest
+        if self.hidden.skin[0] == 0.0 or not self.aligned:
             return
-        strip = 3.0 / math.pi * width / self.finest["contact_radius"]  # mu p0 on it, over mu P
-        part = strip * min(difference / (math.pi * self.scene.friction), 2.0)
-        sticks = _IN_SKIN * part * math.sqrt(max(1.0 - self.slipping, 0.0))
+        of_contact = self.scene.friction, finest["contact_radius"], self.slipping
+        sticks, turned = thin_layers.skin_at_edge(self.hidden, *of_contact)
         for name in ("force_x", "slip_area"):
             bars[name] = math.hypot(bars[name], sticks * self.scales[name])
-        turned = _TURNED * part * abs(self.finest["force_x"])
-        bars["force_y"] = math.hypot(bars["force_y"], turned)
-        bars["moment_z"] = math.hypot(bars["moment_z"], turned * self.finest["contact_radius"])
+        across = turned * abs(finest["force_x"])
+        bars["force_y"] = math.hypot(bars["force_y"], across)
+        bars["moment_z"] = math.hypot(bars["moment_z"], across * finest["contact_radius"])
 
     def add_unseen_slip(self, bars: dict[str, float]) -> None:
-        """Add the errors due to slip zones narrower than a cell at the leading edge."""
+        """Add the errors due to slip zones narrower than a cell at the leading edge.
+
+        The largest traction at the largest pressure has none of them, nor the slip area if all cells slip.
+        """
         slip = self.hidden.slip
         if slip.doubtful_force <= 0.0:
             return
-        bars["force_x"] += _OF_CORRECTION * abs(slip.force_x)
-        bars["force_y"] += _OF_CORRECTION * abs(slip.force_y)
-        bars["moment_z"] += _OF_CORRECTION * abs(slip.moment_z)
-        power = slip.doubtful_force * self.fastest + slip.doubtful_power
-        bars["friction_power"] += _OF_POWER * pressed.of_edges(self.peaked) * power
-        if not self.at_peak:
-            bars["traction_max"] += 0.5 * slip.doubtful_force / self.finest["contact_area"]
-        bars["slip_area"] += 0.0 if self.all_slips else 0.4 * slip.doubtful_area
+        errors = narrow.leading_zones(slip, self.fastest, pressed.of_edges(self.peaked), self.finest["contact_area"])
+        if self.at_peak:
+            del errors["traction_max"]
+        if self.all_slips:
+            del errors["slip_area"]
+        for name, error in errors.items():
+            bars[name] += error

@@ -19,7 +19,7 @@ For the same reason sizes found on too large cells are no scale of their errors.
 - forces: the friction force, or what the cells' largest traction or the rigid slip of Hertz's contact cause if less;
 - moment: that times the radius; power: that times slip, also by pressure;
 - largest traction: the mean of the bound and the largest traction, geometrically, as tractions that grow like the root
-  of 1/distance until they meet the bound are that large (`estimate.py`); of a contact on one cell, where spin causes no
+  of 1/distance until they meet the bound are that large (`narrow.py`); of a contact on one cell, where spin causes no
   tractions, what the force's scale would cause takes its place.
 
 Constants were set on 1280 contacts, 0.5 to 13 cells across (mild, full, alike, unlike, engineering, sticking and films
