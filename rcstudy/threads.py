@@ -13,14 +13,20 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+_GROUP = Path("/sys/fs/cgroup")  # limits of a container; "max" where there is none
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 def available_cores() -> int:
-    """Number of processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    """Number of processors this process may use: the machine's, those it is bound to, or its group's share of time.
+
+    A share of one and a half counts as two.
+    """
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    with contextlib.suppress(OSError, ValueError):
+        quota, period = (float(time) for time in (_GROUP / "cpu.max").read_text().split())
+        cores = min(cores, max(math.ceil(quota / period), 1))
+    return cores
 
 
 def available_memory() -> float:
@@ -28,8 +34,8 @@ def available_memory() -> float:
     limits = [math.inf]
     with contextlib.suppress(AttributeError, ValueError, OSError):  # not on every system
         limits.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
-    with contextlib.suppress(OSError, ValueError):  # of containers; "max" where there is none
-        limits.append(float(Path("/sys/fs/cgroup/memory.max").read_text()))
+    with contextlib.suppress(OSError, ValueError):
+        limits.append(float((_GROUP / "memory.max").read_text()))
     return min(limit for limit in limits if limit > 0.0)
 
 
