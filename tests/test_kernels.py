@@ -138,6 +138,65 @@ def test_norm2(shape: tuple[int, int]) -> None:
 
 # --- coefficients ---
 
+Matrix = tuple[float, float, float, float]
+
+
+def random_matrix(seed: int) -> Matrix:
+    a, b, c, d = np.random.default_rng(seed).normal(size=4).tolist()
+    return a, b, c, d
+
+
+def square(m: Matrix) -> np.ndarray:
+    return np.array(m).reshape(2, 2)
+
+
+def modes(nu: float, sign: float) -> np.ndarray:
+    """(U, W, X, Z) of the modes A and B, decaying ones with sign 1, growing ones with -1; see `layered.py`."""
+    first = [-1.0, -1.0, 1.0, 1.0] if sign > 0.0 else [-1.0, 1.0, -1.0, 1.0]
+    return np.array([first, [0.0, -(3.0 - 4.0 * nu), 1.0 - 2.0 * nu, sign * 2.0 * (1.0 - nu)]]).T
+
+
+def test_product_and_adjugate() -> None:
+    a, b = random_matrix(1), random_matrix(2)
+    np.testing.assert_allclose(square(coefficients.product(a, b)), square(a) @ square(b), rtol=1e-14)
+    adjugate, determinant = coefficients.adjugate(a)
+    assert determinant == pytest.approx(np.linalg.det(square(a)), rel=1e-14)
+    np.testing.assert_allclose(square(adjugate) / determinant, np.linalg.inv(square(a)), rtol=1e-13)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_at_interface(sign: float, nu: float) -> None:
+    a, b, c, h = 0.7, 0.2, 0.9, 0.31
+    displacement, stress = np.split(modes(nu, sign), 2)
+    expected = h * displacement + np.array([[c, -b], [-b, a]]) @ stress
+    np.testing.assert_allclose(square(coefficients.at_interface(sign, nu, h, (a, b, c))), expected, rtol=1e-14)
+
+
+def test_carried_up() -> None:
+    r, zeta = random_matrix(3), 0.8
+    down, up = np.array([[1.0, zeta], [0.0, 1.0]]), np.array([[1.0, -zeta], [0.0, 1.0]])
+    found = square(coefficients.carried_up(r, zeta, 0.37))
+    np.testing.assert_allclose(found, 0.37 * up @ square(r) @ down, rtol=1e-14)
+
+
+def test_tractions_at_top() -> None:
+    t, nu = random_matrix(4), 0.3
+    expected = modes(nu, 1.0)[2:] + modes(nu, -1.0)[2:] @ square(t)
+    np.testing.assert_allclose(square(coefficients.tractions_at_top(nu, t)), expected, rtol=1e-14)
+
+
+def test_reflected() -> None:
+    """With the growing modes that a layer reflects, what is below it is as compliant as it should be."""
+    nu, h, zeta, (a, b, c) = 0.3, 0.31, 0.8, (0.7, 0.2, 0.9)
+    e2 = math.exp(-2.0 * zeta)
+    carried = square(coefficients.reflected(nu, h, zeta, e2, (a, b, c)))
+    back, fro = np.array([[1.0, zeta], [0.0, 1.0]]), np.array([[1.0, -zeta], [0.0, 1.0]])
+    at_bottom = modes(nu, 1.0) + modes(nu, -1.0) @ (back @ carried @ fro / e2)
+    displacement, stress = h * at_bottom[:2], at_bottom[2:]
+    np.testing.assert_allclose(displacement, -np.array([[c, -b], [-b, a]]) @ stress, rtol=1e-13)
+
+
 STACKS = {
     "soft": (Layer(105000.0, 0.35, 0.06),),
     "stiff": (Layer(840000.0, 0.1, 0.03),),
@@ -149,24 +208,19 @@ STACKS = {
 @pytest.mark.parametrize("name", STACKS)
 def test_layered_response(name: str) -> None:
     """1e-12 of the top material's response: the twin subtracts, the kernel does not."""
-    stack = (*STACKS[name], STEEL)
-    alpha = np.geomspace(1e-3, 15.0, 12) / sum(layer.thickness for layer in STACKS[name])
+    layers = STACKS[name]
+    alpha = np.geomspace(1e-3, 15.0, 12) / sum(layer.thickness for layer in layers)
     out = np.full((4, alpha.size), np.nan)
-    coefficients.layered_response(
-        alpha,
-        np.array([m.E for m in stack]),
-        np.array([m.nu for m in stack]),
-        np.array([layer.thickness for layer in STACKS[name]]),
-        out,
-    )
-    bare = naive.scaled_response(Material(stack[0].E, stack[0].nu), (), 1.0)
-    expected = np.array([naive.scaled_response(STEEL, STACKS[name], k) - bare for k in alpha]).T
+    of_layers = (np.array([getattr(layer, key) for layer in layers]) for key in ("E", "nu", "thickness"))
+    coefficients.layered_response(alpha, *of_layers, naive.scaled_response(STEEL, (), 1.0), out)
+    bare = naive.scaled_response(Material(layers[0].E, layers[0].nu), (), 1.0)
+    expected = np.array([naive.scaled_response(STEEL, layers, k) - bare for k in alpha]).T
     assert np.abs(out - expected).max() <= 1e-12 * np.abs(expected).max()
 
 
 def test_layered_response_without_layers_is_nothing() -> None:
     out = np.full((4, 2), np.nan)
-    coefficients.layered_response(np.array([1.0, 5.0]), np.array([1e5]), np.array([0.3]), np.zeros(0), out)
+    coefficients.layered_response(np.array([1.0, 5.0]), *np.zeros((3, 0)), np.array([3.0, 1.0, 3.0, 4.0]), out)
     assert not out.any()
 
 

@@ -46,15 +46,15 @@ def response_difference(substrate: Material, layers: tuple[Layer, ...], alpha: n
     `alpha` [n] (1/mm), positive. Returns [4, n] (1/MPa); decays like exp(-2 alpha h1), h1 being the thickness of the
     top layer; zero without layers. Raises BeyondRounding where it is no finite number.
     """
-    stack: tuple[Material, ...] = (*layers, substrate)
     out = np.zeros((4, alpha.size))
     if layers:
         with np.errstate(all="ignore"):  # what is no number is found below; without the JIT NumPy would warn of it
             layered_response(
                 np.ascontiguousarray(alpha, dtype=float),
-                np.array([m.E for m in stack], dtype=float),
-                np.array([m.nu for m in stack], dtype=float),
+                np.array([layer.E for layer in layers], dtype=float),
+                np.array([layer.nu for layer in layers], dtype=float),
                 np.array([layer.thickness for layer in layers], dtype=float),
+                half_space_response(substrate),
                 out,
             )
         if not np.isfinite(out).all():

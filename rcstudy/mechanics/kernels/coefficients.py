@@ -10,89 +10,104 @@ from rcstudy.mechanics.jit import jit
 
 
 @jit
+def product(
+    a: tuple[float, float, float, float], b: tuple[float, float, float, float]
+) -> tuple[float, float, float, float]:
+    """a b; matrices here and below are (m00, m01, m10, m11)."""
+    a00, a01, a10, a11 = a
+    b00, b01, b10, b11 = b
+    return a00 * b00 + a01 * b10, a00 * b01 + a01 * b11, a10 * b00 + a11 * b10, a10 * b01 + a11 * b11
+
+
+@jit
+def adjugate(a: tuple[float, float, float, float]) -> tuple[tuple[float, float, float, float], float]:
+    """The adjugate of a, which is its inverse times its determinant, and that determinant."""
+    a00, a01, a10, a11 = a
+    return (a11, -a01, -a10, a00), a00 * a11 - a01 * a10
+
+
+@jit
+def at_interface(sign: float, nu: float, h: float, y: tuple[float, float, float]) -> tuple[float, float, float, float]:
+    """Displacement of the modes of a layer plus what y yields under their stresses; a mode in each column.
+
+    sign: 1 for the decaying modes A0, B0, -1 for the growing ones A1, B1, whose (U, W, X, Z) `layered.py` gives; nu and
+    h = 1/(2G) (1/MPa): of the layer; y: compliances a, b, c (1/MPa), times alpha, of what meets it there.
+    """
+    a, b, c = y
+    kappa, p, q = 3.0 - 4.0 * nu, 1.0 - 2.0 * nu, sign * 2.0 * (1.0 - nu)
+    # u = h U + c X - b Z, w = h W - b X + a Z, with A = (-1, -sign, sign, 1), B = (0, -kappa, p, q)
+    return -h + sign * c - b, c * p - b * q, -sign * h - sign * b + a, -kappa * h - b * p + a * q
+
+
+@jit
+def carried_up(r: tuple[float, float, float, float], zeta: float, e2: float) -> tuple[float, float, float, float]:
+    """Reflection r at the bottom of a layer of thickness zeta/alpha, as it appears at its top.
+
+    That is e2 [1, -zeta; 0, 1] r [1, zeta; 0, 1], e2 being e^(-2 zeta).
+    """
+    r00, r01, r10, r11 = r
+    s00, s01 = r00 - zeta * r10, r01 - zeta * r11
+    return e2 * s00, e2 * (s01 + zeta * s00), e2 * r10, e2 * (r11 + zeta * r10)
+
+
+@jit
+def tractions_at_top(nu: float, t: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Stresses (X, Z) at the top of a layer for each decaying mode A0, B0, with the growing ones t times these."""
+    t00, t01, t10, t11 = t
+    p, q = 1.0 - 2.0 * nu, 2.0 * (1.0 - nu)
+    return 1.0 - t00 + p * t10, p - t01 + p * t11, 1.0 + t00 - q * t10, q + t01 - q * t11
+
+
+@jit
+def reflected(
+    nu: float, h: float, zeta: float, e2: float, below: tuple[float, float, float]
+) -> tuple[float, float, float, float]:
+    """Growing modes at the top of a layer over the decaying ones, as what is below reflects them (Eq. 17).
+
+    nu, h = 1/(2G) (1/MPa): of the layer, zeta and e2: as of `carried_up`; below: as `y` of `at_interface`.
+    """
+    inverse, det = adjugate(at_interface(-1.0, nu, h, below))
+    r00, r01, r10, r11 = product(inverse, at_interface(1.0, nu, h, below))
+    return carried_up((-r00 / det, -r01 / det, -r10 / det, -r11 / det), zeta, e2)
+
+
+@jit
 def layered_response(
-    alpha: np.ndarray, young: np.ndarray, poisson: np.ndarray, thickness: np.ndarray, out: np.ndarray
+    alpha: np.ndarray,
+    young: np.ndarray,
+    poisson: np.ndarray,
+    thickness: np.ndarray,
+    substrate: np.ndarray,
+    out: np.ndarray,
 ) -> None:
     """Surface response of a layered half-space less that of a half-space of its top material, times alpha.
 
-    alpha [n] (1/mm) > 0; young (MPa), poisson [m] from the surface down, the last one the substrate; thickness [m-1]
-    (mm); out [4, n]: alpha times the differences of a, b, c, d (1/MPa). The derivation is in `layered.py`.
+    alpha [n] (1/mm) > 0; young (MPa), poisson, thickness (mm) [m]: of the layers, from the surface down; substrate [4]:
+    alpha times a, b, c, d (1/MPa) of what they lie on; out [4, n]: alpha times the differences of a, b, c, d (1/MPa).
+    The derivation is in `layered.py`.
     """
-    n = alpha.size
-    m = young.size
-    for i in range(n):
-        k = alpha[i]
-        # surface compliance, times alpha, of what lies below the layer in hand: starts as the substrate
-        g = young[m - 1] / (2.0 * (1.0 + poisson[m - 1]))
-        ya = (1.0 - poisson[m - 1]) / g
-        yb = (1.0 - 2.0 * poisson[m - 1]) / (2.0 * g)
-        yc = ya
-        yd = 1.0 / g
+    for i in range(alpha.size):
+        below, d = (substrate[0], substrate[1], substrate[2]), substrate[3]  # of what lies below the layer in hand
         da = db = dc = dd = 0.0
-        for layer in range(m - 2, -1, -1):
+        for layer in range(young.size - 1, -1, -1):
             nu = poisson[layer]
             g = young[layer] / (2.0 * (1.0 + nu))
-            kappa = 3.0 - 4.0 * nu
-            p = 1.0 - 2.0 * nu
-            q = 2.0 * (1.0 - nu)
-            zeta = k * thickness[layer]
-            e2 = math.exp(-2.0 * zeta)
             h = 0.5 / g
-            # anti-plane (SH): one reflection coefficient at the lower interface
-            rho = (yd * g - 1.0) / (yd * g + 1.0)
+            own = (1.0 - nu) / g, (1.0 - 2.0 * nu) * h, (1.0 - nu) / g  # of a half-space of its material
+            zeta = alpha[i] * thickness[layer]
+            e2 = math.exp(-2.0 * zeta)
+            # across the wave (SH): one reflection coefficient at the lower interface
+            rho = (d * g - 1.0) / (d * g + 1.0)
             dd = 2.0 / g * rho * e2 / (1.0 - rho * e2)
-            yd = 1.0 / g + dd
-            # in-plane (P-SV), Eq. 17 at the interface below
-            # rows of M: displacement (U, W) + compliance below * stress (X, Z); columns: the two modes
-            # decaying modes A0 = (-1, -1, 1, 1), B0 = (0, -kappa, p, q); growing A1 = (-1, 1, -1, 1), B1 = (0,
-            # -kappa, p, -q)
-            md00 = -h + yc - yb
-            md01 = yc * p - yb * q
-            md10 = -h - yb + ya
-            md11 = -kappa * h - yb * p + ya * q
-            mg00 = -h - yc - yb
-            mg01 = yc * p + yb * q
-            mg10 = h + yb + ya
-            mg11 = -kappa * h - yb * p - ya * q
-            det = mg00 * mg11 - mg01 * mg10
-            r00 = -(mg11 * md00 - mg01 * md10) / det
-            r01 = -(mg11 * md01 - mg01 * md11) / det
-            r10 = -(mg00 * md10 - mg10 * md00) / det
-            r11 = -(mg00 * md11 - mg10 * md01) / det
-            # carried to the top of the layer: e^(-2 zeta) [1, -zeta; 0, 1] R [1, zeta; 0, 1]
-            s00 = r00 - zeta * r10
-            s01 = r01 - zeta * r11
-            t00 = e2 * s00
-            t01 = e2 * (s01 + zeta * s00)
-            t10 = e2 * r10
-            t11 = e2 * (r11 + zeta * r10)
-            # N = -(stress of decaying modes + stress of growing modes * T): surface tractions per decaying mode
-            n00 = -(1.0 - t00 + p * t10)
-            n01 = -(p - t01 + p * t11)
-            n10 = -(1.0 + t00 - q * t10)
-            n11 = -(q + t01 - q * t11)
-            # growing modes' displacement + (half-space compliance of this layer) * their stress
-            ha = (1.0 - nu) / g
-            hb = p * h
-            w00 = -h - ha - hb
-            w01 = ha * p + hb * q
-            w10 = h + hb + ha
-            w11 = -kappa * h - hb * p - ha * q
-            v00 = w00 * t00 + w01 * t10
-            v01 = w00 * t01 + w01 * t11
-            v10 = w10 * t00 + w11 * t10
-            v11 = w10 * t01 + w11 * t11
-            det = n00 * n11 - n01 * n10
-            dc = (v00 * n11 - v01 * n10) / det
-            db = -0.5 * ((v01 * n00 - v00 * n01) + (v10 * n11 - v11 * n10)) / det
-            da = (v11 * n00 - v10 * n01) / det
-            ya = ha + da
-            yb = hb + db
-            yc = ha + dc
-        out[0, i] = da
-        out[1, i] = db
-        out[2, i] = dc
-        out[3, i] = dd
+            d = 1.0 / g + dd
+            # in its plane (P-SV): what growing modes yield beyond a half-space of the layer under the same tractions
+            t = reflected(nu, h, zeta, e2, below)
+            inverse, det = adjugate(tractions_at_top(nu, t))
+            yielding = product(at_interface(-1.0, nu, h, own), t)
+            c00, c01, c10, c11 = product(yielding, inverse)
+            da, db, dc = -c11 / det, 0.5 * (c01 + c10) / det, -c00 / det
+            below = own[0] + da, own[1] + db, own[2] + dc
+        out[0, i], out[1, i], out[2, i], out[3, i] = da, db, dc, dd
 
 
 @jit
