@@ -54,23 +54,26 @@ def report(study: Study, output: Path) -> str:
 def _take_units(index: Index, folder: Path) -> tuple[int, int, list[str]]:
     """Enter all units in `index`; returns bytes and number of the undamaged ones, and notes about the others.
 
-    A running sweep may merge and remove units meanwhile; then all are read again.
+    A running sweep may merge and remove units meanwhile; then all are read again. One that stays listed and cannot be
+    found, as a link to nothing, is passed over, as by a sweep.
     """
-    for _ in range(_TRIES):
+    for tried in range(_TRIES):
+        last = tried == _TRIES - 1
         size = count = 0
         damaged = []
-        try:
-            for path in unit_paths(folder):
-                try:
-                    unit, data = read_unit(path)
-                    index.take_unit(unit, data)
-                except BadUnit as error:
-                    damaged.append(f"{path}: {error}; a sweep will set it aside")
-                    continue
+        for path in unit_paths(folder):
+            try:
+                unit, data = read_unit(path)
+                index.take_unit(unit, data)
+            except BadUnit as error:
+                damaged.append(f"{path}: {error}; a sweep will set it aside")
+            except FileNotFoundError:
+                if not last:
+                    break
+            else:
                 size, count = size + unit.size, count + 1
-        except FileNotFoundError:
-            continue
-        break
+        else:
+            break
     return size, count, damaged
 
 

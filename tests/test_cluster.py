@@ -495,3 +495,17 @@ def test_a_case_whose_parcel_failed_has_met_no_death(study: Study) -> None:
     assert deal.given == []
     deal._died(deal.suspects.pop(), "how")
     assert [result.reason for _, result in deal.given] == ["the worker process died 2 times at this case: how"]
+
+
+@pytest.mark.parametrize("status", ["error", "finished"])
+def test_a_time_limit_that_the_task_itself_ran_into_is_its_error(study: Study, status: str) -> None:
+    """Put back, as results lost with their worker are, it would be tried for ever."""
+    (batch, *_) = sweep.make_batches(expand(study).cases, 1)
+    deal = cluster._Distribution(FakeClient({}), workers.made_up, [], print)
+    deal._failed(cluster._Parcel([batch[:1]], future=SimpleNamespace(status=status, key="k")), TimeoutError("too long"))
+    if status == "error":
+        assert deal.given == [(batch[0], Result(Status.ERROR, "TimeoutError: too long"))]
+        assert deal.left == 0
+    else:
+        assert deal.given == []
+        assert deal.left == 1

@@ -418,6 +418,15 @@ def one_unit(sweeps: Sweeps) -> Path:
     return path
 
 
+def test_a_unit_that_is_listed_but_not_there_hides_no_others(sweeps: Sweeps) -> None:
+    """A link to nothing: the status is that without it, and a sweep keeps what is there."""
+    path = one_unit(sweeps)
+    before = report(sweeps.study, sweeps.output)
+    path.with_name("000000-000000000000.unit").symlink_to("nowhere")
+    assert report(sweeps.study, sweeps.output) == before
+    assert len(sweeps.run()) == CASES - 9
+
+
 @pytest.mark.parametrize("damage", ["truncated", "emptied", "flipped", "foreign", "renamed cube", "longer"])
 def test_a_damaged_unit_is_set_aside(sweeps: Sweeps, damage: str) -> None:
     path = one_unit(sweeps)

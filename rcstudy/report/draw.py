@@ -104,9 +104,10 @@ def traction_line(ax: Axes, case: CaseView, label: str, look: dict[str, Any]) ->
 
 BOUND: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
 """The look of the bound."""
+BOUND_LABEL = r"bound $\pm\mu p$"
 
 
-def bound_line(ax: Axes, case: CaseView, label: str) -> None:
+def bound_line(ax: Axes, case: CaseView) -> None:
     """Coulomb's bounds mu p and -mu p in MPa against x/a on the x-axis.
 
     Tractions may be reversed at the leading edge, and slip there at the other bound. The panel shows of it as much as
@@ -119,7 +120,7 @@ def bound_line(ax: Axes, case: CaseView, label: str) -> None:
     x, p = _on_axis(case, "pressure")
     bound = side * case.stored("friction") * p
     inside = _with_edges(bound != 0)
-    ax.plot(x[inside] / a, bound[inside], label=label, zorder=1, **BOUND)
+    ax.plot(x[inside] / a, bound[inside], label=BOUND_LABEL, zorder=1, **BOUND)
     ax.add_artist(Line2D(x[inside] / a, -bound[inside], zorder=1, **BOUND))
 
 

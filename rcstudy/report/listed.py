@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from rcstudy.report.cells import Column, Value
-from rcstudy.report.views import CaseView, GridView
+from rcstudy.report.views import CaseView, GridView, number_in
 from rcstudy.settings import unit_of
 from rcstudy.studyfile.axis_labels import PAIR, default_label, labelled_scenes
 from rcstudy.studyfile.quantities import as_quantity, number_text
@@ -131,15 +131,9 @@ def listed_pairs(
         found += [replace(column, key=key, csv_only=True, digits=12) for key in keys]
         for text, numbers in zip(words, split, strict=True):
             first, _, second = text.partition(PAIR)
-            numbers.update(zip(keys, map(_number, (first, second or first)), strict=True))
+            # NaN: of a fitted window, or of one that is given over a
+            numbers.update(zip(keys, map(number_in, (first, second or first)), strict=True))
     return found, split
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:  # a fitted window, or one that is given over a
-        return math.nan
 
 
 def listed_numbers(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[str, Value]]]:

@@ -189,7 +189,7 @@ def lines_figure(number: int, grid: GridView) -> Figure:
     for ax, (letter, cases) in zip(axes.flat, in_order, strict=True):
         solved = [c for c in cases if c.solved]
         if solved:
-            draw.bound_line(ax, solved[-1], r"bound $\pm\mu p$")
+            draw.bound_line(ax, solved[-1])
         for case in solved:
             draw.traction_line(ax, case, creepage_text(case, math=True), _by_creepage(case))
         failures = [f"{creepage_text(c, math=True)}: {literal(c.failure)}" for c in cases if not c.solved]
@@ -205,7 +205,7 @@ def lines_figure(number: int, grid: GridView) -> Figure:
             _make_room(row)
         outer_labels(axes, "$x/a$", "$-q_x$ (MPa)")
         first = next(iter(groups.values()))
-        looks = {r"bound $\pm\mu p$": draw.BOUND} | {creepage_text(c, math=True): _by_creepage(c) for c in first}
+        looks = {draw.BOUND_LABEL: draw.BOUND} | {creepage_text(c, math=True): _by_creepage(c) for c in first}
         legend(figure, looks, **LINE_SPACING)
     solved = [case for case in grid.cases() if case.solved]
     alone = "" if any(case.creepage[1] or case.creepage[2] for case in solved) else " under longitudinal creepage alone"

@@ -100,7 +100,7 @@ class GridView:
         if not self.numeric(axis):
             return self._held_beside_relative_ones(axis, text)
         values = self.small(axis).values.astype(float)
-        off = np.abs(values - _number(text.removesuffix(self.units(axis))))
+        off = np.abs(values - number_in(text.removesuffix(self.units(axis))))
         i = int(np.argmin(off))
         return self.at({axis: [i]}) if off[i] <= 1e-6 * abs(values[i]) else None
 
@@ -109,7 +109,7 @@ class GridView:
         asked = _AS_ASKED.fullmatch(text)
         for i in range(self.dataset.sizes[axis]):
             found = _WITH_UNIT.fullmatch(self.written(axis, i))
-            if asked and found and _number(asked[1]) == _number(found[1]) and asked[2] in (None, found[2]):
+            if asked and found and number_in(asked[1]) == number_in(found[1]) and asked[2] in (None, found[2]):
                 return self.at({axis: [i]})
         return None
 
@@ -159,7 +159,7 @@ class GridView:
         return value_text(self.small(axis).values[i]) if axis in self else str(i)
 
 
-def _number(text: str) -> float:
+def number_in(text: str) -> float:
     """The number that a text is; NaN if it is none."""
     try:
         return float(text)

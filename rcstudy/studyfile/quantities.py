@@ -126,10 +126,10 @@ class Real:
         return number
 
 
-def above(low: float, words: str = "", *, below: float = math.inf) -> Real:
-    """A number above `low` and below `below`; `words` are appended to the description."""
-    bounds = f"above {low:g}" + (f" and below {below:g}" if below < math.inf else "")
-    return Real(f"a number {bounds}{words}", lambda number: low < number < below)
+def positive(words: str = "", *, below: float = math.inf) -> Real:
+    """A number above 0 and below `below`; `words` are appended to the description."""
+    bounds = "above 0" + (f" and below {below:g}" if below < math.inf else "")
+    return Real(f"a number {bounds}{words}", lambda number: 0.0 < number < below)
 
 
 def between(low: float, high: float, words: str = "") -> Real:

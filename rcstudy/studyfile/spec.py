@@ -15,7 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, Str
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, Scene, Tolerance
 from rcstudy.result import VARIABLES
 from rcstudy.settings import LENGTH, MODULUS, unit_of
-from rcstudy.studyfile.quantities import Passing, Quantity, Relative, Whole, Words, above, between, refusal
+from rcstudy.studyfile.quantities import Passing, Quantity, Relative, Whole, Words, between, positive, refusal
 from rcstudy.studyfile.yamltree import (
     REFUSED,
     Node,
@@ -111,13 +111,13 @@ Length = Annotated[
         Relative(f"a number above 0, in {unit_of('thickness')}, or of the Hertz radius such as '0.25 a'", LENGTH)
     ),
 ]
-AbsoluteModulus = Annotated[float, PlainValidator(above(0, f", in {unit_of('E')} ('Es' is this very modulus)"))]
+AbsoluteModulus = Annotated[float, PlainValidator(positive(f", in {unit_of('E')} ('Es' is this very modulus)"))]
 PoissonRatio = Annotated[float, PlainValidator(between(0, 0.5))]
-Radius = Annotated[float, PlainValidator(above(0, f", in {unit_of('radius')} ('a' follows from it)"))]
+Radius = Annotated[float, PlainValidator(positive(f", in {unit_of('radius')} ('a' follows from it)"))]
 Cells = Annotated[int, PlainValidator(Whole(4, MAX_CELLS))]
 Slide = Annotated[float, PlainValidator(between(-1, 1, " (a plain ratio, not per cent)"))]
 Spin = Annotated[float, PlainValidator(between(-1000, 1000, f", in {unit_of('spin')}"))]
-Fraction = Annotated[float, PlainValidator(above(0, below=1))]
+Fraction = Annotated[float, PlainValidator(positive(below=1))]
 Text = Annotated[
     str, PlainValidator(Words(f"text of at most {MAX_TEXT} characters, none a control character", _storable, MAX_TEXT))
 ]
@@ -194,8 +194,8 @@ class SceneSpec(Spec):
         tuple[Radius, Radius],
         BeforeValidator(_Pair(f"a number above 0, in {unit_of('radius')}, or two [Rx, Ry]", single=True)),
     ]
-    load: Annotated[float, PlainValidator(above(0, f", in {unit_of('load')}"))]
-    friction: Annotated[float, PlainValidator(above(0))] = Scene.friction
+    load: Annotated[float, PlainValidator(positive(f", in {unit_of('load')}"))]
+    friction: Annotated[float, PlainValidator(positive())] = Scene.friction
     creepage: Annotated[
         CreepageSpec | None, BeforeValidator(_WordOr("none", "none or {longitudinal, lateral, spin}"))
     ] = None

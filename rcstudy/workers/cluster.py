@@ -387,7 +387,9 @@ class _Distribution:
         how = f"{type(error).__name__}: {error}"
         if type(error).__name__ == "KilledWorker":  # a worker restarted at its address, as often as Dask allows
             self._died(parcel, "its worker came back and died again")
-        elif isinstance(error, TimeoutError) or parcel.future.status in ("cancelled", "lost", "pending"):
+        elif parcel.future.status in ("cancelled", "lost", "pending") or (
+            isinstance(error, TimeoutError) and parcel.future.status != "error"
+        ):
             self._put_back(parcel)  # solved, but the worker died before it could pass the results on
         elif len(parcel.cases) > 1:
             self.suspects.extend(_Parcel([[case]], parcel.deaths, suspect=True) for case in parcel.cases)
