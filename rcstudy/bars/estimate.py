@@ -226,10 +226,12 @@ class _Case:
         }
 
     def besides_meshes(self, name: str) -> float:
-        """What is added in quadrature: to areas and the force along x on films, to others on stiff skins."""
+        """What is added in quadrature: to areas, the force along x and the power on films, to others on stiff skins."""
         off = films.of_moved_edges(self.hidden, name)
         if name == "force_x":
             off = films.of_missed_slip(self.hidden, self.scene.friction, self.slipping)
+        elif name == "friction_power" and self.aligned:
+            off = films.of_missed_power(self.hidden, self.scene.friction, self.slipping)
         elif self.aligned and self.hidden.pull_under_skin:
             off = pulled.under_skins(name, self.hidden.pull_under_skin, self.per_radius, self.slipping)
         return off * self.scales[name]
@@ -379,7 +381,8 @@ class _Case:
         if self.aligned:
             bars["traction_max"] += narrow.traction_at_border(width) * finest["traction_max"]
             around_pole = self.shape.border_around_pole * finest["traction_max"]
-            bars["traction_max"] = math.hypot(bars["traction_max"], around_pole)
+            missed = films.of_missed_traction(self.hidden, self.slipping) if self.scene.is_coupled else 0.0
+            bars["traction_max"] = math.hypot(bars["traction_max"], around_pole, missed * finest["pressure_max"])
         else:
             bars["traction_max"] *= peaks.of_peaked_tractions(self.peaked)
             of_zone = finest["traction_max"], width, friction * finest["pressure_max"], self.per_radius
@@ -399,6 +402,8 @@ class _Case:
         sticks, turned = thin_layers.skin_at_edge(self.hidden, *of_contact)
         for name in ("force_x", "slip_area"):
             bars[name] = math.hypot(bars[name], sticks * self.scales[name])
+        of_power = thin_layers.power_at_edge(self.hidden, sticks, self.fastest) * self.scales["force_x"]
+        bars["friction_power"] = math.hypot(bars["friction_power"], of_power)
         across = turned * abs(finest["force_x"])
         bars["force_y"] = math.hypot(bars["force_y"], across)
         bars["moment_z"] = math.hypot(bars["moment_z"], across * finest["contact_radius"])

@@ -32,6 +32,9 @@ _PEAK, _APPROACH = 0.5, 0.9  # relative errors of the largest pressure and of th
 # What `aligned` misses of forces and slip areas beside the edge where there is stick, and of the force across that in
 # x, over the estimates of `skin_at_edge` (800 contacts).
 _IN_SKIN, _TURNED = 0.5, 0.06
+# What it misses of the power there, over the first of these on the largest slip (see `films._MISSED_POWER`), unless the
+# layers are incompressible films: errors on these, which give way otherwise, are large enough without it.
+_IN_POWER = 0.6
 
 
 def by_layers(hidden: Hidden, name: str, slipping: float) -> float:
@@ -59,9 +62,17 @@ def skin_at_edge(hidden: Hidden, friction: float, radius: float, slipping: float
     Slip by pressure follows their constants there. In a strip as wide as their scale tractions differ by mu p0 times
     the difference of beta/(pi mu) (`mechanics/subcell/unseen.py`), at most by 2 mu p0, if there is stick: the first
     number, the error of force_x and of the slip area over their scales. In slip tractions turn, from the direction of
-    force_x to that of force_y: the second number, an error of force_y over force_x.
+    force_x to that of force_y: the second number, an error of force_y over force_x. See `power_at_edge`, too.
     """
     difference, width = hidden.skin
     strip = 3.0 / math.pi * width / radius  # mu p0 on it, over mu P
     part = strip * min(difference / (math.pi * friction), 2.0)
     return _IN_SKIN * part * math.sqrt(max(1.0 - slipping, 0.0)), _TURNED * part
+
+
+def power_at_edge(hidden: Hidden, in_strip: float, fastest: float) -> float:
+    """Error of the friction power over the friction force, by the same.
+
+    `in_strip`: the first number of `skin_at_edge`; `fastest`: largest rigid slip.
+    """
+    return _IN_POWER * (1.0 - hidden.squeezed) * in_strip * (hidden.by_pressure + fastest)
