@@ -51,7 +51,7 @@ from rcstudy.study import scene_from_mapping
 from rcstudy.studyfile.build import fitted_size
 
 STEEL = Material(210000.0, 0.3)
-_FINER = {"few": 8, "coarse": 8}  # times as many cells along each side for the truth; 4 for the others
+_FINER = {"few": 8, "coarse": 8, "between": 12}  # times as many cells along each side for the truth; 4 for the others
 _ACROSS = 1, 2, 3, 4, 5, 6, 8, 10, 12  # cells across the contacts of `fewest`
 CREEPAGES = (
     (0.002, 0.0, 0.0),
@@ -286,6 +286,41 @@ def film_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     return replace(scene, mesh=Mesh(fitted_size(scene, 1.3, (cells, cells)), (cells, cells)))
 
 
+def between_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """Wheel and rail, or other bodies alike or not, and one or two soft films between them, 0.003 to 0.1 radii thick.
+
+    On these 16 to 40 cells along the longer side of the window most films are thinner than a cell.
+    """
+    kind = rng.integers(3)
+    if kind == 0:
+        body, radius = Material(STEEL.E, 0.28), (rng.uniform(300.0, 500.0), _power(rng, 2.0, 3.5))
+        load, friction = _power(rng, 4.3, 5.1), rng.uniform(0.08, 0.3)
+    else:
+        body, side = Material(_power(rng, 4.8, 5.5), rng.uniform(0.2, 0.35)), _power(rng, 0.7, 2.7)
+        radius = side, side * _power(rng, -0.5, 0.6)
+        load, friction = body.E * side**2 * _power(rng, -7.5, -5.0), rng.uniform(0.05, 0.5)
+    other = body if kind < 2 else Material(body.E * _power(rng, -0.5, 0.5), rng.uniform(0.2, 0.4))
+    bare = Scene(body, radius, load, Mesh((1.0, 1.0), (8, 8)), (), other)
+    a = estimated_contact(bare)[0]
+    layers = tuple(
+        Layer(body.E * _power(rng, -2.3, -0.7), rng.uniform(0.3, 0.48), a * _power(rng, -2.5, -1.0))
+        for _ in range(rng.integers(1, 3))
+    )
+    cells = int(rng.integers(16, 41))
+    scene = replace(
+        bare,
+        layers=layers,
+        friction=friction,
+        coupling=rng.choice(["one-way", "full"]),
+        creepage=Creepage(),
+        discretisation=discretisation,  # type: ignore[arg-type]
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
+    size = fitted_size(scene, rng.uniform(1.2, 1.6), (cells, cells))
+    scene = replace(scene, mesh=Mesh(size, (cells, cells)))
+    return _creeping(scene, _direction(rng, 0.3), 10.0 ** rng.uniform(-1.0, 0.7))
+
+
 def rubber_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     """A film of 1 MPa to 1 GPa, nu 0.45 to 0.5 and 0.03 to 2.5 cells thick, on steel or on stiffer or softer bodies.
 
@@ -503,6 +538,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "engineering": engineering_scene,
     "films": film_scene,
     "rubber": rubber_scene,
+    "between": between_scene,
     "unlike": unlike_scene,
     "few": few_scene,
     "fewest": fewest_scene,
@@ -517,7 +553,7 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
 
 
 def main() -> None:
-    """Solve each contact on its own mesh and on one four (`few`, `coarse`: eight) times finer, and compare.
+    """Solve each contact on its own mesh and on one four (`few`, `coarse`: eight; `between`: twelve) times finer.
 
     Eight times as many cells as `fewest` have may be too few for the truth. Its window fits the contact.
     """
