@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import functools
 import io
 import json
@@ -15,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import cubes
 import h5py
@@ -743,12 +745,51 @@ def test_a_lock_of_another_container(sweeps: Sweeps, monkeypatch: pytest.MonkeyP
     if not has_flock:
         monkeypatch.setattr(lock.fcntl, "flock", unsupported)
     leave_lock(sweeps.units, space="1", pid=2**22 + 1)
-    assert lock.holders(sweeps.units) == [f"process {2**22 + 1} on {socket.gethostname()}"]
+    with held(sweeps.units / "lock") if has_flock else contextlib.nullcontext():
+        assert lock.holders(sweeps.units) == [f"process {2**22 + 1} on {socket.gethostname()}"]
     if not has_flock:
         with pytest.raises(UserError, match=f"process {2**22 + 1} on .* is at work.*\n.*--unlock"):
             sweeps.run()
     assert len(sweeps.run(take_over=not has_flock)) == CASES
     assert not sweeps.units.exists()
+
+
+@contextlib.contextmanager
+def held(path: Path, kind: int = fcntl.LOCK_EX) -> Iterator[None]:
+    """Hold the kernel's lock of a file, as another process would."""
+    with path.open("rb") as file:
+        fcntl.flock(file, kind)
+        yield
+
+
+@pytest.mark.parametrize("name", ["lock", "lock-2-of-3"])
+@pytest.mark.parametrize("boot", ["this", "that before a restart"])
+def test_who_was_killed_in_another_container_is_not_at_work(sweeps: Sweeps, name: str, boot: str) -> None:
+    """It was at work for ever: it cannot be looked up here, but the kernel has freed its lock."""
+    leave_lock(sweeps.units, space="1", pid=1, **({} if boot == "this" else {"boot": boot}))
+    (sweeps.units / "lock").rename(sweeps.units / name)
+    with held(sweeps.units / name):
+        assert f"at work: process 1 on {socket.gethostname()}" in report(sweeps.study, sweeps.output)
+    before = (sweeps.units / name).stat()
+    assert report(sweeps.study, sweeps.output).endswith("no sweep is at work")
+    after = (sweeps.units / name).stat()
+    assert (after.st_ino, after.st_mtime_ns, after.st_size) == (before.st_ino, before.st_mtime_ns, before.st_size)
+
+
+def test_a_look_at_a_lock_refuses_no_sweep(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`status` holds it for an instant, and a sweep that starts then tries again."""
+    leave_lock(sweeps.units)
+    look, waited = contextlib.ExitStack(), []
+
+    def sleep(seconds: float) -> None:
+        waited.append(seconds)
+        if len(waited) == 2:
+            look.close()
+
+    monkeypatch.setattr(lock, "time", SimpleNamespace(sleep=sleep))
+    look.enter_context(held(sweeps.units / "lock", fcntl.LOCK_SH))
+    assert len(sweeps.run()) == CASES
+    assert len(waited) == 2
 
 
 def test_shards_work_side_by_side_and_keep_others_out(sweeps: Sweeps) -> None:
