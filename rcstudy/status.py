@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 from collections import Counter
 from pathlib import Path
 
@@ -11,6 +13,7 @@ from rcstudy.result import Status
 from rcstudy.storage.earlier import other_study
 from rcstudy.storage.index import Index
 from rcstudy.storage.lock import holders
+from rcstudy.storage.publish import temporary_files
 from rcstudy.storage.units import BadUnit, read_unit, unit_paths
 from rcstudy.store import refusal, starts_over, take_cube, units_folder
 from rcstudy.study import Study
@@ -46,9 +49,27 @@ def report(study: Study, output: Path) -> str:
     if count:
         lines += ["", f"{in_bytes(size)} in {counted(count, 'unit')} in {folder}"]
     lines += ["", *notes] if notes else []
+    temporary = _temporary_files(output, folder)  # first: a sweep that starts after the look at locks has new ones
     at_work = holders(folder)
     lines += ["", "at work: " + ", ".join(at_work) if at_work else "no sweep is at work"]
+    if not at_work:
+        lines += _left_over(temporary)
     return "\n".join(lines)
+
+
+def _temporary_files(output: Path, folder: Path) -> list[Path]:
+    """Temporary files of the cube and of its units."""
+    real = Path(os.path.realpath(output))
+    return temporary_files(real.parent, real.name) + temporary_files(folder)
+
+
+def _left_over(files: list[Path]) -> list[str]:
+    """Lines about those of `files` that are still there, now that no sweep is at work."""
+    lines = []
+    for path in files:
+        with contextlib.suppress(FileNotFoundError):  # published or removed at a sweep's end
+            lines.append(f"{in_bytes(path.stat().st_size)} left over by a sweep that was killed: {path}")
+    return lines
 
 
 def _take_units(index: Index, folder: Path) -> tuple[int, int, list[str]]:

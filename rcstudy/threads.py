@@ -11,32 +11,63 @@ import contextlib
 import math
 import os
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
-_GROUP = Path("/sys/fs/cgroup")  # limits of a container; "max" where there is none
+_GROUP = Path("/sys/fs/cgroup")  # limits of groups of processes, such as a container's or a batch job's
+_MEMBERSHIP = Path("/proc/self/cgroup")  # which groups this process is in
+_NO_LIMIT = 2**62  # bytes: version 1 writes about 2**63 where there is no limit
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 def available_cores() -> int:
-    """Number of processors this process may use: the machine's, those it is bound to, or its group's share of time.
+    """Number of processors this process may use: the machine's, those it is bound to, or its groups' share of time.
 
     A share of one and a half counts as two.
     """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    with contextlib.suppress(OSError, ValueError):
-        quota, period = (float(time) for time in (_GROUP / "cpu.max").read_text().split())
-        cores = min(cores, max(math.ceil(quota / period), 1))
+    for folder in _groups("cpu"):
+        for files in (["cpu.max"], ["cpu.cfs_quota_us", "cpu.cfs_period_us"]):  # of version 2, of version 1
+            share = _numbers(folder, *files)
+            if len(share) == 2 and min(share) > 0:
+                cores = min(cores, -(-share[0] // share[1]))
     return cores
 
 
 def available_memory() -> float:
-    """Memory (bytes) that processes here may have in all: the machine's, or their group's limit; inf if not known."""
+    """Memory (bytes) that processes here may have in all: the machine's, or their groups' limit; inf if not known."""
     limits = [math.inf]
     with contextlib.suppress(AttributeError, ValueError, OSError):  # not on every system
         limits.append(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")))
-    with contextlib.suppress(OSError, ValueError):
-        limits.append(float((_GROUP / "memory.max").read_text()))
+    for folder in _groups("memory"):
+        for file in ("memory.max", "memory.limit_in_bytes"):
+            limit = _numbers(folder, file)
+            if len(limit) == 1 and limit[0] < _NO_LIMIT:
+                limits.append(float(limit[0]))
     return min(limit for limit in limits if limit > 0.0)
+
+
+def _groups(controller: str) -> set[Path]:
+    """Folders that may hold limits for this process: of its groups and all groups these are in, of either version.
+
+    Some may not exist: a container sees its own group as the root, under the path that the group has outside.
+    """
+    found = {_GROUP, _GROUP / controller}
+    with contextlib.suppress(OSError, ValueError):
+        for line in _MEMBERSHIP.read_text().splitlines():
+            _, controllers, path = line.split(":", 2)  # no controllers: version 2, one tree for all
+            if controller in controllers.split(",") or not controllers:
+                group = PurePosixPath(path.lstrip("/"))
+                for root in {_GROUP / controllers, _GROUP / controller} if controllers else {_GROUP}:
+                    found.update(root / part for part in (group, *group.parents) if ".." not in part.parts)
+    return found
+
+
+def _numbers(folder: Path, *files: str) -> list[int]:
+    """The numbers in these files; none if any cannot be read or holds anything else, such as "max"."""
+    try:
+        return [int(word) for file in files for word in (folder / file).read_text().split()]
+    except (OSError, ValueError):
+        return []
 
 
 def limit_threads() -> None:

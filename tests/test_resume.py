@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import functools
 import io
 import json
@@ -15,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import cubes
 import h5py
@@ -743,12 +745,157 @@ def test_a_lock_of_another_container(sweeps: Sweeps, monkeypatch: pytest.MonkeyP
     if not has_flock:
         monkeypatch.setattr(lock.fcntl, "flock", unsupported)
     leave_lock(sweeps.units, space="1", pid=2**22 + 1)
-    assert lock.holders(sweeps.units) == [f"process {2**22 + 1} on {socket.gethostname()}"]
+    with held(sweeps.units / "lock") if has_flock else contextlib.nullcontext():
+        assert lock.holders(sweeps.units) == [f"process {2**22 + 1} on {socket.gethostname()}"]
     if not has_flock:
         with pytest.raises(UserError, match=f"process {2**22 + 1} on .* is at work.*\n.*--unlock"):
             sweeps.run()
     assert len(sweeps.run(take_over=not has_flock)) == CASES
     assert not sweeps.units.exists()
+
+
+@contextlib.contextmanager
+def held(path: Path, kind: int = fcntl.LOCK_EX) -> Iterator[None]:
+    """Hold the kernel's lock of a file, as another process would."""
+    with path.open("rb") as file:
+        fcntl.flock(file, kind)
+        yield
+
+
+@pytest.mark.parametrize("name", ["lock", "lock-2-of-3"])
+@pytest.mark.parametrize("boot", ["this", "that before a restart"])
+def test_who_was_killed_in_another_container_is_not_at_work(sweeps: Sweeps, name: str, boot: str) -> None:
+    """It was at work for ever: it cannot be looked up here, but the kernel has freed its lock."""
+    leave_lock(sweeps.units, space="1", pid=1, **({} if boot == "this" else {"boot": boot}))
+    (sweeps.units / "lock").rename(sweeps.units / name)
+    with held(sweeps.units / name):
+        assert f"at work: process 1 on {socket.gethostname()}" in report(sweeps.study, sweeps.output)
+    before = (sweeps.units / name).stat()
+    assert report(sweeps.study, sweeps.output).endswith("no sweep is at work")
+    after = (sweeps.units / name).stat()
+    assert (after.st_ino, after.st_mtime_ns, after.st_size) == (before.st_ino, before.st_mtime_ns, before.st_size)
+
+
+def test_a_look_at_a_lock_refuses_no_sweep(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`status` holds it for an instant, and a sweep that starts then tries again."""
+    leave_lock(sweeps.units)
+    look, waited = contextlib.ExitStack(), []
+
+    def sleep(seconds: float) -> None:
+        waited.append(seconds)
+        if len(waited) == 2:
+            look.close()
+
+    monkeypatch.setattr(lock, "time", SimpleNamespace(sleep=sleep))
+    look.enter_context(held(sweeps.units / "lock", fcntl.LOCK_SH))
+    assert len(sweeps.run()) == CASES
+    assert len(waited) == 2
+
+
+def test_file_systems_of_one_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file of the kernel's own is on none that is known as one."""
+    with Path("/proc/self/status").open("rb") as file:
+        assert not lock._is_on_one_machine(file.fileno())
+        monkeypatch.setattr(lock, "_ONE_MACHINE", ("proc",))
+        assert lock._is_on_one_machine(file.fileno())
+        (tmp_path / "file").touch()
+        with (tmp_path / "file").open("rb") as other:
+            assert not lock._is_on_one_machine(other.fileno())
+    assert not lock._is_on_one_machine(2**20)
+
+
+LEFTOVERS = {
+    "elsewhere": "c.nc.tmp-elsewhere-4026531836-7-1f",
+    "another container": f"c.nc.tmp-{socket.gethostname()}-1-7-1f",
+    "number in use": f"c.nc.tmp-{publish.host()}-{os.getppid()}-1f",
+}
+NO_LEFTOVERS = ("d.nc.tmp-elsewhere-4026531836-7-1f", "c.nc.tmp-mine", "c.nc.tmp", "figure.pdf.tmp-elsewhere-1-7-1f")
+
+
+@pytest.fixture
+def killed(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> Sweeps:
+    """Sweeps of a cube, of which others were killed while they wrote it, on a file system of one machine."""
+    monkeypatch.setattr(lock, "_is_on_one_machine", lambda descriptor: True)
+    for name in (*LEFTOVERS.values(), *NO_LEFTOVERS):
+        (sweeps.folder / name).write_bytes(b"1234567")
+    return sweeps
+
+
+def left(sweeps: Sweeps) -> set[str]:
+    """Names of the files beside the cube that might be taken for leftovers."""
+    return {path.name for path in sweeps.folder.iterdir() if ".tmp" in path.name}
+
+
+def test_unfinished_cubes_of_the_killed_are_gone_when_a_sweep_starts(killed: Sweeps) -> None:
+    """Whoever wrote them, and before there are results. Those of other containers stayed for ever."""
+    assert killed.run(0) == []
+    assert left(killed) == set(NO_LEFTOVERS)
+
+
+def test_a_merge_removes_unfinished_cubes_of_the_killed(killed: Sweeps) -> None:
+    with pytest.raises(UserError, match="cases are missing"):
+        merge(killed.study, killed.output)
+    assert left(killed) == set(NO_LEFTOVERS)
+
+
+def test_unfinished_cubes_by_way_of_a_link(killed: Sweeps) -> None:
+    link = killed.folder / "links" / "l.nc"
+    link.parent.mkdir()
+    link.symlink_to(killed.output)
+    killed.output = link
+    assert killed.run(0) == []
+    assert left(killed) == set(NO_LEFTOVERS)
+
+
+@pytest.mark.parametrize("why", ["a shard", "locks may not reach others", "there are no locks"])
+def test_unfinished_cubes_stay_where_their_writers_may_live(
+    killed: Sweeps, monkeypatch: pytest.MonkeyPatch, why: str
+) -> None:
+    def unsupported(descriptor: int, kind: int) -> None:
+        raise OSError(38, "Function not implemented")
+
+    if why == "locks may not reach others":
+        monkeypatch.setattr(lock, "_is_on_one_machine", lambda descriptor: False)
+    if why == "there are no locks":
+        monkeypatch.setattr(lock.fcntl, "flock", unsupported)
+    killed.run(shard=(1, 2) if why == "a shard" else None)
+    assert left(killed) == {*LEFTOVERS.values(), *NO_LEFTOVERS}
+
+
+def test_an_unfinished_cube_that_cannot_be_removed(killed: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As somebody else's in a folder where each may remove their own: the sweep goes on."""
+    unlink = Path.unlink
+
+    def refused(path: Path, missing_ok: bool = False) -> None:
+        if path.name in LEFTOVERS.values():
+            raise PermissionError
+        unlink(path, missing_ok=missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    assert len(killed.run()) == CASES
+    assert left(killed) == {*LEFTOVERS.values(), *NO_LEFTOVERS}
+
+
+def test_status_lists_what_the_killed_have_left(killed: Sweeps) -> None:
+    killed.units.mkdir()
+    unit = killed.units / "000009-0123456789ab.unit.tmp-elsewhere-1-7-1f"
+    unit.write_bytes(b"12345")
+    paths = [*sorted(killed.folder / name for name in LEFTOVERS.values()), unit]
+    lines = report(killed.study, killed.output).splitlines()
+    assert lines[-5] == "no sweep is at work"
+    assert lines[-4:] == [f"{path.stat().st_size} B left over by a sweep that was killed: {path}" for path in paths]
+    with lock.locked(killed.units, (1, 3)):
+        assert "left over" not in report(killed.study, killed.output)
+
+
+def test_status_lists_no_file_that_a_sweep_has_just_finished(killed: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    def ends(folder: Path) -> list[str]:
+        for name in LEFTOVERS.values():
+            (killed.folder / name).unlink()
+        return []
+
+    monkeypatch.setattr(status, "holders", ends)
+    assert "left over" not in report(killed.study, killed.output)
 
 
 def test_shards_work_side_by_side_and_keep_others_out(sweeps: Sweeps) -> None:

@@ -14,8 +14,10 @@ import fcntl
 import itertools
 import json
 import os
+import re
 import socket
 import stat
+import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,6 +27,8 @@ from rcstudy.storage.publish import namespace
 
 NAME = "lock"
 _TRIES = 1000  # to open the lock in a folder that other processes make and remove meanwhile
+_GLANCES = (0.02, 0.02, 0.05, 0.1)  # seconds between tries, should :func:`holders` be looking whether a lock is free
+_ONE_MACHINE = ("btrfs", "ext2", "ext3", "ext4", "f2fs", "overlay", "ramfs", "tmpfs", "xfs", "zfs")
 _UNSUPPORTED = (errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOLCK, errno.EINVAL)
 
 
@@ -60,10 +64,11 @@ class Owner:
 
 
 @contextlib.contextmanager
-def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: bool = False) -> Iterator[None]:
+def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: bool = False) -> Iterator[bool]:
     """Hold the lock of `folder`, which is made if it is not there; with `shard` (i, n), that of one shard of it.
 
-    A folder that is empty at the end is removed. `take_over`: do not refuse a lock that another machine left behind.
+    Gives whether it is certain that no other process is at work, be it in another container or on another machine. A
+    folder that is empty at the end is removed. `take_over`: do not refuse a lock that another machine left behind.
     Raises UserError when another process holds it or there is a file in place of the folder, OSError when it cannot be
     made.
     """
@@ -72,7 +77,8 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
         descriptors.append(_take(folder, NAME, shared=shard is not None, take_over=take_over))
         if shard is not None:
             descriptors.append(_take(folder, f"{NAME}-{shard[0]}-of-{shard[1]}", shared=False, take_over=take_over))
-        yield
+        # a lock that is held may be asked for once more: this tells it from one that is not supported
+        yield shard is None and _is_on_one_machine(descriptors[0]) and _flocked(descriptors[0], fcntl.LOCK_EX) is True
     finally:
         # an empty record means that its owner ended in good order; the last owner removes the file
         names = [NAME] if shard is None else [NAME, f"{NAME}-{shard[0]}-of-{shard[1]}"]
@@ -88,13 +94,13 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
 
 
 def holders(folder: Path) -> list[str]:
-    """Who holds locks of `folder` now, as far as can be known without taking them."""
+    """Who holds locks of `folder` now, as far as can be known."""
     found, paths = [], []
     with contextlib.suppress(FileNotFoundError):  # there is none, or the last owner is just leaving
         paths = sorted(folder.glob(f"{NAME}*"))
     for path in paths:
         owner = _read(path)
-        if owner is None or (owner.is_known_here and not owner.runs_here()):
+        if owner is None or not _is_at_work(owner, path):
             continue
         part = path.name.removeprefix(NAME).strip("-").replace("-", " ")
         found.append(f"{owner}" + (f" (shard {part})" if part else ""))
@@ -115,7 +121,7 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
                 raise
             continue
         try:
-            free = _flocked(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+            free = _flocked_soon(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
             if free is False:
                 raise UserError(_refusal(folder, *holders(folder)))
             if not _same_file(descriptor, path):  # its last owner has just removed it
@@ -159,6 +165,50 @@ def _may_live(owner: Owner, *, flocks: bool) -> bool:
         return not flocks and (owner.runs_here() or not owner.is_known_here)
     # an owner from before a restart of this machine is dead; locks of another machine may not reach here
     return owner.host != socket.gethostname()
+
+
+def _is_at_work(owner: Owner, path: Path) -> bool:
+    """Whether the owner of the record in the lock `path` may be at work; another process may start there meanwhile.
+
+    The lock of a process that cannot be looked up here is held for an instant, shared, if it is free: /proc/locks does
+    not show those of other containers.
+    """
+    if owner.is_known_here:
+        return owner.runs_here()
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    try:
+        free = _flocked(descriptor, fcntl.LOCK_SH)
+    finally:
+        os.close(descriptor)
+    return free is False or _may_live(owner, flocks=free is True)
+
+
+def _is_on_one_machine(descriptor: int) -> bool:
+    """Whether the file is on a file system of one machine, whose kernel knows all locks; not if that is unknown.
+
+    A network file system may be mounted without locks that reach other machines, and does not tell.
+    """
+    with contextlib.suppress(OSError):
+        mount = re.search(r"^mnt_id:\s*(\d+)$", Path(f"/proc/self/fdinfo/{descriptor}").read_text(), re.MULTILINE)
+        for line in Path("/proc/self/mountinfo").read_text(errors="replace").splitlines():
+            if mount is not None and line.split()[0] == mount[1]:
+                return line.partition(" - ")[2].split()[0] in _ONE_MACHINE
+    return False
+
+
+def _flocked_soon(descriptor: int, kind: int) -> bool | None:
+    """As :func:`_flocked`, but a lock that is held only for an instant counts as free."""
+    for seconds in _GLANCES:
+        free = _flocked(descriptor, kind)
+        if free is not False:
+            return free
+        time.sleep(seconds)
+    return _flocked(descriptor, kind)
 
 
 def _flocked(descriptor: int, kind: int) -> bool | None:

@@ -97,26 +97,39 @@ def _shortened(name: str, more: int) -> str:
     return os.fsdecode(data[: room - len(digest)]) + digest
 
 
-def remove_leftovers(folder: Path, name: str = "") -> list[Path]:
+def remove_leftovers(folder: Path, name: str = "", *, alone: bool = False) -> list[Path]:
     """Remove temporary files of `name` (of all files if empty) in `folder` whose writers no longer run on this machine.
 
-    Those of writers in other containers stay, as it is not known whether they run. Returns what was removed.
+    Those of writers in other containers stay, as it is not known whether they run; but `alone` says that no process
+    but this one can be writing any of these files. Returns what was removed.
     """
-    pattern = re.compile(r"(?P<name>.+)" + re.escape(_MARK) + r"(?P<host>.+)-(?P<pid>\d+)-[0-9a-f]+")
     removed = []
-    for candidate in folder.iterdir():
-        match = pattern.fullmatch(candidate.name)
-        if match is None or match["host"] != host():
-            continue
-        if name and match["name"] != _shortened(name, len(candidate.name) - len(match["name"])):
-            continue
+    for candidate, writer, pid in _temporary_files(folder, name):
         with _lock:
             ours = candidate in _active
-        if ours or _runs(int(match["pid"])):
-            continue
-        candidate.unlink(missing_ok=True)
-        removed.append(candidate)
+        if not ours and (alone or (writer == host() and not _runs(pid))):
+            with contextlib.suppress(OSError):  # somebody else's, perhaps: nothing depends on its removal
+                candidate.unlink(missing_ok=True)
+                removed.append(candidate)
     return removed
+
+
+def temporary_files(folder: Path, name: str = "") -> list[Path]:
+    """Temporary files of `name` (of all files if empty) in `folder`, of whatever writer; none if it cannot be read."""
+    try:
+        return sorted(path for path, _, _ in _temporary_files(folder, name))
+    except OSError:
+        return []
+
+
+def _temporary_files(folder: Path, name: str) -> Iterator[tuple[Path, str, int]]:
+    """Temporary files of `name` (of all files if empty) in `folder`, with the host and the number of their writers."""
+    pattern = re.compile(r"(?P<name>.+)" + re.escape(_MARK) + r"(?P<host>.+)-(?P<pid>\d+)-[0-9a-f]+")
+    for path in folder.iterdir():
+        match = pattern.fullmatch(path.name)
+        if match is None or (name and match["name"] != _shortened(name, len(path.name) - len(match["name"]))):
+            continue
+        yield path, match["host"], int(match["pid"])
 
 
 def host() -> str:
