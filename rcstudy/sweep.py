@@ -84,6 +84,28 @@ class Interrupted(KeyboardInterrupt):
         self.cases = cases
 
 
+@dataclass(frozen=True)
+class _Means:
+    """How a sweep solves its cases, and whom it tells: arguments of :func:`run`."""
+
+    workers: int | None
+    scheduler: cluster.Scheduler | None
+    processes: pool.Pool
+    solve: Packing
+    progress: Progress | None
+    say: Callable[[str], None]
+
+    @property
+    def most_at_once(self) -> int:
+        """How many processes of this machine may solve."""
+        return self.workers or threads.available_cores()
+
+    def patiently(self, text: str) -> contextlib.AbstractContextManager[None]:
+        """Say `text` if the block is slow, but only if progress is reported."""
+        silent = isinstance(self.progress, Silent | None)
+        return announced_if_slow((lambda text: None) if silent else self.say, text)
+
+
 def run(
     study: Study,
     output: Path | str,
@@ -117,7 +139,6 @@ def run(
     interrupted. A cube that was there before then stays as it was, and the results so far are kept beside it.
     """
     from rcstudy.cases import expand
-    from rcstudy.plan import lack_of_memory
 
     started = time.monotonic()
     if workers is not None and workers < 1:
@@ -129,8 +150,6 @@ def run(
     if scheduler is not None:
         cluster.check(scheduler)
     say = tell or (lambda text: None)
-    # slow steps are reported only if progress is
-    patiently = partial(announced_if_slow, (lambda text: None) if isinstance(progress, Silent | None) else say)
     packing = Packing(solve or (solve_series if series else solve_batch), keep_of(study.outputs))
     with contextlib.ExitStack() as stack:
         if processes is None:
@@ -154,43 +173,66 @@ def run(
         )
         pending = unsolved(cases, store.index)
         if pending or not _is_done(store, study, expansion, None if shard is None else cases, say):
-            with patiently(f"reading {counted(store.index.in_cube_count, 'case')} in {output} that are solved already"):
-                damaged = store.index.check_cube()
-            if damaged:
-                say(f"{output}: {damaged} of its cases are damaged and solved again")
-                pending = unsolved(cases, store.index)
-            if shard is None:
-                store.tell_losses(summary.output, say)
-            summary.kept = len(cases) - len(pending)
-            if summary.kept:
-                say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
-            at_work = min(workers or threads.available_cores(), max(len(pending), 1))
-            if scheduler is None and (lacking := lack_of_memory(pending, at_work)):
-                say(lacking)
-            store.expect(case.key for case in pending)
-            with _interrupts(cases, store) as check_interrupts, contextlib.ExitStack() as making:
-                cube = None if shard else making.enter_context(Assembly(summary.output, study, expansion, store))
-                attributes: dict[str, str | int | float] = {}
-
-                def meanwhile() -> None:
-                    attributes.update(provenance.collect())
-                    if cube is not None:
-                        cube.begin()
-
-                late = patiently(_LATE if scheduler is None else _LATE_ON_CLUSTER)
-                results = _announced(_results(pending, workers, scheduler, processes, packing, say), late)
-                with contextlib.closing(results):
-                    _keep_all(results, pending, store, progress or Silent(), check_interrupts, cube, meanwhile)
-                summary.failures = failures(expansion, cases, store.index)
-                if cube is not None:
-                    with patiently(f"writing {output}"):
-                        cube.finish(attributes, started, check_interrupts)
-            if cube is not None:
-                store.clear()
+            means = _Means(workers, scheduler, processes, packing, progress, say)
+            pending = _left(pending, summary, cases, store, means, whole=shard is None)
+            _complete(pending, summary, cases, store, means, study, expansion, started, whole=shard is None)
         else:
             summary.kept = len(cases)
     summary.seconds = time.monotonic() - started
     return summary
+
+
+def _left(
+    pending: list[Case], summary: Summary, cases: Sequence[Case], store: Store, means: _Means, *, whole: bool
+) -> list[Case]:
+    """Those of `cases` that are to be solved: `pending`, and damaged ones of the cube.
+
+    Says what is kept, and, of a `whole` study, what an earlier cube loses.
+    """
+    from rcstudy.plan import lack_of_memory
+
+    known = counted(store.index.in_cube_count, "case")
+    with means.patiently(f"reading {known} in {summary.output} that are solved already"):
+        damaged = store.index.check_cube()
+    if damaged:
+        means.say(f"{summary.output}: {damaged} of its cases are damaged and solved again")
+        pending = unsolved(cases, store.index)
+    if whole:
+        store.tell_losses(summary.output, means.say)
+    summary.kept = len(cases) - len(pending)
+    if summary.kept:
+        means.say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
+    at_work = min(means.most_at_once, max(len(pending), 1))
+    if means.scheduler is None and (lacking := lack_of_memory(pending, at_work)):
+        means.say(lacking)
+    return pending
+
+
+def _complete(
+    pending: Sequence[Case],
+    summary: Summary,
+    cases: Sequence[Case],
+    store: Store,
+    means: _Means,
+    study: Study,
+    expansion: Expansion,
+    started: float,
+    *,
+    whole: bool,
+) -> None:
+    """Solve the `pending` ones of `cases`, and write the cube of a `whole` study, begun at `started`."""
+    store.expect(case.key for case in pending)
+    with _interrupts(cases, store) as check_interrupts, contextlib.ExitStack() as making:
+        cube = making.enter_context(Assembly(summary.output, study, expansion, store)) if whole else None
+        late = means.patiently(_LATE if means.scheduler is None else _LATE_ON_CLUSTER)
+        with contextlib.closing(_announced(_results(pending, means), late)) as results:
+            attributes = _keep_all(results, pending, store, means.progress or Silent(), check_interrupts, cube)
+        summary.failures = failures(expansion, cases, store.index)
+        if cube is not None:
+            with means.patiently(f"writing {summary.output}"):
+                cube.finish(attributes, started, check_interrupts)
+    if cube is not None:
+        store.clear()
 
 
 def keep_of(outputs: OutputsSpec) -> Keep:
@@ -285,12 +327,17 @@ def _keep_all(
     reporter: Progress,
     check_interrupts: Callable[[], None],
     cube: Assembly | None,
-    meanwhile: Callable[[], None],
-) -> None:
-    """Put all results into the store, and from there into the cube; report progress.
+) -> dict[str, str | int | float]:
+    """Put all results into the store, and from there into the cube; report progress. Returns the run's provenance.
 
-    `meanwhile` is called once, after the first result, when the workers are busy.
+    This is collected, and the cube begun, after the first result, when the workers are busy.
     """
+
+    def begun() -> dict[str, str | int | float]:
+        collected = provenance.collect()
+        if cube is not None:
+            cube.begin()
+        return collected
 
     def kept(write: Callable[[], None]) -> None:
         try:
@@ -303,24 +350,22 @@ def _keep_all(
     packer = Packer(store.index.keep)
     like = Counter(case.key for case in pending)
     reporter.begin(len(pending))
-    begun = False
+    attributes: dict[str, str | int | float] = {}
     try:
         for case, result in results:
             packed = packer.pack(result, case.scene.mesh.cells) if isinstance(result, Result) else result
             kept(partial(store.add, case.key, packed))
             check_interrupts()  # once the result is kept
-            if not begun:
-                meanwhile()
-                begun = True
+            attributes = attributes or begun()
             for _ in range(like[case.key]):
                 reporter.advance(failed=packed.status != Status.SOLVED)
             if cube is not None:
                 cube.go_on()
-        if not begun:
-            meanwhile()
+        attributes = attributes or begun()
         kept(store.flush)
     finally:
         reporter.end()
+    return attributes
 
 
 def _announced(
@@ -335,25 +380,18 @@ def _announced(
             yield from results
 
 
-def _results(
-    pending: Sequence[Case],
-    workers: int | None,
-    scheduler: cluster.Scheduler | None,
-    processes: pool.Pool,
-    solve: Packing,
-    say: Callable[[str], None],
-) -> Generator[tuple[Case, Result | Packed], None, None]:
+def _results(pending: Sequence[Case], means: _Means) -> Generator[tuple[Case, Result | Packed], None, None]:
     """Each case with its result, as they come; of cases with the same key only one is solved."""
     cases = list({case.key: case for case in pending}.values())
-    if scheduler is not None:
-        yield from cluster.solve_on_cluster(make_batches(cases, 1), scheduler, solve, tell=say)
+    if means.scheduler is not None:
+        yield from cluster.solve_on_cluster(make_batches(cases, 1), means.scheduler, means.solve, tell=means.say)
         return
-    wanted = workers or threads.available_cores()
+    wanted = means.most_at_once
     batches = make_batches(cases, wanted)
-    if workers is None or wanted == 1:
-        batches = yield from _solved_here(batches, solve, hand_over=wanted > 1)
+    if means.workers is None or wanted == 1:
+        batches = yield from _solved_here(batches, means.solve, hand_over=wanted > 1)
     if batches:
-        yield from processes.solve(batches, wanted, solve, say)
+        yield from means.processes.solve(batches, wanted, means.solve, means.say)
 
 
 def _solved_here(

@@ -642,6 +642,11 @@ def test_errors_that_do_not_fall_have_no_law(errors):
     assert np.isnan([none.needed, none.order]).all()
 
 
+def test_errors_that_fall_slowly_have_a_law():
+    none = chosen([row(n, 1e-5, 0.02 * (16 / n) ** 0.3) for n in (16, 32, 64)], 0.001)
+    assert (none.order, none.needed) == (pytest.approx(0.3), pytest.approx(16 * 20 ** (1 / 0.3)))
+
+
 def test_errors_small_by_chance_and_unsolved_cases_do_not_count():
     rows = [row(16, 1e-5, 0.001), row(32, 1e-5, 0.02), row(64, 1e-5, 0.005)]
     assert chosen(rows, 0.01).cells == square(64)

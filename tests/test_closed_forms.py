@@ -16,6 +16,8 @@ import pytest
 from contacts import LOAD, RADIUS, STEEL, centres, hertz_of, solved, steel, window
 from scipy.integrate import quad
 
+from rcstudy.mechanics import convolution
+from rcstudy.mechanics.convolution import COMPONENTS
 from rcstudy.mechanics.exact import (
     carter_traction,
     contact_bounds,
@@ -23,7 +25,7 @@ from rcstudy.mechanics.exact import (
     hertz_contact,
     thin_layer_contact,
 )
-from rcstudy.mechanics.influence import COMPONENTS, Influence
+from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.result import CellState, Result, Status
 from rcstudy.solve import solve_scene
@@ -487,6 +489,20 @@ def test_reciprocity_makes_the_elastic_energy_positive(name: str) -> None:
     decoupled = min(np.linalg.eigvalsh(part).min() for part in (zz, xx, yy))
     assert decoupled > 0.0
     assert np.linalg.eigvalsh(energy).min() > 0.01 * decoupled
+
+
+def test_components_are_called_by_their_names() -> None:
+    """Also tractions along x, across them and along y, and pressures, with parities as documented."""
+    assert [getattr(convolution, name.upper()) for name in COMPONENTS] == list(range(len(COMPONENTS)))
+    quadrant = influence("layered").quadrant(3, 3)
+    for quadrants, names in (
+        (convolution.traction_quadrants(quadrant), ("xx", "xy", "yy")),
+        (convolution.pressure_quadrants(quadrant), ("xp", "yp")),
+    ):
+        for (values, parity), name in zip(quadrants, names, strict=True):
+            for i, j in ((1, 2), (-1, 2), (1, -2)):
+                sign = (parity[0] if i < 0 else 1) * (parity[1] if j < 0 else 1)
+                assert sign * values[abs(i), abs(j)] == at(quadrant, name, i, j)
 
 
 def test_coefficients_do_not_depend_on_how_many_are_asked_for() -> None:

@@ -10,7 +10,7 @@ import pytest
 from contacts import STEEL, solved, steel
 
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
-from rcstudy.mechanics.subcell.cusps import difference, pressure_at_borders, within_reach
+from rcstudy.mechanics.subcell.cusps import difference, pressure_at_borders, squares_with_cusps, within_reach
 
 
 def test_differences_are_over_the_larger_value() -> None:
@@ -68,6 +68,17 @@ def test_cusps_are_no_larger_than_coupling_makes_them() -> None:
     assert abs(whole - none) > 0.01 * none
     assert pressure_at_borders(p, slip, 0.0) == pytest.approx(none)
     assert pressure_at_borders(p, slip, 10.0) == pytest.approx(whole)
+
+
+@pytest.mark.parametrize(("width", "expected"), [(4.9, 4.0), (5.1, 0.5 * (4.0 + 1.0))])
+def test_cusps_that_point_downwards_count_behind_wide_slip_zones_only(width: float, expected: float) -> None:
+    """Half of them: p^2 falls to 1 in the stick zone, and is 4 at the border by the cells beside it."""
+    border = 7.5
+    p = np.sqrt(1.0 + 0.2 * np.abs(np.arange(20.0) - border))[:, None]
+    edges = np.array([[border - width], [19.5]])
+    zone = np.array([0]), np.array([12.0]), np.array([[border, 0.0]])
+    found = squares_with_cusps(p, np.array([19]), edges, zone, np.array([4.0]), 10.0)
+    assert found == pytest.approx([expected])
 
 
 @pytest.mark.parametrize("cells", [32, 40, 44])

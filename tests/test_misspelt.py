@@ -152,3 +152,36 @@ def test_a_mapping_that_the_values_of_an_axis_make_lacks_a_key_once(refused):
     assert refused(text) == [
         "s.yaml:3:33: scene.mesh.size: missing: auto or two lengths [x, y], in mm or such as '8 a'"
     ]
+
+
+COATING = "coating: {layer_count: 1, modulus: 1000}"
+
+
+@pytest.mark.parametrize(
+    ("grid", "line"),
+    [
+        *(
+            (f"{COATING}, axes: {{thickness: {value}}}", f"axes.thickness: {shown}: a list of at least one value, or")
+            for value, shown in [
+                ("0.1", "0.1"),
+                ("[]", "[]"),
+                ("{}", "{}"),
+                ("", "(nothing)"),
+                ('"0.1, 0.2"', "0.1, 0.2"),
+            ]
+        ),
+        (f"{COATING}, axes: {{thickness: *undefined}}", "axes.thickness: *undefined: no anchor &undefined stands"),
+        ("axes: {load: []}", "axes.load: []: a list of at least one value, or"),
+        ("axes: {load: 100, friction: [0.1, 0.2]}", "axes.load: 100: a list of at least one value, or"),
+    ],
+)
+def test_what_an_axis_that_is_no_list_gives_is_not_missing(tmp_path, grid, line):
+    bare = SCENE.replace("load: 100, ", "") if "load" in grid else SCENE
+    (found,) = refusal(tmp_path, f"study: s\nscene: {bare}\ngrids: {{g: {{{grid}}}}}\n")
+    assert found.partition(": ")[2].startswith(f"grids.g.{line}")
+
+
+@pytest.mark.parametrize("axis", ["load: []", "laod: [1]"])
+def test_other_axes_are_checked_beside_one_that_is_refused(refused, axis):
+    found = refused(f"study: s\nscene: {SCENE}\ngrids: {{g: {{axes: {{{axis}, friction: [0.1, 0.1]}}}}}}\n")
+    assert [line.split(": ")[1] for line in found] == [f"grids.g.axes.{axis[:4]}", "grids.g.axes.friction[1]"]

@@ -11,7 +11,8 @@ import pytest
 from contacts import TIGHT, solved
 from scipy.linalg import expm, null_space
 
-from rcstudy.mechanics.influence import COMPONENTS, Influence
+from rcstudy.mechanics.convolution import COMPONENTS
+from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.layered import frequency_response, half_space_response
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.result import CellState

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from importlib import import_module
 from typing import Any
@@ -11,6 +12,8 @@ import pytest
 from contacts import STEEL, steel
 
 from rcstudy.bars.hidden import least_over_largest
+from rcstudy.mechanics import contact as one_contact
+from rcstudy.mechanics import influence
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
@@ -20,6 +23,7 @@ from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
 from rcstudy.mechanics.subcell.trailing import Ending
 from rcstudy.mechanics.subcell.unseen import Unseen
 from rcstudy.result import Status
+from rcstudy.study import scene_from_mapping
 
 solve: Any = import_module("rcstudy.solve")  # in the package a function has its name
 
@@ -209,3 +213,34 @@ def test_residual_that_rounding_allows() -> None:
     gaps = np.array([[0.0, 1.0], [-5.0, 0.5]]), np.array([[0.0, -0.25], [0.0, 0.125]])
     assert operator.attainable(*gaps, p) == pytest.approx(5.25 * noise, rel=1e-12, abs=0.0)
     assert operator.attainable(*gaps[::-1], p) == pytest.approx(5.25 * noise, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+@pytest.mark.parametrize(("cells", "radius"), [((4, 33), 200_000.0), ((7, 7), 50.0), ((9, 9), 5000.0)])
+def test_no_coefficients_beyond_the_tables_are_asked_for(
+    monkeypatch: pytest.MonkeyPatch, discretisation: str, cells: tuple[int, int], radius: float
+) -> None:
+    """In windows of few cells, whose boxes are padded most, also of the coarser mesh."""
+    farthest = []
+
+    def noted(tables: Any, spacing: tuple[float, float], have: Any, out: np.ndarray, softness: float) -> None:
+        farthest.append(math.hypot(*((n - 0.5) * side for n, side in zip(out.shape[1:], spacing, strict=True))))
+        made(tables, spacing, have, out, softness)
+
+    made = influence.layer_integrals
+    monkeypatch.setattr(influence, "layer_integrals", noted)
+    one_contact.forget_influence()
+    scene = scene_from_mapping(
+        {
+            "substrate": {"E": 210000, "nu": 0.3},
+            "radius": [radius, 50],
+            "load": 100,
+            "layers": [{"E": "0.5 Es", "nu": 0.3, "thickness": 0.05}],
+            "creepage": {"spin": 0.001},
+            "mesh": {"size": "auto", "cells": list(cells), "margin": 1.05},
+            "coupling": "full",
+            "discretisation": discretisation,
+        }
+    )
+    assert solve.solve_scene(scene).status == Status.SOLVED
+    assert max(farthest) / math.hypot(*scene.mesh.size) < 2.0 < one_contact._REACH

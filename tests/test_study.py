@@ -277,6 +277,9 @@ def test_text_that_only_its_quotes_tell_from_what_is_allowed(tmp_path):
         ("radius: [50, ¶0]", "scene.radius[1]: 0: a number above 0, in mm"),
         ("radius: ¶[50]", "scene.radius: [50]: a number above 0, in mm, or two [Rx, Ry]"),
         ("radius: ¶3 a", "scene.radius: 3 a: a number above 0, in mm"),
+        ("radius: ¶0", "scene.radius: 0: a number above 0, in mm, or two [Rx, Ry] ('a' follows from it)"),
+        ("radius: ¶'50, 50'", "scene.radius: 50, 50: a number above 0, in mm, or two [Rx, Ry] ('a' follows from it)"),
+        ("radius: [¶0, 5]", "scene.radius[0]: 0: a number above 0, in mm ('a' follows from it)"),
         ("load: ¶0", "scene.load: 0: a number above 0, in N"),
         ("load: ¶true", "scene.load: true: a number above 0, in N"),
         ("load: ¶'100'", 'scene.load: "100": a number above 0, in N'),
@@ -776,6 +779,29 @@ def test_settings_that_clash_in_some_cases_are_told_with_those(refused):
     assert found[1].endswith("grids.g: method paper-cg is for coupling one-way only (case coupling=full)")
     found = refused(BASE + "  g: {cases: [{label: a, method: paper-cg, discretisation: aligned}]}\n")
     assert found == ["s.yaml:8:15: grids.g.cases[0]: method paper-cg is for discretisation kalker only (case a)"]
+
+
+TOO_THIN = "a layer of 1e-12 mm: must not be thinner than 1e-09 of the Hertz radius, 2.5e-10 mm"
+TOO_MANY = "modulus too extreme for so many layers"
+
+
+@pytest.mark.parametrize(
+    ("grid", "lines"),
+    [
+        ("thickness: [1e-12, 0.2], modulus: [100, 200]", [f"{TOO_THIN} (case thickness=1e-12)"]),
+        ("modulus: [100, 200], thickness: [1e-12, 0.2], layer_nu: [0.1, 0.2]", [f"{TOO_THIN} (case thickness=1e-12)"]),
+        ("thickness: [1e-12], modulus: [100, 200]", [f"{TOO_THIN} (case thickness=1e-12)"]),
+        ("thickness: [0.1, 0.2], modulus: [1e300], layer_count: [50]", None),
+        (
+            "thickness: [0.1, 0.2], modulus: [1, 1e200, 1e300], layer_count: [1, 50]",
+            [f"{TOO_MANY} (case modulus=1e+200, layer_count=50)", f"{TOO_MANY} (case modulus=1e+300, layer_count=50)"],
+        ),
+    ],
+)
+def test_a_case_that_cannot_be_built_is_named_by_what_makes_it_so(refused, grid, lines):
+    """It was told once for each value of every other axis."""
+    lines = lines or [f"{TOO_MANY} (case modulus=1e+300, layer_count=50)"]
+    assert refused(BASE + f"  g: {{axes: {{{grid}}}}}\n") == [f"s.yaml:8:3: grids.g: {line}" for line in lines]
 
 
 def test_window_is_checked_for_every_combination(refused):

@@ -48,11 +48,15 @@ from rcstudy.mechanics.subcell.trailing import Ending
 from rcstudy.mechanics.subcell.unseen import Unseen
 
 _AS_LARGE = 1e-9  # relative difference below which pressures count as equal
+# Distance up to which layers' contribution is tabulated (beyond, it would be extrapolated without a word), over the
+# window's diagonal. Padded boxes, also of coarser meshes, whose windows may be larger, ask for at most 1.9 (4 to 1024
+# cells along a side, both kinds of cells, fitted and other windows, contacts up to 250 times as long as wide).
+_REACH = 2.5
 
 
 def influence_of(scene: Scene) -> Influence:
     """The influence coefficients of `scene`'s bodies on its mesh; those of the last scene are reused if they match."""
-    reach = 2.5 * float(np.hypot(*scene.mesh.size))
+    reach = _REACH * float(np.hypot(*scene.mesh.size))
     return _influence(scene.substrate, scene.layers, scene.counterbody, scene.mesh.spacing, reach)
 
 

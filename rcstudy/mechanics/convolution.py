@@ -26,6 +26,18 @@ PLAN_BYTES = 256 * 2**20
 ONE_AT_A_TIME = threading.RLock()
 """Lock held during a solve: the buffers for transforms and for linear systems are shared by the whole process."""
 
+COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
+"""Components of an array of influence coefficients, in this order.
+
+zz is u_z due to p; xx and yy are u_x due to q_x and u_y due to q_y; xy is u_x due to q_y (and u_y due to q_x); xp and
+yp are u_x and u_y due to p. Signs as in tests/reference/ic.json.
+"""
+
+ZZ, XX, YY, XY, XP, YP = range(len(COMPONENTS))
+# components with their parities in x and y
+TRACTION_PARITY = ((XX, (1, 1)), (XY, (-1, -1)), (YY, (1, 1)))
+PRESSURE_PARITY = ((XP, (-1, 1)), (YP, (1, -1)))
+
 
 @dataclass(frozen=True)
 class Box:
@@ -376,15 +388,9 @@ def convolve(hat: np.ndarray, padded: tuple[int, int], field: np.ndarray) -> np.
     return plan.real[0, :, :ny].copy()
 
 
-TRACTION_PARITY = ((1, (1, 1)), (3, (-1, -1)), (2, (1, 1)))  # component of a coefficient array and parity: xx, xy, yy
-
-
 def traction_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int, int]]]:
-    """The coefficients xx, xy, yy of `quadrant` [6, ...] (see `influence.py`) with their parities."""
+    """The coefficients xx, xy, yy of `quadrant` [6, ...] (see `COMPONENTS`) with their parities."""
     return [(quadrant[component], parity) for component, parity in TRACTION_PARITY]
-
-
-PRESSURE_PARITY = ((4, (-1, 1)), (5, (1, -1)))  # component and parity: xp, yp
 
 
 def pressure_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int, int]]]:

@@ -39,6 +39,7 @@ from rcstudy.mechanics.contact import (
     solve_rolling,
 )
 from rcstudy.mechanics.convolution import (
+    ZZ,
     Box,
     good_length,
     pressure_quadrants,
@@ -95,7 +96,7 @@ class CoupledOperator:
         quadrant = influence.around(padded)
         # tangential displacements due to pressure, in units of dx; these are odd, so their symbols are imaginary
         self.along = symbols(pressure_quadrants(quadrant), padded).imag / influence.spacing[0]
-        self.gap = symbols([(quadrant[0], (1, 1))], padded)[0].real
+        self.gap = symbols([(quadrant[ZZ], (1, 1))], padded)[0].real
         self.plan = transform(padded, 3, shape[0] + 1)
         self.torus = NormalOperator.on_torus(influence, torus)
         self.torus_plan = transform(torus, 1, torus[0])

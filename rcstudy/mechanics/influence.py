@@ -27,7 +27,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from rcstudy.mechanics import edge_slip
-from rcstudy.mechanics.convolution import good_length
+from rcstudy.mechanics.convolution import COMPONENTS, good_length
 from rcstudy.mechanics.half_line import HALF_SPACE, OF_NO_LAYERS, HalfLine, for_pressure, for_tractions, wave_numbers
 from rcstudy.mechanics.kernels import coefficients
 from rcstudy.mechanics.layered import frequency_response, half_space_response, response_difference
@@ -36,10 +36,6 @@ from rcstudy.mechanics.numerics.hankel import hankel_transforms, running_integra
 from rcstudy.mechanics.scene import Layer, Material
 
 T = TypeVar("T")
-
-# Components of a coefficient array, in this order: zz is u_z due to p; xx and yy are u_x due to q_x and u_y due to q_y;
-# xy is u_x due to q_y (and u_y due to q_x); xp and yp are u_x and u_y due to p. Signs as in tests/reference/ic.json.
-COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
 
 _LOG_STEP = 0.03  # of the grids of alpha and r
 _BIAS = -0.5  # makes D(alpha) / alpha^bias vanish at both ends of the grid, and the transform as well
@@ -137,7 +133,7 @@ class Influence:
         self._top: Material = layers[0] if layers else substrate
         self._counterbody = counterbody
         self._tables = radial_tables(substrate, layers, reach + math.hypot(*spacing)) if layers else None
-        self._quadrant = self._layer_part = np.zeros((6, 0, 0))
+        self._quadrant = self._layer_part = np.zeros((len(COMPONENTS), 0, 0))
         self._made: dict[Hashable, Any] = {}
         self._numbers: dict[Hashable, Any] = {}
         self._coarser: Influence | None = None
@@ -225,7 +221,7 @@ class Influence:
         if self._coarser is None:
             self._coarser = other = copy(self)
             other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
-            other._quadrant = other._layer_part = np.zeros((6, 0, 0))
+            other._quadrant = other._layer_part = np.zeros((len(COMPONENTS), 0, 0))
             other._made, other._numbers = {}, {}
         return self._coarser
 
@@ -387,7 +383,7 @@ class Influence:
 
     def _grown_layer_part(self, nx: int, ny: int) -> np.ndarray:
         """Contribution of the layers, [6, nx, ny]; only cells not yet known are computed."""
-        out = np.zeros((6, nx, ny))
+        out = np.zeros((len(COMPONENTS), nx, ny))
         if self._tables is not None:
             _, have_x, have_y = self._layer_part.shape
             out[:, :have_x, :have_y] = self._layer_part

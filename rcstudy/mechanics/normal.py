@@ -183,7 +183,8 @@ def _conjugate_gradients(
     residual, patience = np.inf, Patience(_PATIENCE)
     converged = False
     iteration = 0
-    while iteration < _MAX_ITERATIONS and tolerance >= LEAST_TOLERANCE * attainable:
+    steps = _MAX_ITERATIONS if tolerance >= LEAST_TOLERANCE * attainable else 0
+    while iteration < steps:
         approach, entered = pressure.normal_residual(p, g, approach, mask, r, r_old, plan.real[0])
         plan.forward()
         arrays.scale_real(plan.hat[0], operator.inverse)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rcstudy.mechanics.convolution import convolve, padded_shape, symbols
+from rcstudy.mechanics.convolution import ZZ, convolve, padded_shape, symbols
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.wrapped import positive_normal
@@ -67,7 +67,7 @@ class NormalOperator:
 
     @staticmethod
     def _made(influence: Influence, padded: tuple[int, int]) -> NormalOperator:
-        coefficients = influence.around(padded)[0]
+        coefficients = influence.around(padded)[ZZ]
         real = np.ascontiguousarray(symbols([(coefficients, (1, 1))], padded)[0].real)
         inverse = 1.0 / (positive_normal(real, influence, padded) * (padded[0] * padded[1]) ** 2)
         stiffness = arrays.norm2(inverse) / math.sqrt(inverse.size) * padded[0] * padded[1]

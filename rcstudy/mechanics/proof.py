@@ -14,7 +14,7 @@ import numpy as np
 from rcstudy.mechanics.aligned_coupled import LARGEST_ERROR
 from rcstudy.mechanics.centring import slip_at_centres
 from rcstudy.mechanics.contact import NormalContact
-from rcstudy.mechanics.convolution import convolve, padded_around, symbols
+from rcstudy.mechanics.convolution import ZZ, convolve, padded_around, symbols
 from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
@@ -39,7 +39,7 @@ def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = No
     padded = padded_around(contact.touched, box)
     quadrant = contact.influence.around(padded)
     gap = initial_gap(scene)[box.slices] - contact.solution.approach
-    gap += convolve(symbols([(quadrant[0], (1, 1))], padded)[0], padded, p)
+    gap += convolve(symbols([(quadrant[ZZ], (1, 1))], padded)[0], padded, p)
     if q is not None:
         gap += contact.lift(q, box)
     inside = p > 0.0

@@ -7,6 +7,8 @@ from copy import copy
 import numpy as np
 
 from rcstudy.mechanics.convolution import (
+    XX,
+    YY,
     ShiftedTransform,
     Transform,
     difference_symbols,
@@ -58,7 +60,7 @@ class SlipOperator:
         coefficients = traction_quadrants(quadrant)
         # of own row: (A(0) - A(1))/dx, with A sharpened along x by (-1, 14, -1)/12 as by `point_factor`
         difference_of_row = (5.0 / 4.0, -4.0 / 3.0, 1.0 / 12.0) if sharp else (1.0, -1.0, 0.0)
-        self.diagonal = min(float(quadrant[c, :3, 0] @ difference_of_row) / spacing[0] for c in (1, 2))
+        self.diagonal = min(float(quadrant[c, :3, 0] @ difference_of_row) / spacing[0] for c in (XX, YY))
         # displacements by tractions, in units of dx
         self.symbol = real_symbols(coefficients, padded, x_first=sharp) / spacing[0]
         self.plan: Transform
@@ -73,7 +75,7 @@ class SlipOperator:
         self.torus_symbol = _packed(difference)
         displacements = positive_tractions(symbols(coefficients, torus), influence, torus) * sharpened
         # in cells far longer than wide, tractions that alternate from row to row displace far less than a cell's own
-        own, alternating = float(quadrant[1, 0, 0]), torus[0] * torus[1] * _alternating(displacements)
+        own, alternating = float(quadrant[XX, 0, 0]), torus[0] * torus[1] * _alternating(displacements)
         self.held = self.diagonal * spacing[0] * own / (_SQUARE * alternating) ** 2
         self.torus_inverse = _packed(_inverse(displacements, 0.0, torus))
         self.torus_edge = from_leading_edge(self.torus_inverse, torus) if torus[0] >= _LONG else None

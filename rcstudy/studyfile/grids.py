@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Mapping
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -203,8 +204,9 @@ class GridReader:
             parts = self._parts(scene, None if bare and own is None else coating, both=bare)
             if parts is None or label is None:
                 continue
-            words = {what: [label] for what in ("uncoated", "mesh", "scene")}
-            self._check_case(parts, scene, node, words, node.value, self.problems)
+            words = {what: [label] for what in ("uncoated", "mesh")}
+            for reason in self._check_case(parts, scene, words, node.value, self.problems):
+                self.problems.add(node, reason + _in_case([label]), value="")
             labels.append(label)
             values.append(parts)
         if spec is None or len(values) < len(self.cases.value):
@@ -242,7 +244,7 @@ class GridReader:
     def _product(self, spec: GridSpec | None) -> GridPlan | None:
         assert self.axes is not None
         known: dict[str, Node] = {}
-        meant: dict[str, _Entry] = {}  # by unknown axes
+        meant: dict[str, _Entry] = {}  # by axes that are refused: nothing is said of what the scene lacks of them
         for path, node in self.axes.value.items():
             if path not in AXIS_PATHS:
                 self.problems.add(node.at_key(), suggest(path, AXIS_PATHS), value="unknown axis")
@@ -250,13 +252,15 @@ class GridReader:
             elif not node.is_list or not node.value:
                 more = "" if path in _NO_RANGE else ", or {first, last, count, spacing}"
                 self.problems.add(node, f"{_inner_axes(path, node)}a list of at least one value{more}")
+                meant[path] = _Entry("", node, refused(node))
             else:
                 known[path] = node
         for path in self._overlapping(known):
             del known[path]  # else its values, set by the other axis too, would be reported as equal to each other
         entries = {path: self._entries(path, node) for path, node in known.items()}
-        firsts = {path: entry for path, entry in meant.items() if path and path not in known}
-        firsts |= {path: found[0] for path, found in entries.items() if found}
+        firsts = {path: found[0] for path, found in entries.items() if found}
+        # not beside what stands there already: with a refused value all other axes would go unchecked
+        firsts |= {path: one for path, one in meant.items() if path and path not in known and not self._gives(path)}
         base = self._expanded(firsts)
         axes = []
         for path, found in entries.items():
@@ -268,6 +272,14 @@ class GridReader:
         plan = GridPlan(self.name, spec.description, tuple(axes), base)
         self._check_product(plan, entries)
         return plan
+
+    def _gives(self, path: str) -> bool:
+        """Whether the grid's own scene or coating has a value where the axis `path` puts its values."""
+        head, *rest = keys_to(path)
+        place, keys = (self.coating, rest) if head == "coating" else (self.scene, [head, *rest])
+        for key in keys:
+            place = place.value.get(key) if place is not None and place.is_mapping else None
+        return place is not None
 
     def _overlapping(self, axes: Mapping[str, Node]) -> set[str]:
         """The axes that set a part of what another axis sets, and those of a coating beside an axis of layers.
@@ -361,73 +373,97 @@ class GridReader:
 
     def _check_product(self, plan: GridPlan, entries: Mapping[str, list[_Entry]]) -> None:
         """Build every case, harmless axes at their first value, and check that its window holds the contact."""
-        found = Problems()
+        found, unbuilt = Problems(), Problems()
+        reasons: dict[str, dict[tuple[int | None, ...], None]] = {}  # why cases cannot be built: their indices
         heads = [axis.path.split(".")[0] for axis in plan.axes]
         matters = [head not in _HARMLESS for head in heads]
+        at_least = ""
         ranges = [range(n if used else 1) for n, used in zip(plan.shape, matters, strict=True)]
         for index in itertools.product(*ranges):
-            if len(found.found) >= _MAX_COUNTED:
+            if len(found.found) + sum(map(len, reasons.values())) >= _MAX_COUNTED:
+                at_least = "at least "
                 break
             mesh = self.scene
-            words: dict[str, list[str]] = {"uncoated": [], "mesh": [], "scene": []}
+            words: dict[str, list[str]] = {"uncoated": [], "mesh": []}
             for axis, head, i, used in zip(plan.axes, heads, index, matters, strict=True):
                 if used and head != "mesh":
                     word = f"{axis.name}={axis.labels[i]}"
-                    words["scene"].append(word)
                     if head in _HERTZ:
                         words["uncoated"].append(word)
                     if head in _HERTZ + _LAYERED:
                         words["mesh"].append(word)
                 if head == "mesh":
                     mesh = with_entry(mesh, axis.path.split("."), entries[axis.path][i].value)
-            self._check_case(plan.parts(index), mesh, self.node.at_key(), words, heads, found)
-        shown = list(found.found)[:_MAX_CASE_PROBLEMS]
+            named = tuple(
+                i if used and head != "mesh" else None for i, head, used in zip(index, heads, matters, strict=True)
+            )
+            for reason in self._check_case(plan.parts(index), mesh, words, heads, found):
+                reasons.setdefault(reason, {})[named] = None
+        for reason, cases in reasons.items():
+            for case in _merged(cases, plan.shape):
+                values = [
+                    f"{axis.name}={axis.labels[i]}" for axis, i in zip(plan.axes, case, strict=True) if i is not None
+                ]
+                unbuilt.add(self.node.at_key(), reason + _in_case(values), value="")
+        every = list(unbuilt.found | found.found)
+        shown = every[:_MAX_CASE_PROBLEMS]
         self.problems.found.update(dict.fromkeys(shown))
-        if more := len(found.found) - len(shown):
-            least = "at least " if len(found.found) >= _MAX_COUNTED else ""
+        if more := len(every) - len(shown):
             line, column = max(problem[:2] for problem in shown)  # problems are sorted by place: this comes last
             self.problems.at(
-                line, column, self.node.path, "", f"... and {least}{more} more errors in cases of this grid"
+                line, column, self.node.path, "", f"... and {at_least}{more} more errors in cases of this grid"
             )
 
     def _check_case(
         self,
         parts: Parts,
         scene: Node,
-        place: Node,
         words: Mapping[str, list[str]],
         varied: Collection[str],
         problems: Problems,
-    ) -> None:
-        """Report a case that cannot be built (at `place`) or whose mesh in the tree `scene` does not suit its contact.
+    ) -> list[str]:
+        """Why the case cannot be built; reports a mesh in the tree `scene` that does not suit the contact.
 
-        `words` name the case of a product in messages: by the values that affect the size of its contact, with layers
-        ("mesh") or without ("uncoated"), or by all that affect how it is built ("scene"). `varied`: keys of the scene
-        that differ from case to case. Conflicts of other keys are reported once, where the keys stand in the file, and
-        so is a mesh that is unsuitable for the same reason in several cases that differ in their layers alone.
+        `words` name the case of a product in messages, by the values that affect the size of its contact, with layers
+        ("mesh") or without ("uncoated"). `varied`: keys of the scene that differ from case to case. Conflicts of other
+        keys are reported once, where the keys stand in the file, and so is a mesh that is unsuitable for the same
+        reason in several cases that differ in their layers alone.
         """
-
-        def case(what: str) -> str:
-            return f" (case {', '.join(words[what])})" if words.get(what) else ""
-
         try:
             built = build(parts)
             key, reason = window_problem(parts, built)
         except BuildError as error:
-            for key, reason in error.conflicts.items():
-                if {"method", key} & set(varied):
-                    problems.add(place, reason + case("scene"), value="")
-                else:
-                    problems.add(find(scene, (key,)), reason)
             if not error.conflicts:
-                problems.add(place, f"{error}{case('scene')}", value="")
-            return
+                return [str(error)]
+            varying = [key for key in error.conflicts if {"method", key} & set(varied)]
+            for key, reason in error.conflicts.items():
+                if key not in varying:
+                    problems.add(find(scene, (key,)), reason)
+            return [error.conflicts[key] for key in varying]
         if reason:
             node = find(scene, ("mesh", key))
             problem = (node.line, node.column, reason, *words["uncoated"])
             if problem not in self._unsuitable:
                 self._unsuitable.add(problem)
-                problems.add(node, reason + case("mesh" if built.layers else "uncoated"))
+                problems.add(node, reason + _in_case(words["mesh" if built.layers else "uncoated"]))
+        return []
+
+
+def _in_case(words: Sequence[str]) -> str:
+    """Text that names a case by `words`, to follow a reason; "" if there are none."""
+    return f" (case {', '.join(words)})" if words else ""
+
+
+def _merged(cases: Collection[tuple[int | None, ...]], shape: Sequence[int]) -> Collection[tuple[int | None, ...]]:
+    """Indices of `cases` in a product of this `shape`, with None for axes that make no difference to which they are.
+
+    Axes of one value keep it, as nothing shows whether it matters.
+    """
+    for k, count in enumerate(shape):
+        others = Counter((*case[:k], None, *case[k + 1 :]) for case in cases)
+        if count > 1 and set(others.values()) == {count}:
+            cases = others
+    return cases
 
 
 def _inner_axes(path: str, node: Node) -> str:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, Str
 from rcstudy.mechanics.scene import Coupling, Creepage, Discretisation, Method, Scene, Tolerance
 from rcstudy.result import VARIABLES
 from rcstudy.settings import LENGTH, MODULUS, unit_of
-from rcstudy.studyfile.quantities import Passing, Quantity, Relative, Whole, Words, between, positive, refusal
+from rcstudy.studyfile.quantities import Passing, Quantity, Real, Relative, Whole, Words, between, positive, refusal
 from rcstudy.studyfile.yamltree import (
     REFUSED,
     Node,
@@ -67,9 +67,9 @@ def _storable(text: str) -> bool:
 
 
 class _Pair:
-    """Validator of two values along x and y; a single one is taken for both if `single`; `word` is read as None."""
+    """Validator of two values along x and y; one that passes `single` is taken for both; `word` is read as None."""
 
-    def __init__(self, allowed: str, single: bool = False, word: str | None = None) -> None:
+    def __init__(self, allowed: str, single: Real | None = None, word: str | None = None) -> None:
         self.allowed, self._single, self._word = allowed, single, word
 
     def __call__(self, value: Any) -> Any:
@@ -78,7 +78,7 @@ class _Pair:
         if isinstance(value, list) and len(value) == 2:
             return value
         if self._single and not isinstance(value, list | dict):
-            return [value, value]
+            return [self._single(value)] * 2
         raise refusal(self.allowed)
 
 
@@ -113,7 +113,9 @@ Length = Annotated[
 ]
 AbsoluteModulus = Annotated[float, PlainValidator(positive(f", in {unit_of('E')} ('Es' is this very modulus)"))]
 PoissonRatio = Annotated[float, PlainValidator(between(0, 0.5))]
-Radius = Annotated[float, PlainValidator(positive(f", in {unit_of('radius')} ('a' follows from it)"))]
+_NOT_RELATIVE = "('a' follows from it)"
+_RADIUS_OR_TWO = f", in {unit_of('radius')}, or two [Rx, Ry]"
+Radius = Annotated[float, PlainValidator(positive(f", in {unit_of('radius')} {_NOT_RELATIVE}"))]
 Cells = Annotated[int, PlainValidator(Whole(4, MAX_CELLS))]
 Slide = Annotated[float, PlainValidator(between(-1, 1, " (a plain ratio, not per cent)"))]
 Spin = Annotated[float, PlainValidator(between(-1000, 1000, f", in {unit_of('spin')}"))]
@@ -192,7 +194,7 @@ class SceneSpec(Spec):
     counterbody: Annotated[MaterialSpec | None, BeforeValidator(_WordOr("rigid", "rigid or {E, nu}"))] = None
     radius: Annotated[
         tuple[Radius, Radius],
-        BeforeValidator(_Pair(f"a number above 0, in {unit_of('radius')}, or two [Rx, Ry]", single=True)),
+        BeforeValidator(_Pair(positive(_RADIUS_OR_TWO).allowed, single=positive(f"{_RADIUS_OR_TWO} {_NOT_RELATIVE}"))),
     ]
     load: Annotated[float, PlainValidator(positive(f", in {unit_of('load')}"))]
     friction: Annotated[float, PlainValidator(positive())] = Scene.friction

@@ -62,14 +62,17 @@ def unseen_width(v: float, growth: float, slips: int, theta: float, zone: np.nda
     towards the edge; theta: distance from the leading cell's centre to the edge (cells); zone [7]: of
     `leading_zone.numbers`. w0 is limited to what it is for so many slip cells if growth is between 0.15 and 1.5.
     """
+    # the limits: at most so many times the distance from the first stick cell's centre to the edge, if no cell slips or
+    # some do; at least so many times that from the last slip cell's, if one slips or more do
+    most_of_none, most_of_some, least_of_one, least_of_more = 1.15, 1.85, 0.8, 1.35
     # v b/g = c0 + c1 ln w0 + c2/g gives w0, and c3 + c4 ln w0 + c5/g what the slip cells have of the zone
     c0, c1, c2, c3, c4, c5, b = zone[0], zone[1], zone[2], zone[3], zone[4], zone[5], zone[6]
     log = ((v * b - c2) / growth - c0) / c1
     if slips == 0:
-        log = min(log, math.log(1.15 * theta))
+        log = min(log, math.log(most_of_none * theta))
     else:
-        least = 0.8 * theta if slips == 1 else 1.35 * (slips - 1 + theta)
-        log = min(max(log, math.log(least)), math.log(1.85 * (slips + theta)))
+        least = least_of_one * theta if slips == 1 else least_of_more * (slips - 1 + theta)
+        log = min(max(log, math.log(least)), math.log(most_of_some * (slips + theta)))
     whole = 4.0 * math.exp(log - 2.0)  # w = 4 e^-2 w0
     return 2.0 * (whole - 2.0 * (c3 + log * c4 + c5 / growth))
 
@@ -92,7 +95,8 @@ def doubts(slips: int, width: float, theta: float) -> tuple[float, float, float]
     """What is uncertain of a zone of this width (cells) in a row with so many slip cells, in cells.
 
     The part of the zone whose tractions are doubtful; the area; and the area that slips unseen, less that by which a
-    visible slip zone is too large (`unseen.py`).
+    visible slip zone is too large (`unseen.py`). Of a visible zone the first falls with the fourth power, the others
+    with the square, of the distance from its last slip cell's centre to the edge over the zone's width.
     """
     if slips == 0:
         return width, width, width

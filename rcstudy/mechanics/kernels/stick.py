@@ -296,7 +296,7 @@ def ending_rows(
         k = count[j]
         leading, last = index[0, j], index[k - 1, j]
         length = max(ends[1, j] - ends[0, j] - 0.5 * widths[j], 0.0)
-        over_root = math.exp(math.lgamma(k) - math.lgamma(k + 0.5))  # of k, about
+        over_root = math.exp(math.lgamma(k) - math.lgamma(k + 0.5))  # 1/sqrt(k), about
         part = 0.5 * math.sqrt(math.pi) * over_root * (length - k)
         lever = x[leading] + (theta - 0.75 * (length + k)) * dx
         out[0] += part * q[last, 0]
