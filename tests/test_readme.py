@@ -65,6 +65,7 @@ CONTACTS = {
     "sliding": "near full slip",
     "wild": "extreme: ellipses to 1000:1, six layers, skins",
     "rubber": "nearly incompressible films of 1 MPa to 1 GPa on stiff bodies",
+    "between": "soft films thinner than a cell between wheel and rail or other bodies",
     "pulled": "rigid ball, friction of 0.4 to 7, full coupling",
     "pressed": "no creepage: slip by pressure alone, films and up to three layers",
     "long": "2 to 12 times as long one way, no layers, pole of spin inside",
