@@ -39,7 +39,7 @@ _PUT_TOGETHER = 8  # so many small units of one level are merged into one of the
 _UNITS = ".units"
 _SET_ASIDE = ".set-aside"
 _FRESH = "fresh"
-_FULL = errno.ENOSPC, errno.EDQUOT
+DISK_FULL = errno.ENOSPC, errno.EDQUOT
 
 Tell = Callable[[str], None]
 
@@ -185,7 +185,7 @@ class Store:
                 unit = self._written(cases, statuses)
                 break
             except OSError as error:  # if the disk is full, half of the results may still fit
-                if error.errno not in _FULL or len(taken) < 2:
+                if error.errno not in DISK_FULL or len(taken) < 2:
                     raise
                 taken = taken[: len(taken) // 2]
         with self._lock:

@@ -23,7 +23,7 @@ from rcstudy.result import Result, Status
 from rcstudy.storage.layout import case_label, lay_out
 from rcstudy.storage.record import DamagedRecord, Keep, Packed, Packer, Packing
 from rcstudy.storage.steady import interrupts_remembered
-from rcstudy.store import Store, opened
+from rcstudy.store import DISK_FULL, Store, opened
 from rcstudy.workers import cluster, pool
 from rcstudy.workers.batch import make_batches, solve_batch, solve_series, warm_up_scenes
 
@@ -317,6 +317,8 @@ def _interrupts(cases: Sequence[Case], store: Store) -> Iterator[Callable[[], No
         if not count:
             raise
         message = f"{error}\n{count} of {len(cases)} cases are kept; rerun the same command to resume"
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno in DISK_FULL:
+            message += " when there is room (rcstudy plan tells how much a cube needs)"
         raise UserError(message) from error
 
 

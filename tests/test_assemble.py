@@ -162,8 +162,9 @@ def test_a_cube_that_cannot_be_written_at_all(study: Study, tmp_path: Path, monk
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(cube_writer.CubeWriter, "add", full)
-    with pytest.raises(UserError, match="No space left on device\n14 of 14 cases are kept"):
+    with pytest.raises(UserError, match="No space left on device\n14 of 14 cases are kept") as caught:
         sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    assert str(caught.value).endswith("resume when there is room (rcstudy plan tells how much a cube needs)")
     assert files(tmp_path) == []
     assert unit_paths(store.units_folder(tmp_path / "c.nc"))
 

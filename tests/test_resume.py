@@ -832,6 +832,13 @@ def test_unfinished_cubes_of_the_killed_are_gone_when_a_sweep_starts(killed: Swe
     assert left(killed) == set(NO_LEFTOVERS)
 
 
+def test_locks_of_killed_shards_do_not_keep_the_folder(killed: Sweeps) -> None:
+    killed.units.mkdir()
+    (killed.units / "lock-1-of-8").write_text("{}")
+    killed.run()
+    assert not killed.units.exists()
+
+
 def test_a_merge_removes_unfinished_cubes_of_the_killed(killed: Sweeps) -> None:
     with pytest.raises(UserError, match="cases are missing"):
         merge(killed.study, killed.output)

@@ -78,7 +78,11 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
         if shard is not None:
             descriptors.append(_take(folder, f"{NAME}-{shard[0]}-of-{shard[1]}", shared=False, take_over=take_over))
         # a lock that is held may be asked for once more: this tells it from one that is not supported
-        yield shard is None and _is_on_one_machine(descriptors[0]) and _flocked(descriptors[0], fcntl.LOCK_EX) is True
+        alone = shard is None and _is_on_one_machine(descriptors[0]) and _flocked(descriptors[0], fcntl.LOCK_EX) is True
+        if alone:  # shards that were killed have left theirs, which would keep the folder
+            for path in folder.glob(f"{NAME}-*-of-*"):
+                path.unlink(missing_ok=True)
+        yield alone
     finally:
         # an empty record means that its owner ended in good order; the last owner removes the file
         names = [NAME] if shard is None else [NAME, f"{NAME}-{shard[0]}-of-{shard[1]}"]
