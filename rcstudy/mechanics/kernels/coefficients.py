@@ -66,8 +66,8 @@ def reflected(
 
     nu, h = 1/(2G) (1/MPa): of the layer, zeta and e2: as of `carried_up`; below: as `y` of `at_interface`.
     """
-    inverse, det = adjugate(at_interface(-1.0, nu, h, below))
-    r00, r01, r10, r11 = product(inverse, at_interface(1.0, nu, h, below))
+    scaled_inverse, det = adjugate(at_interface(-1.0, nu, h, below))
+    r00, r01, r10, r11 = product(scaled_inverse, at_interface(1.0, nu, h, below))
     return carried_up((-r00 / det, -r01 / det, -r10 / det, -r11 / det), zeta, e2)
 
 
@@ -102,9 +102,9 @@ def layered_response(
             d = 1.0 / g + dd
             # in its plane (P-SV): what growing modes yield beyond a half-space of the layer under the same tractions
             t = reflected(nu, h, zeta, e2, below)
-            inverse, det = adjugate(tractions_at_top(nu, t))
+            scaled_inverse, det = adjugate(tractions_at_top(nu, t))
             yielding = product(at_interface(-1.0, nu, h, own), t)
-            c00, c01, c10, c11 = product(yielding, inverse)
+            c00, c01, c10, c11 = product(yielding, scaled_inverse)
             da, db, dc = -c11 / det, 0.5 * (c01 + c10) / det, -c00 / det
             below = own[0] + da, own[1] + db, own[2] + dc
         out[0, i], out[1, i], out[2, i], out[3, i] = da, db, dc, dd
