@@ -511,7 +511,7 @@ def test_what_borders_behind_the_stick_zone_are_told_of_the_bodies(monkeypatch: 
         told.append(arguments[-3:])
         return True, 0.0
 
-    monkeypatch.setattr(slip_zone.smooth, "area_behind", area_behind)
+    monkeypatch.setattr(slip_zone.slip_width, "area_behind", area_behind)
     scene, contact, rolling = sticks_in_front()
     contact.slip_zone(rolling, scene.friction)
     q, smooth = rolling.q[rolling.slip], contact.outline.smooth

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from contacts import MIDDLING, STEEL, hertz_of, solved, steel, window
 
+from rcstudy.bars import films, thin_layers
 from rcstudy.bars.elongated import shape
 from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.fits import ALIGNED, ALIKE, FITS, Fit
@@ -18,6 +19,7 @@ from rcstudy.bars.hidden import Hidden, close_to_border, least_over_largest
 from rcstudy.bars.pressed import force_without_creepage, wider
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
+from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.subcell.unseen import Unseen
 from rcstudy.result import Status
@@ -46,14 +48,14 @@ HIDDEN = [
         Hidden(by_layers=0.01),
         {
             "force_x": 0.26,
-            "force_y": 0.1,
+            "force_y": 0.13,
             "moment_z": 0.085 * 0.8,
             "friction_power": (0.34 + 0.7 * (1.0 - MIDDLING["slip_area"]) ** 4) * (0.005 + 0.01 * 0.8),
             "pressure_max": 0.0001 * 100.0,
             "traction_max": 0.01 * (0.4 + (1.0 - MIDDLING["slip_area"]) ** 4) * 50.0,
             "contact_area": 0.0037,
             "contact_radius": 0.00185 * 0.8,
-            "slip_area": 0.01 * (0.18 + 1.2 * (1.0 - MIDDLING["slip_area"]) ** 8),
+            "slip_area": 0.01 * (0.24 + 1.2 * (1.0 - MIDDLING["slip_area"]) ** 8),
         },
     ),
     (Hidden(squeezed=1.0), {}),  # these pressures are no more peaked than Hertz's
@@ -439,11 +441,46 @@ def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts:
         for name, arm in (("force_y", 1.0), ("moment_z", level["contact_radius"])):
             added = math.sqrt(found[f"{name}_error"] ** 2 - plain[f"{name}_error"] ** 2)
             assert added == pytest.approx(turned * arm if discretisation == "aligned" else 0.0, rel=1e-6)
+        added = math.sqrt(found["friction_power_error"] ** 2 - plain["friction_power_error"] ** 2)
+        power = 0.6 * 0.5 * part * 0.2 * scene.load * math.hypot(0.003, 0.001)
+        assert added == pytest.approx(power if discretisation == "aligned" else 0.0, rel=1e-6)
         assert {k for k in found if found[k] != plain[k]} == (
-            {"force_x_error", "force_y_error", "moment_z_error", "slip_area_error"}
+            {"force_x_error", "force_y_error", "moment_z_error", "slip_area_error", "friction_power_error"}
             if discretisation == "aligned"
             else set()
         )
+
+
+def test_power_that_is_missed_on_soft_films() -> None:
+    """Beside the edge with all slip there, but not on incompressible films; elsewhere as the slip that cells miss."""
+    hidden = Hidden(by_pressure=0.004, squeezed=0.25, missed=Missed(0.0, 0.03))
+    assert thin_layers.power_at_edge(hidden, 0.1, 0.002) == pytest.approx(0.6 * 0.75 * 0.1 * 0.006, rel=1e-12)
+    assert films.of_missed_power(hidden, 0.2, 0.4) == pytest.approx(0.4 * 0.03 / 0.2 * 0.6, rel=1e-12)
+    assert films.of_missed_traction(hidden, 0.4) == pytest.approx(0.6 * 0.03 * 0.6**2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("discretisation", "coupling", "raised"),
+    [
+        ("aligned", "one-way", {"friction_power"}),
+        ("aligned", "full", {"friction_power", "traction_max"}),
+        ("kalker", "full", set()),
+    ],
+)
+def test_what_missed_slip_adds_to_powers_and_largest_tractions(
+    discretisation: Any, coupling: Any, raised: set[str]
+) -> None:
+    """And to forces along x, whatever the cells."""
+    level = MIDDLING | FORCES | {"slip_area": 0.36, "friction_power": 0.2}
+    scene = steel(
+        Mesh((1.0, 1.0), (24, 24)),
+        creepage=Creepage(0.003),
+        counterbody=None,
+        coupling=coupling,
+        discretisation=discretisation,
+    )
+    plain, found = (error_estimates(scene, 314, [level] * 2, Hidden(missed=Missed(0.0, slip))) for slip in (0.0, 0.03))
+    assert {name for name in plain if found[name] != plain[name]} == {f"{name}_error" for name in {"force_x"} | raised}
 
 
 def test_estimate_of_pressures_close_to_the_rim() -> None:
