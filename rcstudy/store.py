@@ -36,7 +36,6 @@ UNIT_BYTES = 8 * 2**20
 UNIT_SECONDS = (0.5, 1.0, 2.0, 5.0)  # longest wait of results for the first unit, the second, the third, all others
 _MOST_PENDING = 2  # most results in memory, in units
 _PUT_TOGETHER = 8  # so many small units of one level are merged into one of the next
-_UNITS = ".units"
 _SET_ASIDE = ".set-aside"
 _FRESH = "fresh"
 DISK_FULL = errno.ENOSPC, errno.EDQUOT
@@ -47,7 +46,7 @@ Tell = Callable[[str], None]
 def units_folder(output: Path) -> Path:
     """The folder of the units of the cube `output`."""
     real = Path(os.path.realpath(output))
-    return real.with_name(f"{real.name}{_UNITS}")
+    return real.with_name(f"{real.name}.units")
 
 
 class Store:
@@ -258,7 +257,8 @@ def opened(
                 tell(f"{output.parent}: a new folder, which is made for the cube")
             remove_leftovers(folder)
             if alone:  # cubes that were not finished, which would take the room of units
-                remove_leftovers(folder.parent, folder.name.removesuffix(_UNITS), alone=True)
+                real = Path(os.path.realpath(output))
+                remove_leftovers(real.parent, real.name, alone=True)
             if fresh:
                 _start_over(folder, study)
             stack.callback(index.close)
