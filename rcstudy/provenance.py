@@ -77,12 +77,11 @@ def _cpu() -> str:
 def _git_revision(package: Path) -> str | None:
     def git(*arguments: str) -> str | None:
         try:
-            done = subprocess.run(
-                ["git", "-C", str(package), *arguments], capture_output=True, text=True, timeout=10, check=False
-            )
+            done = subprocess.run(["git", "-C", str(package), *arguments], capture_output=True, timeout=10, check=False)
         except (OSError, subprocess.TimeoutExpired):
             return None
-        return done.stdout.strip() if done.returncode == 0 else None
+        # what it says of a failure may name a folder in any encoding
+        return done.stdout.decode("utf-8", "replace").strip() if done.returncode == 0 else None
 
     # an installed copy inside some other project's checkout is not that project's revision
     if git("ls-files", "--error-unmatch", "provenance.py") is None:

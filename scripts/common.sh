@@ -57,7 +57,7 @@ need_venv_module() {
             fi
         done
     done
-    die "$hint: apt-get could not"
+    die "$hint as root: apt-get could not"
 }
 
 make_venv() {

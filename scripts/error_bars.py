@@ -43,7 +43,7 @@ import numpy as np
 
 from rcstudy.errors import UserError
 from rcstudy.mechanics.normal import estimated_contact
-from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Coupling, Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.progress import counted
 from rcstudy.result import ESTIMATED, CellState, Status
 from rcstudy.solve import solve_scene
@@ -52,6 +52,7 @@ from rcstudy.studyfile.build import fitted_size
 
 STEEL = Material(210000.0, 0.3)
 _FINER = {"few": 8, "coarse": 8, "between": 12}  # times as many cells along each side for the truth; 4 for the others
+_COUPLINGS: tuple[Coupling, Coupling] = ("one-way", "full")
 _ACROSS = 1, 2, 3, 4, 5, 6, 8, 10, 12  # cells across the contacts of `fewest`
 CREEPAGES = (
     (0.002, 0.0, 0.0),
@@ -217,7 +218,7 @@ def engineering_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     cells = int(rng.integers(24, 69))
     mapping |= {
         "creepage": {"longitudinal": 0.001},
-        "coupling": rng.choice(["one-way", "full"]),
+        "coupling": _COUPLINGS[rng.integers(2)],
         "discretisation": discretisation,
         "mesh": {"size": "auto", "cells": [cells, cells]},
         "tolerance": {"normal": 1e-6, "tangential": 1e-6},
@@ -311,7 +312,7 @@ def between_scene(rng: np.random.Generator, discretisation: str) -> Scene:
         bare,
         layers=layers,
         friction=friction,
-        coupling=rng.choice(["one-way", "full"]),
+        coupling=_COUPLINGS[rng.integers(2)],
         creepage=Creepage(),
         discretisation=discretisation,  # type: ignore[arg-type]
         tolerance=Tolerance(1e-6, 1e-6),
@@ -504,7 +505,7 @@ def wild_scene(rng: np.random.Generator, discretisation: str) -> Scene:
             "friction": _power(rng, -1.5, 0.2),
             "creepage": {"longitudinal": 0.001},
             "mesh": {"size": "auto", "cells": cells if rng.random() < 0.5 else cells[:1] * 2, "margin": 1.6},
-            "coupling": rng.choice(["one-way", "full"]),
+            "coupling": _COUPLINGS[rng.integers(2)],
             "discretisation": discretisation,
             "tolerance": {"normal": 1e-6, "tangential": 1e-6},
         }

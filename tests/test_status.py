@@ -545,7 +545,9 @@ def test_what_is_done_with_a_result_is_not_solving() -> None:
     results = solve_group([scene, replace(scene, creepage=Creepage(0.002, 0.0, 0.0))])
     next(results)
     time.sleep(0.5)
-    assert next(results).scalars["solve_seconds"] < 0.5
+    started = time.perf_counter()
+    result = next(results)
+    assert result.scalars["solve_seconds"] <= time.perf_counter() - started
 
 
 def test_compiling_kernels_is_not_solving(monkeypatch: pytest.MonkeyPatch) -> None:

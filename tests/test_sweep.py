@@ -113,6 +113,25 @@ def test_revision_only_of_rcstudy_itself(tmp_path: Path, monkeypatch: pytest.Mon
     assert "git_revision" not in provenance.collect()
 
 
+def test_what_git_says_in_no_known_encoding_is_no_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a checkout that is somebody else's it tells the folder, byte by byte; the sweep ended with a traceback."""
+    git = tmp_path / "git"
+    git.write_bytes(b"#!/bin/sh\nprintf 'dubious ownership in caf\\351' | tee /dev/stderr\nexit 128\n")
+    git.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr(provenance, "__file__", str(tmp_path / "provenance.py"))
+    assert "git_revision" not in provenance.collect()
+
+
+def test_a_name_of_a_process_that_ends_within_a_letter_is_no_failure() -> None:
+    """The kernel keeps fifteen bytes of it."""
+    script = (
+        "import ctypes, os; from rcstudy.storage import lock; started = lock._started(os.getpid()); "
+        "ctypes.CDLL(None).prctl(15, b'etude-de-roul\\xc3', 0, 0, 0); assert lock._started(os.getpid()) == started > 0"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
 def test_a_worker_that_dies_costs_its_case_only(study: Study, tmp_path: Path) -> None:
     """One case in the middle of a batch kills its worker each time; the others are solved, and nothing hangs."""
     done = sweep.run(study, tmp_path / "c.nc", workers=2, solve=workers.dies)

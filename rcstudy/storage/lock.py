@@ -265,7 +265,7 @@ def _boot_id() -> str:
 def _started(pid: int) -> int:
     """When a process of this machine started, in ticks since boot; 0 where that is not known, -1 if it does not run."""
     try:
-        text = Path(f"/proc/{pid}/stat").read_text()
+        text = Path(f"/proc/{pid}/stat").read_text(errors="replace")  # a name is cut at 15 bytes, even within a letter
     except FileNotFoundError:
         return -1 if Path("/proc/self/stat").exists() else 0
     except OSError:
