@@ -91,16 +91,18 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
 
 
 @contextlib.contextmanager
-def _opened(*paths: Path, tell: Callable[[str], None] | None = None) -> Iterator[list[xr.DataTree]]:
+def _opened(
+    *paths: Path, tell: Callable[[str], None] | None = None, any_order: bool = False
+) -> Iterator[list[xr.DataTree]]:
     """Cubes opened for reading; reports the grids and tables whose numbers were changed after writing.
 
-    `tell` takes the reports, each a line; by default they go to the user.
+    `tell` takes the reports, each a line; by default they go to the user. `any_order`: see `open_cube`.
     """
     from rcstudy.check import changes
     from rcstudy.cube import open_cube, reading
 
     with reading(*paths), contextlib.ExitStack() as stack:
-        trees = [stack.enter_context(open_cube(path)) for path in paths]
+        trees = [stack.enter_context(open_cube(path, any_order=any_order)) for path in paths]
         for path, tree in zip(paths, trees, strict=True):
             for change in changes(tree):
                 (tell or _say)(f"{path}: {change}")
@@ -392,7 +394,7 @@ def compare(
     allowed = Tolerances() if tolerances is None else load_tolerances(tolerances)
     flips = None if state_flips is None else parse_flips(state_flips)
     allowed = allowed.with_options(parse_options(rtol or ()), flips)
-    with _opened(cube, reference) as (ours, theirs):
+    with _opened(cube, reference, any_order=True) as (ours, theirs):
         outcome = comparing.compare(ours, theirs, allowed, allow_unsolved=allow_unsolved)
     print(outcome.text())
     return 0 if outcome.same else EXIT_DIFFERENT

@@ -26,7 +26,7 @@ from rcstudy.errors import UserError
 from rcstudy.progress import counted
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.storage.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, SETTINGS, as_floats
-from rcstudy.structure import COORDINATE_RTOL, align, holds_windows, variables_in_both
+from rcstudy.structure import COORDINATE_RTOL, align, holds_windows, in_order, variables_in_both
 from rcstudy.studyfile.yamltree import suggest
 from rcstudy.tolerances import TOLERABLE, Tolerances
 
@@ -211,9 +211,10 @@ def _compare_grid(
         return 0
     problems, names = variables_in_both(*aligned, dims)
     outcome.structure += [f"{name}: {problem}" for problem in problems]
-    grid = _Grid(name, *aligned, dims, tolerances, outcome, slack)
+    here, there = (in_order(grid, dims) for grid in aligned)
+    grid = _Grid(name, here, there, dims, tolerances, outcome, slack)
     grid.compare_status(allow_unsolved)
-    fields = [variable for variable in names if {"x", "y"} <= set(aligned[1][variable].dims)]
+    fields = [variable for variable in names if {"x", "y"} <= set(there[variable].dims)]
     for variable in fields:
         if variable == "state":
             grid.compare_state()

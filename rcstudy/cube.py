@@ -32,7 +32,7 @@ from rcstudy.storage.layout import (
     result_items,
 )
 from rcstudy.storage.record import FIELDS, SCALARS
-from rcstudy.storage.screen import foreign_content, reason_of
+from rcstudy.storage.screen import reason_of, unsafe_content
 from rcstudy.studyfile.build import scene_hertz
 from rcstudy.studyfile.spec import MAX_CELLS, grid_name_problem
 from rcstudy.studyfile.yamltree import shorten
@@ -41,10 +41,11 @@ if TYPE_CHECKING:
     from rcstudy.mechanics.scene import Scene
 
 
-def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
+def open_cube(path: Path | str, *, chunked: bool = False, any_order: bool = False) -> xr.DataTree:
     """Open a cube lazily: values are read when they are used; close it, or use it in a ``with`` block.
 
     `chunked`: fields as dask arrays, one chunk for each field of each case, for work on more than the memory holds.
+    `any_order`: also one whose variables have their dimensions in another order than those of cubes.
 
     The root holds the provenance as attributes and, in a study of several grids, a table of all cases; the grids
     are its children (:func:`grids` gives them in either layout).
@@ -62,9 +63,11 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
     if not path.is_file():
         raise UserError(f"{path}: not a file")
     try:
-        if foreign := foreign_content(path):
-            raise UserError(f"{path}: not an rcstudy cube: {foreign}")
-        tree = xr.open_datatree(path, engine=engine())
+        unsafe, copied = unsafe_content(path)
+        if unsafe:
+            raise UserError(f"{path}: not an rcstudy cube: {unsafe}")
+        # the netCDF library crashes on some of the attributes that it signs with, if they are made up
+        tree = xr.open_datatree(path, engine="h5netcdf" if copied else engine())
     except UserError:
         raise
     except Exception as error:  # HDF5, h5netcdf and xarray raise errors of any type on foreign files
@@ -82,7 +85,7 @@ def open_cube(path: Path | str, *, chunked: bool = False) -> xr.DataTree:
         if not found or any(LABEL not in grid for grid in found.values()):
             raise UserError(f"{path}: not a whole rcstudy cube: it has no grids, or grids without labels of cases")
         for name, grid in found.items():
-            if problem := _problem_of_grid(name, grid):
+            if problem := _problem_of_grid(name, grid, any_order):
                 raise UserError(f"{path}: not an rcstudy cube: grid {shorten(name)}: {problem}")
         if chunked:
             _chunk_fields(tree)
@@ -183,24 +186,30 @@ def engine() -> Literal["netcdf4", "h5netcdf"]:
     return "netcdf4" if find_spec("netCDF4") is not None else "h5netcdf"
 
 
-def _problem_of_grid(name: str, grid: xr.Dataset) -> str:
+def _problem_of_grid(name: str, grid: xr.Dataset, any_order: bool = False) -> str:
     """What is wrong with a grid's name, or with its variables' dimensions and types; "" if nothing."""
     if reason := grid_name_problem(name):
         return reason  # checked because the name becomes part of file names
     dims = case_dims(grid)
-    if not set(dims) <= set(grid.dims) or grid[LABEL].dims != dims:
+    if gone := [dim for dim in dims if dim not in grid.dims and dim in grid.coords]:
+        return f"{gone[0]} is no dimension any more; a list of one value keeps it: ds.sel({gone[0]}=[...])"
+    if not set(dims) <= set(grid.dims) or not _along(grid[LABEL], dims, any_order):
         return "its cases have no labels"
     for key, variable in VARIABLES.items():
         if key not in grid.variables:
             continue
         expected = (*dims, "x", "y") if variable.kind == "field" else dims
-        if grid[key].dims != expected:
+        if not _along(grid[key], expected, any_order):
             return f"{key} has other dimensions than {', '.join(expected)}"
         if grid[key].dtype.kind not in {"f": "f", "i": "i", "s": "OTU"}[variable.dtype[0]]:
             return f"{key} is of type {grid[key].dtype}"
     if any(grid.sizes.get(dim, 0) > MAX_CELLS for dim in "xy"):
         return f"more than {MAX_CELLS} cells"
     return ""
+
+
+def _along(variable: xr.DataArray, dims: tuple[str, ...], any_order: bool) -> bool:
+    return variable.dims == dims or (any_order and sorted(map(str, variable.dims)) == sorted(dims))
 
 
 def grids(tree: xr.DataTree) -> dict[str, xr.Dataset]:

@@ -118,6 +118,15 @@ def variables_in_both(ours: xr.Dataset, theirs: xr.Dataset, case_dims: tuple[str
     return problems, names
 
 
+def in_order(grid: xr.Dataset, case_dims: tuple[str, ...]) -> xr.Dataset:
+    """The grid with the dimensions of all variables in the order of cubes: those of cases first, x and y last."""
+    last = [dim for dim in _FIELDS if dim in grid.dims]
+    others = [dim for dim in grid.dims if dim not in (*case_dims, *last)]
+    order = [*case_dims, *others, *last]
+    mixed = [name for name, v in grid.variables.items() if list(v.dims) != [dim for dim in order if dim in v.dims]]
+    return grid.assign({name: grid[name].transpose(*order, missing_dims="ignore") for name in mixed}) if mixed else grid
+
+
 def _with_fields_of_both(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[str], xr.Dataset, xr.Dataset]:
     """Both grids without fields if one has none, and that it has none, in words."""
     lost = [dim for dim in _FIELDS if dim in theirs.dims and dim not in ours.dims]

@@ -475,7 +475,7 @@ def test_a_file_that_may_not_be_read_is_told_in_a_line(
         Path(name).write_bytes(b"")
     monkeypatch.setattr(os, "access", lambda *_, **__: False)
     monkeypatch.setattr(Path, "open", refuse)
-    monkeypatch.setattr(cube, "foreign_content", refuse)
+    monkeypatch.setattr(cube, "unsafe_content", refuse)
     done = run(*words.split())
     assert done.exit_code == EXIT_BAD_INPUT
     assert re.fullmatch(r"s\.(yaml: cannot be read|nc: not a readable rcstudy cube): Permission denied\n", done.output)

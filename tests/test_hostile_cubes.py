@@ -10,6 +10,7 @@ import tempfile
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -27,7 +28,7 @@ from rcstudy.cases import expand
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import Result, Status
-from rcstudy.storage.earlier import other_study
+from rcstudy.storage.earlier import other_study, refuse_foreign
 from rcstudy.storage.heaps import damaged_heap
 from rcstudy.storage.screen import foreign_content
 from rcstudy.study import load_study
@@ -159,11 +160,67 @@ def test_what_no_cube_holds_is_refused_unread(
     assert not (tmp_path / "t").exists()
 
 
-def test_a_cube_that_another_program_saved_is_refused(good: Path, tmp_path: Path) -> None:
+Cut = Callable[[xr.Dataset], xr.Dataset]
+
+
+def saved(good: Path, path: Path, cut: Cut = lambda cube: cube, engine: Any = "netcdf4") -> Path:
+    """A cube, or what is made of it, as xarray saves it."""
     with xr.open_dataset(good) as cube:
-        cube.load().to_netcdf(tmp_path / "c.nc", engine="netcdf4")
+        cut(cube.load()).to_netcdf(path, engine=engine)
+    return path
+
+
+@pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
+def test_a_cube_that_xarray_saved_is_read_and_not_replaced(
+    good: Path, tmp_path: Path, engine: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It was refused everywhere, and with it every part of a cube that somebody had cut out."""
+    path = saved(good, tmp_path / "c.nc", engine=engine)
+    with open_cube(path) as ours, open_cube(good) as theirs:
+        xr.testing.assert_equal(ours.to_dataset(), theirs.to_dataset())
+    assert run("compare", path, good) == run("compare", good, path) == run("show", path) == 0
+    assert run("tables", path, "-o", tmp_path / "t") == 0
+    assert "checksum" not in capsys.readouterr().err
     with pytest.raises(UserError, match="was saved by another program, such as xarray: only files that sweep or merge"):
-        open_cube(tmp_path / "c.nc")
+        refuse_foreign(path)
+
+
+def scaled(cube: xr.Dataset) -> xr.Dataset:
+    return cube.assign(traction_x=cube.traction_x.copy(data=1.01 * cube.traction_x))
+
+
+@pytest.mark.parametrize(
+    ("cut", "told"),
+    [
+        (scaled, "traction_x: 1.00e-02 of"),
+        (lambda cube: cube.isel(creepage=[0, 2]), "missing in the cube"),
+        (lambda cube: cube.isel(modulus=slice(1, None)), "missing in the cube"),
+        (lambda cube: cube.rename(traction_x="tx"), "variable traction_x: missing in the cube"),
+        (lambda cube: cube.transpose(..., "y", "x"), "traction_x: dimensions are (modulus, creepage, y, x), in the"),
+        (lambda cube: cube.rename(x="y", y="x"), "dimension x: 24, in the reference 32"),
+        (lambda cube: cube.transpose("creepage", ...), "variable force_x: dimensions are (creepage, modulus), in"),
+        (lambda cube: cube.assign(state=cube.state.roll(x=1)), "state: differs in"),
+    ],
+)
+def test_what_xarray_made_of_a_cube_differs(
+    good: Path, tmp_path: Path, cut: Cut, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("compare", saved(good, tmp_path / "c.nc", cut), good) == 1
+    assert told in capsys.readouterr().out
+
+
+def test_other_orders_of_dimensions_are_compared_alike(good: Path, tmp_path: Path) -> None:
+    path = saved(good, tmp_path / "c.nc", lambda cube: cube.transpose("x", "y", "creepage", "modulus", ...))
+    assert run("compare", path, path) == 0
+    assert run("compare", path, saved(path, tmp_path / "d.nc", scaled)) == 1
+
+
+def test_an_axis_that_a_selection_removed_is_told(
+    good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("show", saved(good, tmp_path / "c.nc", lambda cube: cube.isel(modulus=0))) == 2
+    words = "grid tiny: modulus is no dimension any more; a list of one value keeps it: ds.sel(modulus=[...])\n"
+    assert capsys.readouterr().err.endswith(words)
 
 
 def test_a_dimension_that_is_gone_is_told(good: Path, tmp_path: Path) -> None:

@@ -45,17 +45,28 @@ def foreign_content(path: Path) -> str:
 
     Raises OSError if the file cannot be read, or its texts could not.
     """
+    return next(_problems_of_file(path), "")
+
+
+def unsafe_content(path: Path) -> tuple[str, bool]:
+    """As `foreign_content`, but what another program saved of a cube is let pass; and whether there is any such."""
+    signed = False
+    for problem in _problems_of_file(path):
+        if not problem.endswith(_BY_OTHERS):
+            return problem, signed
+        signed = True
+    return "", signed
+
+
+def _problems_of_file(path: Path) -> Iterator[str]:
     chunks: list[Chunk] = []
     with h5py.File(path, "r") as file:
         if SCHEMA_ATTRIBUTE not in file.attrs:
-            return f"it has no attribute {SCHEMA_ATTRIBUTE}"
-        if problem := _problem_of_attributes(file.id):
-            return f"/ {problem}"
-        for problem in _problems_of_group(file.id, "", 0, chunks):
-            return problem
+            yield f"it has no attribute {SCHEMA_ATTRIBUTE}"
+        yield from (f"/ {problem}" for problem in _problems_of_attributes(file.id))
+        yield from _problems_of_group(file.id, "", 0, chunks)
     if damaged_heap(path, chunks):
         raise OSError("a heap of texts in it is damaged")
-    return ""
 
 
 def _problems_of_group(group: h5g.GroupID, name: str, depth: int, chunks: list[Chunk]) -> Iterator[str]:
@@ -69,13 +80,11 @@ def _problems_of_group(group: h5g.GroupID, name: str, depth: int, chunks: list[C
             yield f"{shown} is a link to elsewhere"
             continue
         found = h5o.open(group, key)
-        if isinstance(found, h5d.DatasetID | h5g.GroupID) and (problem := _problem_of_attributes(found)):
-            yield f"{shown} {problem}"
-        elif isinstance(found, h5d.DatasetID):
-            if problem := _problem_of_variable(found):
-                yield f"{shown} {problem}"
-            else:
-                chunks += chunks_of(found)
+        if isinstance(found, h5d.DatasetID | h5g.GroupID):
+            yield from (f"{shown} {problem}" for problem in _problems_of_attributes(found))
+        if isinstance(found, h5d.DatasetID):
+            yield from (f"{shown} {problem}" for problem in _problems_of_variable(found))
+            chunks += chunks_of(found)
         elif not isinstance(found, h5g.GroupID):
             yield f"{shown} is neither a group nor a variable"
         elif depth:
@@ -84,8 +93,8 @@ def _problems_of_group(group: h5g.GroupID, name: str, depth: int, chunks: list[C
             yield from _problems_of_group(found, shown, depth + 1, chunks)
 
 
-def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
-    """Description of an attribute that no cube has; "" if there is none.
+def _problems_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> Iterator[str]:
+    """Descriptions of attributes that no cube has.
 
     Attributes that only the netCDF library reads are included, as it crashes on some of them.
     """
@@ -96,48 +105,52 @@ def _problem_of_attributes(owner: h5d.DatasetID | h5g.GroupID) -> str:
         kind = attribute.get_type()
         if name == b"_Netcdf4Dimid":
             if kind.get_class() != h5t.INTEGER or attribute.shape != () or kind.get_size() > 4:
-                return "has no proper number of a dimension"
+                yield "has no proper number of a dimension"
+                continue
             number = np.zeros((), dtype="i8")
             attribute.read(number)
             if not 0 <= number < MAX_DIMENSIONS:
-                return "has no proper number of a dimension"
+                yield "has no proper number of a dimension"
         elif name == b"DIMENSION_LIST":
             if kind.get_class() != h5t.VLEN or attribute.shape != (len(owner.shape),):
-                return "has no proper list of dimensions"
+                yield "has no proper list of dimensions"
         elif name == b"REFERENCE_LIST":
             if kind.get_class() != h5t.COMPOUND:
-                return "has no proper list of references"
+                yield "has no proper list of references"
         elif kind.get_class() not in _CLASSES or len(attribute.shape) > 1:
-            return f"has an attribute {shorten(name.decode('utf-8', 'replace'))} that is neither numbers nor text"
+            yield f"has an attribute {shorten(name.decode('utf-8', 'replace'))} that is neither numbers nor text"
         elif name in OTHERS_MARKS:
-            return _BY_OTHERS
+            yield _BY_OTHERS
         elif name in (b"CLASS", b"NAME") and (kind.get_class() != h5t.STRING or attribute.shape != ()):
-            return "is no proper dimension"
+            yield "is no proper dimension"
     # h5netcdf before 1.7.1 signs what it adds to a file with nothing but dimensions' numbers on variables
-    return _BY_OTHERS if b"_Netcdf4Dimid" in names and b"CLASS" not in names else ""
+    if b"_Netcdf4Dimid" in names and b"CLASS" not in names:
+        yield _BY_OTHERS
 
 
-def _problem_of_variable(variable: h5d.DatasetID) -> str:
-    """Description of a property that no variable of a cube has; "" if there is none."""
+def _problems_of_variable(variable: h5d.DatasetID) -> Iterator[str]:
+    """Descriptions of properties that no variable of a cube has."""
     kind = variable.get_type()
     if kind.get_class() not in _CLASSES:
-        return "holds neither numbers nor text"
+        yield "holds neither numbers nor text"
     made = variable.get_create_plist()
     layout = made.get_layout()
     if layout == h5d.VIRTUAL or made.get_external_count():
-        return "keeps its data elsewhere"
+        yield "keeps its data elsewhere"
     if any(made.get_filter(k)[0] not in _FILTERS for k in range(made.get_nfilters())):
-        return "is compressed in an unknown way"
+        yield "is compressed in an unknown way"
     shape = variable.shape
-    if shape in (None, ()):  # grids have an axis at least; libraries sign no variable that they add without dimensions
-        return f"has no dimensions: it {_BY_OTHERS}"
+    if shape is None:
+        yield "holds nothing"
+        return
+    if shape == ():  # grids have an axis at least; libraries sign no variable that they add without dimensions
+        yield f"has no dimensions: it {_BY_OTHERS}"
     size = kind.get_size()
     if layout == h5d.CHUNKED and math.prod(made.get_chunk()) * size > MAX_CHUNK_BYTES:
-        return "has chunks larger than any case's field"
+        yield "has chunks larger than any case's field"
     # the field of each case is read by itself, and there are as many cases as labels: a variable that declares fields
     # of all cases may be large and empty. Any other variable is read as a whole.
     field = layout == h5d.CHUNKED and len(shape) >= 2 and made.get_chunk()[-2:] == shape[-2:]
     declared = math.prod(shape) * size
     if not field and declared > max(_SMALL_BYTES, _LARGEST_RATIO * variable.get_storage_size()):
-        return f"declares {declared / 1e9:.3g} GB and holds {variable.get_storage_size()} bytes"
-    return ""
+        yield f"declares {declared / 1e9:.3g} GB and holds {variable.get_storage_size()} bytes"
