@@ -46,7 +46,7 @@ VALUES = {
     "coupling": ["[one-way, full]"],
     "method": ["[newton, paper-cg]"],
     "discretisation": ["[kalker, aligned]"],
-    "spin_point": ["[0, 0.25]"],
+    "spin_point": ["[0, 0.25]", "[0, 1/6, 1/3]"],
     "tolerance": ["[{label: loose, normal: 1e-3}, {tangential: 1e-5}]"],
     "tolerance.normal": ["[1e-3, 1e-4]"],
     "tolerance.tangential": ["[1e-3, 1e-4]"],

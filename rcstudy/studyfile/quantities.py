@@ -21,6 +21,7 @@ from rcstudy.studyfile.yamltree import OutOfRange, is_out_of_range
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"  # no digits of other scripts, as in YAML
 _RELATIVE = re.compile(rf"\s*({_NUMBER})?\s*(a|Es)\s*")
+_FRACTION = re.compile(r"\s*([+-]?[0-9]{1,9})/([1-9][0-9]{0,8})\s*")
 _BARE = re.compile(rf"\s*{_NUMBER}\s*")
 _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*[^\W\d].*")
 _COMMENTED = re.compile(rf"\s*{_NUMBER}(\s*(a|Es))?#.*")
@@ -70,6 +71,12 @@ def as_number(value: Any) -> float | None:
     return number + 0.0 if math.isfinite(number) else None  # + 0.0: no negative zero
 
 
+def as_fraction(value: Any) -> float | None:
+    """`value` as a finite float if it is a number or the text of a fraction of whole numbers, `1/6`, else None."""
+    match = _FRACTION.fullmatch(value) if isinstance(value, str) else None
+    return int(match[1]) / int(match[2]) if match else as_number(value)
+
+
 def as_quantity(value: Any) -> Quantity | None:
     """`value` as a Quantity if it is a finite number, plain or relative, else None."""
     match = _RELATIVE.fullmatch(value) if isinstance(value, str) else None
@@ -114,13 +121,14 @@ def with_hint(allowed: str, value: Any) -> str:
 
 @dataclass(frozen=True)
 class Real:
-    """A finite number that passes `test`."""
+    """A finite number that passes `test`; with `fractions` also one written as `1/6`."""
 
     allowed: str
     test: Callable[[float], bool]
+    fractions: bool = False
 
     def __call__(self, value: Any) -> float:
-        number = as_number(value)
+        number = as_fraction(value) if self.fractions else as_number(value)
         if number is None or not self.test(number):
             raise refusal(with_hint(self.allowed, value))
         return number
@@ -132,9 +140,9 @@ def positive(words: str = "", *, below: float = math.inf) -> Real:
     return Real(f"a number {bounds}{words}", lambda number: 0.0 < number < below)
 
 
-def between(low: float, high: float, words: str = "") -> Real:
+def between(low: float, high: float, words: str = "", *, fractions: bool = False) -> Real:
     """A number from `low` to `high`, both included; `words` are appended to the description."""
-    return Real(f"a number from {low:g} to {high:g}{words}", lambda number: low <= number <= high)
+    return Real(f"a number from {low:g} to {high:g}{words}", lambda number: low <= number <= high, fractions)
 
 
 @dataclass(frozen=True)

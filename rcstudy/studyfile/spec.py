@@ -118,6 +118,7 @@ _RADIUS_OR_TWO = f", in {unit_of('radius')}, or two [Rx, Ry]"
 Radius = Annotated[float, PlainValidator(positive(f", in {unit_of('radius')} {_NOT_RELATIVE}"))]
 Cells = Annotated[int, PlainValidator(Whole(4, MAX_CELLS))]
 Slide = Annotated[float, PlainValidator(between(-1, 1, " (a plain ratio, not per cent)"))]
+_SPIN_POINT = between(-0.5, 0.5, ", in cells; also a fraction such as 1/6", fractions=True)
 Spin = Annotated[float, PlainValidator(between(-1000, 1000, f", in {unit_of('spin')}"))]
 Fraction = Annotated[float, PlainValidator(positive(below=1))]
 Text = Annotated[
@@ -205,7 +206,7 @@ class SceneSpec(Spec):
     coupling: Coupling = Scene.coupling
     method: Method = Scene.method
     discretisation: Discretisation = Scene.discretisation
-    spin_point: Annotated[float, PlainValidator(between(-0.5, 0.5, ", in cells"))] = Scene.spin_point
+    spin_point: Annotated[float, PlainValidator(_SPIN_POINT)] = Scene.spin_point
     tolerance: ToleranceSpec = ToleranceSpec()
 
 
