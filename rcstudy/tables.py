@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rcstudy.report import measures
 from rcstudy.report.cells import Column, Table, Value, without_empty
 from rcstudy.report.layers import coating_text, layers_text, thickness_text
-from rcstudy.report.listed import CREEPAGES, listed_numbers, listed_pairs, listed_settings
+from rcstudy.report.listed import CREEPAGES, listed_numbers, listed_pairs, listed_settings, shared_settings
 from rcstudy.report.paper import MAPS, PaperCase, paper_cases, paper_grids, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
@@ -140,7 +140,8 @@ def panel_table(cases: Sequence[PaperCase]) -> Table:
     names = (Column("figure", "Figure", names=True), Column("panel", "Panel", names=True))
     columns, rows = _described([c.view for c in cases])
     rows = [{"figure": c.figure, "panel": c.panel, **row} for c, row in zip(cases, rows, strict=True)]
-    return f"Results per panel of the paper's figures. {RESULTS_NOTE}", (*names, *columns), rows
+    caption = f"Results per panel of the paper's figures. {_conditions([c.view for c in cases])}{RESULTS_NOTE}"
+    return caption, (*names, *columns), rows
 
 
 def case_table(found: Sequence[GridView]) -> Table:
@@ -157,7 +158,12 @@ def case_table(found: Sequence[GridView]) -> Table:
     note = RESULTS_NOTE if any(case.rolling for case in cases) else RESULTS_NOTE.replace(_FORCES, "")
     note = note if most else note.replace("the coated body", "the substrate")
     order = "layer 1 is at the surface; " if most > 1 else ""
-    return f"Results per case. {order}{note}", (*names, *columns), rows
+    return f"Results per case. {_conditions(cases)}{order}{note}", (*names, *columns), rows
+
+
+def _conditions(cases: Sequence[CaseView]) -> str:
+    """What all cases share, as a sentence of a caption that another one follows."""
+    return f"{shared} " if (shared := shared_settings(cases)) else ""
 
 
 def _described(cases: Sequence[CaseView]) -> tuple[Sequence[Column], list[dict[str, Value]]]:
@@ -172,9 +178,9 @@ def _described(cases: Sequence[CaseView]) -> tuple[Sequence[Column], list[dict[s
 
 _FORCES = "forces and moment act on the coated body, which rolls towards +x; "
 RESULTS_NOTE = (
-    f"p0: Hertz's peak pressure of the uncoated pair; {_FORCES}±: the estimated discretisation error, meant to hold in "
-    "nineteen of twenty cases; worst proof: the largest of the case's own checks (relative). Cases that were not "
-    "solved have no numbers."
+    f"p0: Hertz's peak pressure of the uncoated pair; contact radius: of a circle of its area; {_FORCES}±: the "
+    "estimated discretisation error, meant to hold in nineteen of twenty cases; worst proof: the largest of the case's "
+    "own checks (relative). Cases that were not solved have no numbers."
 )
 
 

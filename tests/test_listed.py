@@ -61,7 +61,10 @@ grids:
 
 
 def test_numbers_of_axes_are_in_the_csv_alone(tmp_path: Path) -> None:
-    """They were in words alone. Over a that differs from case to case, a thickness has no coordinate in mm."""
+    """They were in words alone. Over a that differs from case to case, a thickness has no coordinate in mm.
+
+    Every case with layers has the numbers, also one of a grid that varies others.
+    """
     text = f"""{SCENE}
 grids:
   coated:
@@ -80,17 +83,17 @@ grids:
     a = (3 * 100 * 50 * 0.91 / (4 * 210000)) ** (1 / 3)
     thickness = [float(text or "nan") for text in found["thickness_mm"]]
     assert thickness[:8] == pytest.approx([a / 2, a] * 2 + [0.3] * 4, rel=1e-11)
-    assert found["thickness_mm"][8:] == ["", "", ""]
-    assert found["modulus_MPa"] == ["420000", "420000", "3000", "3000"] * 2 + ["", "", ""]
+    assert found["thickness_mm"][8:] == ["", "0.1", ""]
+    assert found["modulus_MPa"] == ["420000", "420000", "3000", "3000"] * 2 + ["", "3000", ""]
     assert found["layer_nu"] == ["0.4"] * 8 + ["", "0.25", ""]  # nor has a case without layers any
-    assert found["layer_count"] == [""] * 8 + ["0", "2", ""]
+    assert found["layer_count"] == ["1"] * 8 + ["0", "2", "0"]
     assert [found[name] for name in CREEPAGES] == [[""] * 10 + [text] for text in ("0", "-0.001", "0.25")]
     assert found["layers"][0] == "E1 = 2 Es, nu = 0.4, 0.5 a"
     assert "| Load (N) | Layers | Creepage | Status |" in titles(tmp_path)
 
 
 def test_layers_that_lists_of_cases_and_axes_give_whole_have_numbers(tmp_path: Path) -> None:
-    """They were in words alone. A list or an axis whose cases all have the same layers adds none."""
+    """They were in words alone."""
     text = f"""{SCENE}
 grids:
   listed:
@@ -103,10 +106,43 @@ grids:
   loads: {{cases: [{{label: a}}, {{label: b, load: 300}}]}}
 """
     found = columns_of(tmp_path, text)
-    assert list(found)[-3:] == ["layer_count", "thickness_mm", "modulus_MPa"]
-    assert found["layer_count"] == ["0", "1", "2", "1", "0", "", "", ""]
-    assert found["thickness_mm"] == ["", "0.01", "0.1", "0.02", "", "", "", ""]
-    assert found["modulus_MPa"] == ["", "300000", "3000", "1000", "", "", "", ""]
+    assert list(found)[-4:] == ["layer_count", "thickness_mm", "modulus_MPa", "layer_nu"]
+    assert found["layer_count"] == ["0", "1", "2", "1", "0", "1", "0", "0"]
+    assert found["thickness_mm"] == ["", "0.01", "0.1", "0.02", "", "0.02", "", ""]
+    assert found["modulus_MPa"] == ["", "300000", "3000", "1000", "", "1000", "", ""]
+    assert found["layer_nu"] == ["", "0.3", "0.3", "0.2", "", "0.2", "", ""]
+
+
+def test_layers_that_differ_between_grids_have_numbers(tmp_path: Path) -> None:
+    """Two grids of other coatings were told apart by words alone."""
+    text = f"""{SCENE}
+grids:
+  thin: {{coating: {{thickness: 0.01, modulus: 1000, layer_nu: 0.2}}, axes: {{load: [100, 200]}}}}
+  thick: {{coating: {{thickness: 0.05, modulus: 1000, layer_nu: 0.4}}, axes: {{load: [100]}}}}
+"""
+    found = columns_of(tmp_path, text)
+    assert list(found)[-2:] == ["thickness_mm", "layer_nu"]
+    assert found["thickness_mm"] == ["0.01", "0.01", "0.05"]
+    assert found["layer_nu"] == ["0.2", "0.2", "0.4"]
+
+
+def test_the_caption_has_what_all_cases_share(tmp_path: Path) -> None:
+    """Neither bodies nor discretisation were in any table of results."""
+    text = f"""{SCENE}
+grids:
+  a: {{scene: {{discretisation: aligned, spin_point: 1/6}}, axes: {{load: [100, 200]}}}}
+  b: {{scene: {{counterbody: {{E: 1 Es, nu: 0.3}}, spin_point: 1/6}}, axes: {{load: [300]}}}}
+"""
+    columns_of(tmp_path, text)
+    caption = (tmp_path / "results.md").read_text(encoding="utf-8").splitlines()[0]
+    shared = caption[caption.index("In all cases") :].partition(". p0")[0]
+    assert shared.startswith(
+        "In all cases: friction 1, radius 50 mm, substrate E 210000 MPa, substrate nu 0.3, window "
+    )
+    assert shared.endswith(
+        ", coupling one-way, method newton, spin point 0.166666666667 cells, tolerance of the pressure 1e-05, "
+        "tolerance of the tractions 1e-07"
+    )
 
 
 def test_pairs_have_their_numbers_along_x_and_y(tmp_path: Path) -> None:

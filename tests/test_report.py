@@ -49,8 +49,9 @@ from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
 from rcstudy.mechanics.scene import Creepage
-from rcstudy.report import measures
+from rcstudy.report import maps, measures
 from rcstudy.report.cells import Column, text_of
+from rcstudy.report.draw import Window
 from rcstudy.report.latex import escape
 from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES, paper_cases
@@ -397,11 +398,38 @@ def test_tractions_that_differ_much_have_colours_of_their_own(tmp_path: Path) ->
         assert q[0] == 0.0 and q[2] > 5.0 * q[1] > 0.0
         assert [ax.get_images()[0].norm.vmax for ax in panels(much)[:3]] == [1.0, q[1], q[2]]
         texts = [next(t.get_text() for t in ax.texts if t.get_gid() == "slip-ratio") for ax in panels(much)[:3]]
-        assert [text.partition(", ")[2] for text in texts] == [f"{value:.4g} MPa" for value in q]
+        assert [text.partition("\n")[2] for text in texts] == [f"{value:.4g} MPa" for value in q]
         assert much.axes[-1].get_xlabel() == "$|q|$ / largest $|q|$"
-        assert "and the largest $|q|$, to which its colours refer." in caption_of(much)
+        assert "and the largest $|q|$ of a cell, to which its colours refer." in caption_of(much)
         assert len({ax.get_images()[0].norm.vmax for ax in panels(less)}) == 1
         assert less.axes[-1].get_xlabel() == "$|q|$ (MPa)" and "refer" not in caption_of(less)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "error", "words"),
+    [
+        (1.0, 0.0, "100 %"),
+        (0.9996, 0.02, "> 99 %"),
+        (0.9996, 0.001, "> 99.9 %"),
+        (0.9984, 0.001, "99.8 %"),
+        (0.532, 0.001, "53.2 %"),
+        (0.532, 0.02, "53 %"),
+        (0.0, 0.02, "0 %"),
+    ],
+)
+def test_nearly_all_is_not_all(ratio: float, error: float, words: str) -> None:
+    """Maps with cells that stick said that 100 % slip."""
+    assert maps._per_cent(ratio, error) == words
+
+
+@pytest.mark.parametrize(("half", "least"), [(0.302, 3), (0.42, 3), (0.06, 3), (51.0, 3)])
+def test_no_number_is_at_the_end_of_a_panel(half: float, least: int) -> None:
+    """It ran into the first number of the panel beside."""
+    ax = Figure(figsize=(2.2, 2.2)).add_axes((0.0, 0.0, 1.0, 1.0))
+    Window(half, half).on(ax)
+    shown = [tick for tick in ax.get_xticks() if abs(tick) <= half]
+    assert len(shown) >= least
+    assert len(shown) < 3 or max(map(abs, shown)) < 0.92 * half
 
 
 CUT = """\
@@ -742,7 +770,8 @@ def test_unsolved_cases_have_no_numbers_in_tables_and_decide_nothing(failing: xr
     rows = read(tmp_path / "results.csv")
     (row,) = [r for r in rows if (r["figure"], r["panel"]) == ("7", "b")]
     assert row["status"] == "not converged: made up not to converge"
-    given = {"spin_rad_per_mm": "0", "thickness_mm": "", "modulus_MPa": "105000"}  # of the case, not of its result
+    # of the case, not of its result
+    given = {"spin_rad_per_mm": "0", "thickness_mm": "0.126644925478", "modulus_MPa": "105000"}
     assert {k: row[k] for k in given} == given
     assert all(not row[k] for k in row.keys() - given if k[-3:] in ("_mm", "_N", "MPa", "tio", "rst"))
     assert sum(r["status"] == "solved" for r in rows) == len(rows) - len(UNSOLVED)
@@ -1019,7 +1048,7 @@ def test_results_are_those_of_the_fields(tree: xr.DataTree, tables: Path) -> Non
     assert (row["proof_name"], row["layers"]) == ("proof_gap", "E1 = 2 E2 = 4 Es, 0.5 a")
     assert row["creepage"] == "xi_x = 0.002, xi_y = 0.001, phi = 0.01 rad/mm"
     given = ["longitudinal", "lateral", "spin_rad_per_mm", "layer_count", "thickness_mm", "modulus_MPa"]
-    assert [row[k] for k in given] == ["0.002", "0.001", "0.01", "", "", "420000"]
+    assert [row[k] for k in given] == ["0.002", "0.001", "0.01", "2", "0.126644925478", "420000"]
     assert list(row)[2:11] == ["layers", "creepage", *given, "status"]
 
 

@@ -73,7 +73,7 @@ def test_captions_tell_of_the_cases_shown_alone(tmp_path: Path) -> None:
     with open_cube(tmp_path / "s.nc") as tree, style():
         caption = caption_of(overview_figure(grids(tree)["films"]))
     assert r"Shown for load = 10 N, creepage = tangent. Creepage: $\xi_x = 0.001$. Layers: bare: no" in caption
-    assert "curve" not in caption and "$P$ = 10 N, $a$ = 0.1176 mm, $p_0$ = 345.4 MPa, cells of" in caption
+    assert "curve" not in caption and "$P$ = 10 N, Hertz's $a$ = 0.1176 mm, $p_0$ = 345.4 MPa, cells of" in caption
 
 
 DOLLARS = (r"cost $5\frac$", "two $1 and $2 coats", "a|b_$x$")
@@ -308,7 +308,22 @@ def test_long_labels_and_many_stay_on_the_page_and_leave_panels_their_size(
 
 def test_shortened_texts_stay_apart() -> None:
     assert shortened(["short", "abcdefghijklmno"], 9) == ["short", "abcd…lmno"]
-    assert shortened(["abcde 1 vwxyz", "abcde 2 vwxyz"], 11) == ["1: abc…yz", "2: abc…yz"]
+    assert shortened(["abcde1vwxyz", "abcde2vwxyz"], 10) == ["1: ab…yz", "2: ab…yz"]
+
+
+@pytest.mark.parametrize(
+    ("form", "most", "shown"),
+    [
+        ("abcde {} vwxyz", 11, "abcde {}…"),
+        ("specimen {} of batch A", 18, "specimen {}…"),
+        ("specimen_of_batch A, {} of many", 12, "specim…A, {}…"),
+        ("specimen of batch A{}BCDEFG", 12, "…A{}BCDEFG"),
+    ],
+)
+def test_words_that_all_texts_share_are_left_out_where_others_tell_them_apart(form: str, most: int, shown: str) -> None:
+    """They had numbers, which began with 1 where the labels' own began with 0."""
+    values = ("0", "1", "2")
+    assert shortened([form.format(value) for value in values], most) == [shown.format(value) for value in values]
 
 
 def test_the_overview_is_along_the_numbers_with_most_values_and_its_lines_are_words(

@@ -7,7 +7,7 @@ import math
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from rcstudy.result import CellState
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
+    from matplotlib.ticker import Locator
 
 ARROWS = 9
 """Approximate number of arrows across a contact."""
@@ -62,6 +63,9 @@ SHAPES = (0.45, 1.25)
 
 _SHORT_NUMBERS = 0.1
 """Largest |x| of a panel, mm, below which the numbers along x have three decimals or more."""
+
+_AT_END = 0.04
+"""Half the width of a number along x over that of a panel of three beside each other."""
 
 ROOMY = 0.5
 """Least share of a panel's height, or width, for the largest contact; if it would have less, it is stretched."""
@@ -165,13 +169,28 @@ class Window:
         Long numbers along x, those of small contacts, have few ticks, as they would run into each other.
         """
         ax.set(xlim=(-self.x, self.x), ylim=(-self.y, self.y), aspect=self.stretch, anchor="N")
-        if self.x < _SHORT_NUMBERS:
-            ax.locator_params("x", nbins=2)
+        ax.xaxis.set_major_locator(_inner_ticks(2 if self.x < _SHORT_NUMBERS else "auto"))
 
     def pitches(self, case: CaseView, steps: tuple[int, int]) -> tuple[float, float]:
         """Distances of every `steps`-th cell along x and y as they are drawn, mm along x."""
         dx, dy = case.spacing
         return steps[0] * dx, steps[1] * dy * self.stretch
+
+
+def _inner_ticks(most: int | Literal["auto"]) -> Locator:
+    """Ticks, `most` + 1 at most, none at the very ends of an axis if others stay.
+
+    A number there would run into that of the panel beside.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    class Inner(MaxNLocator):
+        def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
+            ticks = np.asarray(super().tick_values(vmin, vmax))
+            inner = ticks[np.abs(ticks - 0.5 * (vmin + vmax)) < (0.5 - _AT_END) * (vmax - vmin)]
+            return [float(tick) for tick in (inner if inner.size >= 3 else ticks)]
+
+    return Inner(most, steps=[1, 2, 2.5, 5, 10])
 
 
 def window(cases: Iterable[CaseView]) -> Window:

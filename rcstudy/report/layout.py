@@ -140,7 +140,7 @@ def conditions(grid: GridView, *, friction: bool = True) -> str:
     for name, form in (
         ("load", "$P$ = {} N"),
         ("friction", r"$\mu$ = {}"),
-        ("hertz_radius", "$a$ = {} mm"),
+        ("hertz_radius", "Hertz's $a$ = {} mm"),
         ("hertz_pressure", "$p_0$ = {} MPa"),
     ):
         if name in grid and (friction or name != "friction") and np.ptp(grid.small(name).values) == 0:

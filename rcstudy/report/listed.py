@@ -83,6 +83,8 @@ _SETTINGS = (
 
 
 _FITTED = "auto"
+_SPIN_POINT = "spin_point_cells"
+_STORED_KEYS = tuple(column.key for column in _STORED)
 _MARGIN = _Setting("mesh.margin", Column("margin", "Margin"), lambda s: number_text(s.mesh.margin))
 
 _PATHS = {
@@ -103,13 +105,37 @@ def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[
     do not differ have a column in the CSV alone if their numbers are an axis.
     """
     found = {id(case.grid): case.grid for case in cases}
-    readers = {key: _reader(grid) for key, grid in found.items()}
-    rows = [readers[id(case.grid)](case) for case in cases]
+    rows = _read(cases)
     # as text, since one NaN is no other; a setting that is not known of a case has no key
     differ = {c.key for c in _PATHS.values() if len({str(row[c.key]) for row in rows if c.key in row}) > 1}
     along = {column.key for path, column in _PATHS.items() if any(_is_axis(path, grid) for grid in found.values())}
     columns = [c if c.key in differ else replace(c, csv_only=True) for c in _PATHS.values() if c.key in differ | along]
     return columns, rows
+
+
+def shared_settings(cases: Sequence[CaseView]) -> str:
+    """A sentence on the settings that all these cases share, `In all cases: load 100 N, friction 1, ...`; may be empty.
+
+    Settings that are not known of a case are left out, and so is a spin point at the cells' centres.
+    """
+    rows, parts = _read(cases), []
+    for column in _PATHS.values():
+        values = {str(row.get(column.key, "")) for row in rows}
+        value = "" if len(values) > 1 else values.pop()
+        if column.key in _STORED_KEYS and value:
+            value = number_text(float(value))
+        if not value or value == "nan" or (column.key == _SPIN_POINT and value == "0"):
+            continue
+        name, _, unit = column.title.removesuffix(")").partition(" (")
+        measured = unit and value[0].isdigit() and value[-1].isdigit()
+        parts.append(f"{name[0].lower()}{name[1:]} {value}" + (f" {unit}" if measured else ""))
+    return f"In all cases: {', '.join(parts)}." if parts else ""
+
+
+def _read(cases: Sequence[CaseView]) -> list[dict[str, Value]]:
+    """The settings of each case by the keys of their columns, without those that are not known."""
+    readers = {key: _reader(grid) for key, grid in {id(case.grid): case.grid for case in cases}.items()}
+    return [readers[id(case.grid)](case) for case in cases]
 
 
 def listed_pairs(
@@ -141,27 +167,35 @@ def listed_numbers(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[s
 
     The values of each case are longitudinal and lateral creepage (-) and spin (rad/mm); thickness (mm), modulus (MPa;
     of the layer next to the substrate) and Poisson's ratio of its layers, their number, and the margin of its window,
-    each if that is an axis of its grid; thickness, modulus and number also where cases of a list, or values of an axis
-    `layers`, have other layers. NaN (written empty) where a case has no creepage, no layers or none of these.
+    each if that is an axis of a grid or differs between cases; thickness, modulus and number also where cases of a
+    list, or values of an axis `layers`, have other layers. NaN (written empty) where a case has no creepage, no layers
+    or no such margin.
     """
     of_grid: dict[int, list[CaseView]] = {}
     for case in cases:
         of_grid.setdefault(id(case.grid), []).append(case)
-    given = {key: _given(group) for key, group in of_grid.items()}
-    axes = set[str]().union(*given.values())
-    columns = [*CREEPAGES, *(column for axis, (column, _) in _ALONG.items() if axis in axes)]
+    given = set[str]().union(*map(_given, of_grid.values()), _differing(cases))
+    along = [numbers for name, numbers in _ALONG.items() if name in given]
+    columns = [*CREEPAGES, *(column for column, _ in along)]
     rows: list[dict[str, Value]] = []
     for case in cases:
         row: dict[str, Value] = dict(zip((c.key for c in CREEPAGES), case.creepage, strict=True))
-        rows.append(row | {_ALONG[axis][0].key: _ALONG[axis][1](case) for axis in given[id(case.grid)]})
+        rows.append(row | {column.key: number(case) for column, number in along})
     return [replace(column, csv_only=True, digits=12) for column in columns], rows
 
 
 def _given(cases: Sequence[CaseView]) -> set[str]:
-    """Which of `_ALONG` have numbers in these cases of one grid."""
+    """Which of `_ALONG` are axes of the one grid of these cases, or told by labels of layers."""
     axes = set(cases[0].grid.axes)
     differ = bool(axes & {"case", "layers"}) and len({tuple(case.layers) for case in cases}) > 1
     return axes & _ALONG.keys() | (_OF_LAYERS if differ else set())
+
+
+def _differing(cases: Sequence[CaseView]) -> set[str]:
+    """Which numbers of layers differ among those of these cases that have layers."""
+    return {
+        name for name in (*_OF_LAYERS, "layer_nu") if len({_ALONG[name][1](case) for case in cases if case.layers}) > 1
+    }
 
 
 # a coating's thickness and modulus are read from its layers: coordinates of axes may be over a or Es, or words
@@ -171,7 +205,7 @@ _ALONG: dict[str, tuple[Column, Callable[[CaseView], float]]] = {
     "modulus": (Column("modulus_MPa", "Modulus (MPa)"), lambda case: _next_to_substrate(case)[0]),
     "layer_nu": (
         Column("layer_nu", "Layer nu"),
-        lambda case: case.stored("layer_nu") if case.layers else math.nan,
+        lambda case: case.layer_nu[-1] if case.layers else math.nan,
     ),
     "margin": (_MARGIN.column, lambda case: case.stored("margin")),
 }

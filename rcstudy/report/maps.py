@@ -42,7 +42,7 @@ def pressures_show(mapped: Sequence[CaseView]) -> str:
 
 def tractions_show(body: str = "coated body", *, alike: bool = True) -> str:
     """What maps of the traction on this body show, all with the same colours or not, without the last full stop."""
-    own = "" if alike else f", and the largest $|q|${_OWN}"
+    own = "" if alike else f", and the largest $|q|$ of a cell{_OWN}"
     return (
         f"Magnitude $|q|$ (colour) and direction (arrows, where it is above {100 * draw.LEAST_ARROW:g} % of "
         f"its largest) of the traction on the {body}. Rolling towards $+x$: the leading edge is at $+x$. In each "
@@ -64,9 +64,8 @@ def traction_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str], *
     steps = dict(zip(mapped, draw.circle_steps(mapped, list(windows.values())), strict=True))
     for case in mapped:
         draw.traction_map(drawn[case], case, scale.of(case), scale.colours, windows[case], steps[case])
-        decimals = 1 if slip_ratio_error(case) < 0.005 and slip_ratio(case) < 1.0 else 0
-        largest = "" if alike else f", {short_number(case.number('traction_max'))} MPa"
-        _corner(drawn[case], f"slip {100 * slip_ratio(case):.{decimals}f} %{largest}", "slip-ratio")
+        largest = "" if alike else f"\n{short_number(scale.tops[case])} MPa"
+        _corner(drawn[case], f"slip {_per_cent(slip_ratio(case), slip_ratio_error(case))}{largest}", "slip-ratio")
     if mapped:
         scale.draw_bar(figure, drawn.values())
         _marks(figure, list(steps.values()))
@@ -79,10 +78,11 @@ def pressure_maps(cases: Sequence[CaseView], title: Callable[[CaseView], str]) -
     figure, drawn, windows = _panels(cases, mapped, title, _BAR)
     # aligned cells: the largest pressure may lie between their centres
     tops = {case: max(case.number("pressure_max"), float(case.field("pressure").max())) for case in mapped}
-    scale = _Colours("p", tops, one_colour_scale(mapped, "pressure_max"))
+    scale = _Colours("p", tops, alike := one_colour_scale(mapped, "pressure_max"))
     for case in mapped:
         draw.pressure_map(drawn[case], case, scale.of(case), scale.colours, windows[case])
-        _corner(drawn[case], f"{short_number(case.number('pressure_max'))} MPa", "pressure-max")
+        largest = case.number("pressure_max") if alike else tops[case]
+        _corner(drawn[case], f"{short_number(largest)} MPa", "pressure-max")
     if mapped:
         scale.draw_bar(figure, drawn.values())
     return figure
@@ -101,19 +101,19 @@ class _Colours:
     """
 
     def __init__(self, symbol: str, tops: Mapping[CaseView, float], alike: bool) -> None:
-        self._symbol, self._tops, self.alike = symbol, tops, alike
+        self._symbol, self.tops, self.alike = symbol, tops, alike
         self.colours = map_colours()
 
     def of(self, case: CaseView) -> Normalize:
         from matplotlib.colors import Normalize
 
-        return Normalize(0.0, (max(self._tops.values()) if self.alike else self._tops[case]) or 1.0)
+        return Normalize(0.0, (max(self.tops.values()) if self.alike else self.tops[case]) or 1.0)
 
     def draw_bar(self, figure: Figure, shown: Collection[Axes]) -> None:
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import Normalize
 
-        norm = self.of(next(iter(self._tops))) if self.alike else Normalize(0.0, 1.0)
+        norm = self.of(next(iter(self.tops))) if self.alike else Normalize(0.0, 1.0)
         bar = figure.colorbar(
             ScalarMappable(norm, self.colours), ax=list(shown), location="bottom", shrink=0.62, aspect=45, pad=0.015
         )
@@ -178,6 +178,13 @@ def scales(mapped: Sequence[CaseView]) -> str:
     return " ".join(words)
 
 
+def _per_cent(ratio: float, error: float) -> str:
+    """A ratio in per cent, with a decimal where its error leaves one; no less than all is called all."""
+    decimals = 1 if error < 0.005 and ratio < 1.0 else 0
+    text = f"{100 * ratio:.{decimals}f}"
+    return f"> {100 - 10.0**-decimals:.{decimals}f} %" if ratio < 1.0 and float(text) == 100.0 else f"{text} %"
+
+
 def _corner(ax: Axes, text: str, gid: str) -> None:
     """Write a number in the lower right corner of a map."""
     ax.text(
@@ -189,6 +196,7 @@ def _corner(ax: Axes, text: str, gid: str) -> None:
         va="bottom",
         fontsize=6.5,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+        zorder=5,  # over the arrows
         gid=gid,
     )
 

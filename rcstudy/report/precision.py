@@ -38,6 +38,8 @@ REFERENCE = "reference_"
 SHOWN = ("force", "moment", "friction_power", "slip_area", "traction_max", "traction")
 """Quantities whose errors are drawn over the time of solutions."""
 
+_UNCERTAIN = 3.0
+
 LEAST = 1e-5
 """Relative error below which errors are small by chance, and smaller than those of the references."""
 
@@ -274,7 +276,11 @@ def worst_bound(rows: Iterable[Row], quantity: str) -> float:
 
 
 def _extrapolated(none: Setting, whole: Groups) -> Setting:
-    """`none` completed by the cells that its target takes, by a power law through all meshes at the tightest one."""
+    """`none` completed by the cells that its target takes, by a power law through all meshes at the tightest one.
+
+    Not where errors do not fall, or scatter so much about the law that the cells are uncertain by more than a factor
+    `_UNCERTAIN` (one standard error of a straight line's fit, to first order).
+    """
     tightest = min((tolerance for _, tolerance in whole), default=None)
     worst = {
         cells: worst_of(r.error(none.quantity) if r.solved else np.inf for r in group)
@@ -284,10 +290,16 @@ def _extrapolated(none: Setting, whole: Groups) -> Setting:
     points = [(cells.along_side, error) for cells, error in worst.items() if error > 0.0]
     if len(points) < 3:
         return none
-    slope, start = np.polyfit(np.log([n for n, _ in points]), np.log([e for _, e in points]), 1)
+    x, y = np.log(points).T
+    slope, start = np.polyfit(x, y, 1)
     if slope > -0.1:
         return none
-    return replace(none, needed=float(np.exp((np.log(none.target) - start) / slope)), order=-float(slope))
+    needed = (np.log(none.target) - start) / slope
+    variance = np.sum((y - start - slope * x) ** 2) / (x.size - 2)
+    spread = variance * (1.0 / x.size + (needed - x.mean()) ** 2 / np.sum((x - x.mean()) ** 2)) / slope**2
+    if spread > np.log(_UNCERTAIN) ** 2:
+        return none
+    return replace(none, needed=float(np.exp(needed)), order=-float(slope))
 
 
 def of_both(rows: Iterable[Row]) -> tuple[list[Row], list[Row]]:

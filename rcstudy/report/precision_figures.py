@@ -61,8 +61,9 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
         ax.set(xscale="log", yscale="log")
         ax.set_title(f"({'abcdef'[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
-        if not ax.lines:  # zero by symmetry in all problems, or exact
-            remark(ax, ["no errors"])
+        if not ax.lines:
+            symmetric = all(math.isnan(r.error(quantity)) for r in rows)  # see docs/study.md
+            remark(ax, ["zero by symmetry" if symmetric else "no errors"])
     drawn = [float(y) for ax in axes.flat for line in ax.lines for y in line.get_ydata()]
     # all share it: no line, nor its labels, leaves the panels
     axes[0, 0].set_ylim(0.2 * min([LEAST, *drawn]), max([1.0, *(1.3 * y for y in drawn)]))

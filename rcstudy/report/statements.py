@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from rcstudy.report.cells import Column, Table, Value
+from rcstudy.report.listed import shared_settings
 from rcstudy.report.measures import CELLS
 from rcstudy.report.paper import PaperCase, words
 
@@ -142,8 +143,8 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
         "Pairs are neighbouring values of the parameter named (of spin, at x < 0, any two); the numbers are those of "
         f"the criterion. Undecided are pairs with a case that was not solved, {without}with slip everywhere in both "
         "cases, or with numbers that differ by less than their estimated errors, which are in the table of results"
-        f"{counted}."
-    )
+        f"{counted}. {shared_settings([c.view for c in cases])}"
+    ).rstrip()
     return caption, columns, rows
 
 
