@@ -6,7 +6,10 @@
 from __future__ import annotations
 
 import importlib
+import os
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -185,6 +188,30 @@ scene:
   load: 100
   mesh: {size: [2, 2], cells: [64, 64]}
 """
+
+
+@pytest.mark.heavy
+def test_recipes_run(tmp_path: Path) -> None:
+    """The Python and the commands of docs/how_to.md, in their order."""
+    text = (ROOT / "docs" / "how_to.md").read_text(encoding="utf-8")
+    script = ["import subprocess, sys"]
+    for language, code in re.findall(r"^```(python|sh)\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
+        lines = code.splitlines()
+        if language == "sh":
+            lines = [f"subprocess.run([sys.executable, '-m', *{line.split()!r}], check=True)" for line in lines]
+        script += lines
+    run = subprocess.run(
+        [sys.executable, "-c", "\n".join(script)],
+        cwd=tmp_path,
+        env=os.environ | {"MPLBACKEND": "agg"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert "C11 = 4.1" in run.stdout
+    assert "same: 4 cases compared" in run.stdout
+    assert (tmp_path / "fields.csv").stat().st_size > 10_000
 
 
 def test_tolerances_of_the_cube_document_load(tmp_path: Path) -> None:
