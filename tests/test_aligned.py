@@ -913,11 +913,19 @@ def test_area_between_edges_and_what_is_seen_from_afar():
     scene = steel(window(h.a, (12, 20)), radius=(50.0, 500.0), layers=(Layer(105000.0, 0.3, 0.01),))
     contact = AlignedContact(solve_normal(scene))
     dx, dy = scene.mesh.spacing
-    lines, at_an_angle = (contact.outline.by_x, contact.outline.by_y), edges._AT_AN_ANGLE * min(dx, dy) / max(dx, dy)
-    along, across = (line.shift - HALF_SPACE.shift + at_an_angle for line in lines)
+    lines = contact.outline.by_x, contact.outline.by_y
+    along, across = (line.shift - HALF_SPACE.shift for line in lines)
     assert along > across > 0.0
     expected = np.pi * (along * dx * h.a[1] + across * dy * h.a[0])
     assert contact.area_by_layers == pytest.approx(expected, rel=0.25)
+
+
+@pytest.mark.parametrize("thickness", [0.001, 0.03, 1.0])
+def test_layers_of_no_effect_add_no_area(thickness: float) -> None:
+    """Oblique edges are as far out seen from afar; else it is 0.004 of the contact's over the cells a radius."""
+    layers = (Layer(STEEL.E * (1.0 + 1e-9), STEEL.nu, thickness),)
+    contact = AlignedContact(solve_normal(steel(Mesh((1.0, 1.0), (24, 24)), layers=layers)))
+    assert abs(contact.area_by_layers) < 1e-8 * contact.area
 
 
 def test_levers_are_the_middles_of_the_cells_forces():

@@ -20,9 +20,9 @@ from rcstudy.bars.pressed import force_without_creepage, wider
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.missed import Missed
-from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.subcell.unseen import Unseen
-from rcstudy.result import Status
+from rcstudy.result import ESTIMATED, Status
 from rcstudy.solve import _coarser_numbers, _hidden, _lift, _normal_numbers, _rolling_numbers, solve_scene
 from rcstudy.study import scene_from_mapping
 
@@ -137,6 +137,18 @@ def test_skins_hide_more_than_soft_layers_do() -> None:
     )
     assert stiff - plain == pytest.approx(1.8 * (soft - plain), rel=1e-9)
     assert soft > plain
+
+
+@pytest.mark.parametrize("coupling", ["one-way", "full"])
+def test_layers_of_no_effect_leave_bars_as_they_are(coupling: Any) -> None:
+    """Of the body's own material but for 1e-9; bars of forces along x were up to half wider."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.0005, 0.0003, 0.002), counterbody=None)
+    scene = replace(scene, discretisation="aligned", coupling=coupling)
+    bare = solved(scene).scalars
+    for thickness in (0.001, 0.03, 1.0):
+        found = solved(replace(scene, layers=(Layer(STEEL.E * (1.0 + 1e-9), STEEL.nu, thickness),))).scalars
+        for name in ESTIMATED:
+            assert found[f"{name}_error"] == pytest.approx(bare[f"{name}_error"], rel=1e-6), name
 
 
 def test_estimate_of_pressure_at_the_rim() -> None:

@@ -66,9 +66,17 @@ class Outline:
         ny, seen = p.shape[1], line.far_field
         low, high, far_field = np.zeros(ny, dtype=np.int64), np.zeros(ny, dtype=np.int64), np.zeros((2, ny))
         rows.row_edges(p, seen, low, high, far_field)
-        farther = line.shift - seen.shift + _AT_AN_ANGLE * min(self.spacing) / max(self.spacing)
+        return low, high, far_field, far_field + self._outwards(low, high, line.shift - seen.shift)
+
+    def _outwards(self, low: np.ndarray, high: np.ndarray, by_layers: float = 0.0) -> np.ndarray:
+        """How far the ends [2, n] of rows of cells `low` to `high` lie outside their far-field ends, in cells.
+
+        `by_layers`: how far layers move them; to this comes what oblique edges are off by.
+        """
+        farther = by_layers + _AT_AN_ANGLE * min(self.spacing) / max(self.spacing)
         # fewer than three cells do not determine the edge well enough for this
-        return low, high, far_field, far_field + farther * _OUTWARDS * (high - low >= 2)
+        outwards: np.ndarray = farther * _OUTWARDS * (high - low >= 2)
+        return outwards
 
     @cached_property
     def area(self) -> float:
@@ -88,11 +96,15 @@ class Outline:
 
     @cached_property
     def area_by_layers(self) -> float:
-        """Area (mm^2) within the edges less that within the far-field edges; 0 without layers."""
+        """Area (mm^2) within the edges less that within the far-field ones; 0 without layers.
+
+        Both have the same correction of oblique edges, so that layers of no effect add nothing.
+        """
         if not self.influence.layered:
             return 0.0
         (dx, dy), (low, high, far_field, _) = self.spacing, self._columns
-        seen = np.where(self.high >= self.low, self.far_field_ends, np.nan), np.where(high >= low, far_field, np.nan)
+        along, across = self.far_field_ends + self._outwards(self.low, self.high), far_field + self._outwards(low, high)
+        seen = np.where(self.high >= self.low, along, np.nan), np.where(high >= low, across, np.nan)
         return self.within - self._area_within(*seen) * dx * dy
 
     def _area_within(self, along: np.ndarray, across: np.ndarray) -> float:
