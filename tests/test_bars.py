@@ -821,7 +821,7 @@ def test_forces_on_one_cell_are_no_further_off_than_the_friction_force() -> None
     """However much pressure decides which way surfaces slip."""
     scene = steel(Mesh((24.0, 24.0), (24, 24)), creepage=Creepage(0.003, 0.001), counterbody=None)
     scene = replace(scene, discretisation="aligned")
-    level = MIDDLING | FORCES | {"approach": 0.03}
+    level = MIDDLING | FORCES | {"approach": 0.03, "force_x": -90.0}
     plain, found = (error_estimates(scene, 1, [level], Hidden(turning=3.0, by_pressure=p)) for p in (0.0, 10.0))
     added = math.sqrt(found["force_x_error"] ** 2 - plain["force_x_error"] ** 2)
     assert added == pytest.approx(scene.friction * scene.load, rel=1e-9)

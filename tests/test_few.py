@@ -111,6 +111,8 @@ def test_estimates_without_a_coarser_mesh_follow_the_laws(discretisation: Any) -
     for name, law in few.laws(scene).items():
         n = min(1.25, math.sqrt(4 / math.pi))
         expected = scales[name] * law.at(n, few.ORDER[discretisation])
+        if name == "traction_max":  # the largest pressure says more of it (`bounds.py`)
+            expected = min(expected, scene.friction * (100.0 + bars["pressure_max_error"]) - SCALARS[name])
         assert bars[f"{name}_error"] == pytest.approx(expected, rel=1e-6), name
     at_bound = error_estimates(scene, 4, [SCALARS | {"traction_max": 100.0 * scene.friction}])
     assert at_bound["traction_max_error"] == scene.friction * at_bound["pressure_max_error"]

@@ -245,6 +245,8 @@ def test_estimate_by_how_much_slips(slip):
     if slip < 0.01:  # tractions of leading cells that stick meet their bound, mu p0 sqrt(2/N), on finer cells
         bound = scene.friction * 100.0 * np.sqrt(2.0) * (314 / np.pi) ** -0.25
         expected = max(expected, np.sqrt(1.2 * 50.0 * bound) - 50.0)
+    # none is larger than friction times the largest pressure (`bounds.py`)
+    expected = min(expected, scene.friction * (100.0 + found["pressure_max_error"]) - 50.0)
     assert found["traction_max_error"] == pytest.approx(expected, rel=1e-12)
     fit, most = FITS["friction_power"], scene.friction * scene.load * (0.005 + 0.01 * 0.8)
     noise = (fit.k * np.sqrt(1.0 - slip) + fit.rest) * unit

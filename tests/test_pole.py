@@ -180,6 +180,7 @@ def test_estimate_of_what_turns_about_a_pole_on_long_cells() -> None:
             if (few.cells_per_radius(scene, per_radius) < 6.0 and meshes == 1) or discretisation == "kalker":
                 known = 0.0
             expected = math.hypot(far["force_y_error"] + 0.14 * load * known, 0.14 * load * length)
+            expected = min(expected, load + 2.0)  # no true force is larger than the friction force (`bounds.py`)
             assert near["force_y_error"] == pytest.approx(expected, rel=2e-2)  # the number of cells is rounded
 
 

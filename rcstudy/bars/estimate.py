@@ -16,6 +16,7 @@ contact. Here the other contributions are added:
   friction (`pulled.py`), layers thinner than a cell (`thin_layers.py`), films much softer than the bodies (`films.py`),
   long contacts and the pole of spin (`elongated.py`).
 - All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`hidden.py`).
+- Forces, slip areas and largest tractions are not in doubt by more than the load and friction allow (`bounds.py`).
 
 Forces and moments that vanish by symmetry have only what the solver leaves as error bar (`vanishes`).
 """
@@ -26,7 +27,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-from rcstudy.bars import elongated, few, films, narrow, peaks, pressed, pulled, thin_layers
+from rcstudy.bars import bounds, elongated, few, films, narrow, peaks, pressed, pulled, thin_layers
 from rcstudy.bars.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.bars.hidden import Hidden
 from rcstudy.mechanics.scene import Creepage, Scene
@@ -100,6 +101,7 @@ def error_estimates(
             case.add_island_that_sticks(bars)
             case.add_length(bars)
             case.balance_power(bars)
+    bars = bounds.within(bars, levels[0], scene)
     return {f"{name}_error": case.left_of_none(name) if case.vanishes(name) else bar for name, bar in bars.items()}
 
 
