@@ -44,6 +44,7 @@ need_venv_module() {
         as_root=""
     elif command -v sudo >/dev/null 2>&1; then
         as_root=sudo
+        sudo -v || die "$hint as root: sudo does not let you" # once, not at each of the attempts below
     else
         die "$hint as root: there is no sudo here"
     fi
