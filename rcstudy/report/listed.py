@@ -121,7 +121,7 @@ def shared_settings(cases: Sequence[CaseView]) -> str:
     rows, parts = _read(cases), []
     for column in _PATHS.values():
         values = {str(row.get(column.key, "")) for row in rows}
-        value = "" if len(values) > 1 else values.pop()
+        value = values.pop() if len(values) == 1 else ""
         if column.key in _STORED_KEYS and value:
             value = number_text(float(value))
         if not value or value == "nan" or (column.key == _SPIN_POINT and value == "0"):
