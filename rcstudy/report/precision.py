@@ -39,6 +39,7 @@ SHOWN = ("force", "moment", "friction_power", "slip_area", "traction_max", "trac
 """Quantities whose errors are drawn over the time of solutions."""
 
 _UNCERTAIN = 3.0
+"""Factor by which extrapolated numbers of cells may be uncertain."""
 
 LEAST = 1e-5
 """Relative error below which errors are small by chance, and smaller than those of the references."""
