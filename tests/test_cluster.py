@@ -183,6 +183,7 @@ def test_a_worker_killed_in_the_middle_costs_what_it_held_only(
 
 def test_a_case_that_ends_its_worker_twice_is_given_up(study: Study, tmp_path: Path) -> None:
     with running(tmp_path, "--nanny") as there:
+        wait_for_workers(there.at, 2)  # a sweep waits for ever for those that cannot be started
         done = sweep.run(study, tmp_path / "c.nc", scheduler=there.at, solve=workers.dies)
         (failure,) = done.failures
         assert (failure.label, failure.status) == ("load=60, creepage=b", Status.ERROR)
@@ -199,6 +200,7 @@ def test_a_case_that_ends_its_worker_twice_is_given_up(study: Study, tmp_path: P
 def test_leaving_early_takes_back_what_was_sent(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     batches = sweep.make_batches(expand(study).cases, 1)
     with running(tmp_path, "--no-nanny") as there:
+        wait_for_workers(there.at, 2)
         results = solve_on_cluster(batches, there.at, workers.slow)
         for _ in range(3):
             next(results)
