@@ -138,10 +138,9 @@ def creepage_table(cases: Sequence[PaperCase]) -> Table:
 def panel_table(cases: Sequence[PaperCase]) -> Table:
     """Results per case of the paper, named by figure and panel; the other columns are those of `case_table`."""
     names = (Column("figure", "Figure", names=True), Column("panel", "Panel", names=True))
-    columns, rows = _described([c.view for c in cases])
+    columns, rows, shared = _described([c.view for c in cases])
     rows = [{"figure": c.figure, "panel": c.panel, **row} for c, row in zip(cases, rows, strict=True)]
-    caption = f"Results per panel of the paper's figures. {_conditions([c.view for c in cases])}{RESULTS_NOTE}"
-    return caption, (*names, *columns), rows
+    return f"Results per panel of the paper's figures. {shared}{RESULTS_NOTE}", (*names, *columns), rows
 
 
 def case_table(found: Sequence[GridView]) -> Table:
@@ -151,29 +150,28 @@ def case_table(found: Sequence[GridView]) -> Table:
     """
     names = (Column("grid", "Grid", names=True), Column("case", "Case", names=True))
     cases = [case for grid in found for case in grid.cases()]
-    columns, rows = _described(cases)
+    columns, rows, shared = _described(cases)
     rows = [{"grid": case.grid.name, "case": case.label, **row} for case, row in zip(cases, rows, strict=True)]
     # what the note says of a coated body, and of several layers, is only true of studies that have them
     most = max((len(case.layers) for case in cases), default=0)
     note = RESULTS_NOTE if any(case.rolling for case in cases) else RESULTS_NOTE.replace(_FORCES, "")
     note = note if most else note.replace("the coated body", "the substrate")
     order = "layer 1 is at the surface; " if most > 1 else ""
-    return f"Results per case. {_conditions(cases)}{order}{note}", (*names, *columns), rows
+    return f"Results per case. {shared}{order}{note}", (*names, *columns), rows
 
 
-def _conditions(cases: Sequence[CaseView]) -> str:
-    """What all cases share, as a sentence of a caption that another one follows."""
-    return f"{shared} " if (shared := shared_settings(cases)) else ""
+def _described(cases: Sequence[CaseView]) -> tuple[Sequence[Column], list[dict[str, Value]], str]:
+    """Columns and rows of what each case is, in which settings it differs from others, and of its results.
 
-
-def _described(cases: Sequence[CaseView]) -> tuple[Sequence[Column], list[dict[str, Value]]]:
-    """Columns and rows of what each case is, in which settings it differs from others, and of its results."""
+    And a sentence on the settings in which none differs, which another one follows.
+    """
     settings, differing = listed_settings(cases)
     numbers, given = listed_numbers(cases)
     pairs, split = listed_pairs(settings, differing)
     parts = zip(cases, differing, given, split, strict=True)
     rows = [{**own, **along, **sides, **results_row(case)} for case, own, along, sides in parts]
-    return (*settings, *_WORDS, *numbers, *pairs, *RESULTS), rows
+    shared = f"{shared_settings(differing)} ".lstrip()
+    return (*settings, *_WORDS, *numbers, *pairs, *RESULTS), rows, shared
 
 
 _FORCES = "forces and moment act on the coated body, which rolls towards +x; "

@@ -957,15 +957,9 @@ def test_as_many_axes_as_a_file_can_hold(tmp_path):
 @pytest.mark.parametrize(("written", "value"), [("1/6", 1 / 6), ("-1/4", -0.25), (" 1/3 ", 1 / 3), ("0/7", 0.0)])
 def test_spin_points_may_be_fractions(written: str, value: float) -> None:
     """They are written so in the field: 1/6 is CONTACT's."""
-    scene = {
-        "substrate": {"E": 210000, "nu": 0.3},
-        "radius": 50,
-        "load": 100,
-        "mesh": {"size": [2, 2], "cells": [16, 16]},
-    }
-    assert scene_from_mapping(scene | {"spin_point": written}).spin_point == value
+    assert scene_from_mapping(SCENE | {"spin_point": written}).spin_point == value
     for wrong in ("1/0", "2/3", "1/6/2", "1.5/9", "1/6 a", "/6"):
         with pytest.raises(UserError, match=r"a number from -0\.5 to 0\.5, in cells; also a fraction such as 1/6"):
-            scene_from_mapping(scene | {"spin_point": wrong})
+            scene_from_mapping(SCENE | {"spin_point": wrong})
     with pytest.raises(UserError, match=r"friction: 1/6: a number above 0"):
-        scene_from_mapping(scene | {"friction": "1/6"})
+        scene_from_mapping(SCENE | {"friction": "1/6"})

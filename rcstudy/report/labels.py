@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 import textwrap
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 KEEP = "\N{NO-BREAK SPACE}"
@@ -57,18 +57,18 @@ def shortened(texts: Sequence[str], most: int) -> list[str]:
     Where some are then alike, the words that all end with are left out, or these and those that all begin with; if that
     does not tell them apart, they get numbers, from 1 on.
     """
-    for which in ((), ("end",), ("start", "end")):
-        short = [_shortened(text, most) for text in _without_common_words(texts, which)]
+    for whole in (texts, _without_common_words(texts), _without_common_words(texts, start=True)):
+        short = [_shortened(text, most) for text in whole]
         if len(set(short)) == len(set(texts)):
             return short
     return [f"{i}: {_shortened(text, most - 5)}" for i, text in enumerate(texts, 1)]
 
 
-def _without_common_words(texts: Sequence[str], which: Collection[str]) -> list[str]:
-    """`texts` with an ellipsis in place of the words that all have in common at their `start`, or `end`."""
+def _without_common_words(texts: Sequence[str], *, start: bool = False) -> list[str]:
+    """`texts` with an ellipsis in place of the words that all end with; with `start` also of those all begin with."""
     words = [text.split(" ") for text in texts]
-    first = _alike(words) if "start" in which else 0
-    last = _alike([each[first:][::-1] for each in words]) if "end" in which else 0
+    first = _alike(words) if start else 0
+    last = _alike([each[first:][::-1] for each in words])
     return ["…" * (first > 0) + " ".join(each[first : len(each) - last]) + "…" * (last > 0) for each in words]
 
 

@@ -105,7 +105,8 @@ def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[
     do not differ have a column in the CSV alone if their numbers are an axis.
     """
     found = {id(case.grid): case.grid for case in cases}
-    rows = _read(cases)
+    readers = {key: _reader(grid) for key, grid in found.items()}
+    rows = [readers[id(case.grid)](case) for case in cases]
     # as text, since one NaN is no other; a setting that is not known of a case has no key
     differ = {c.key for c in _PATHS.values() if len({str(row[c.key]) for row in rows if c.key in row}) > 1}
     along = {column.key for path, column in _PATHS.items() if any(_is_axis(path, grid) for grid in found.values())}
@@ -113,12 +114,13 @@ def listed_settings(cases: Sequence[CaseView]) -> tuple[list[Column], list[dict[
     return columns, rows
 
 
-def shared_settings(cases: Sequence[CaseView]) -> str:
-    """A sentence on the settings that all these cases share, `In all cases: load 100 N, friction 1, ...`; may be empty.
+def shared_settings(rows: Sequence[Mapping[str, Value]]) -> str:
+    """A sentence on the settings that all cases share, `In all cases: load 100 N, friction 1, ...`; may be empty.
 
-    Settings that are not known of a case are left out, and so is a spin point at the cells' centres.
+    `rows`: what `listed_settings` returns of the cases. Settings that are not known of a case are left out, and so is a
+    spin point at the cells' centres.
     """
-    rows, parts = _read(cases), []
+    parts = []
     for column in _PATHS.values():
         values = {str(row.get(column.key, "")) for row in rows}
         value = values.pop() if len(values) == 1 else ""
@@ -130,12 +132,6 @@ def shared_settings(cases: Sequence[CaseView]) -> str:
         measured = unit and value[0].isdigit() and value[-1].isdigit()
         parts.append(f"{name[0].lower()}{name[1:]} {value}" + (f" {unit}" if measured else ""))
     return f"In all cases: {', '.join(parts)}." if parts else ""
-
-
-def _read(cases: Sequence[CaseView]) -> list[dict[str, Value]]:
-    """The settings of each case by the keys of their columns, without those that are not known."""
-    readers = {key: _reader(grid) for key, grid in {id(case.grid): case.grid for case in cases}.items()}
-    return [readers[id(case.grid)](case) for case in cases]
 
 
 def listed_pairs(

@@ -255,12 +255,14 @@ def _side_by_side(rows: Sequence[Row]) -> list[str]:
             if ratios and not np.allclose(ratios, 1.0, atol=0.05):
                 parts.append(f"{words} {_range_of(ratios, '.1f')}")
         costs = costs_of_aligned(coupled)
-        cost = " In the median over the problems and tolerances of a mesh "
-        cost = f"{cost}`aligned` costs {_range_of(costs, '.2g')} times the time." if costs else ""
-        lines += _paragraph(
+        text = (
             f"With {coupling} coupling, worst errors of `kalker` over those of `aligned` on the same mesh: "
-            f"{'; '.join(parts) or 'about the same'}.{cost}"
+            f"{'; '.join(parts) or 'about the same'}."
         )
+        if costs:
+            text += " In the median over the problems and tolerances of a mesh "
+            text += f"`aligned` costs {_range_of(costs, '.2g')} times the time."
+        lines += _paragraph(text)
         lines.append("")
     return lines
 

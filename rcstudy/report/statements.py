@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from rcstudy.report.cells import Column, Table, Value
-from rcstudy.report.listed import shared_settings
+from rcstudy.report.listed import listed_settings, shared_settings
 from rcstudy.report.measures import CELLS
 from rcstudy.report.paper import PaperCase, words
 
@@ -138,12 +138,13 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
     without, counted = "", f" (slip ratios whose areas are counted in cells: by less than {CELLS:g} cells in each)"
     if any(c.view.rolling and not c.view.mapped for c in cases):
         without, counted = "stored without the fields that are compared, ", ""
+    _, settings = listed_settings([c.view for c in cases])
     caption = (
         "The paper's statements about its results (quoted), and whether the results in this cube bear them out. "
         "Pairs are neighbouring values of the parameter named (of spin, at x < 0, any two); the numbers are those of "
         f"the criterion. Undecided are pairs with a case that was not solved, {without}with slip everywhere in both "
         "cases, or with numbers that differ by less than their estimated errors, which are in the table of results"
-        f"{counted}. {shared_settings([c.view for c in cases])}"
+        f"{counted}. {shared_settings(settings)}"
     ).rstrip()
     return caption, columns, rows
 
