@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -118,6 +119,19 @@ VARIABLES |= {
     )
     for name in ESTIMATED
 }
+
+
+@cache
+def expected_scalars(*, tangential: bool) -> frozenset[str]:
+    """Names of the scalars that every solved case has besides its status; `tangential`: its tractions are solved for.
+
+    Results of a state of the program that did not have one of them yet are not taken over.
+    """
+    return frozenset(
+        name
+        for name, variable in VARIABLES.items()
+        if variable.kind == "scalar" and name != "status" and (tangential or not variable.tangential)
+    )
 
 
 @dataclass

@@ -28,7 +28,7 @@ from rcstudy.mechanics.stopping import pressure_tolerance
 from rcstudy.mechanics.subcell.pole import rise_at_pole
 from rcstudy.mechanics.subcell.slip_zone import SlipZone
 from rcstudy.mechanics.subcell.unseen import Unseen
-from rcstudy.result import CellState, Result, Status
+from rcstudy.result import VARIABLES, CellState, Result, Status, expected_scalars
 
 _NOTHING = 1e-6  # tractions over their bounds that count as none: no pressure is sharp enough for them
 _POLISHES = 2  # times that the tolerance is divided by ten where the proof fails
@@ -227,7 +227,10 @@ def _result(
         status = Status.PROOF_FAILED
     # the proof covers pressure, tractions and slip on the solver's cells, not the scalars and fields derived from them
     sums = scalars | {name: float(fields[name].sum()) for name in fields if name.startswith(("traction", "slip"))}
-    no_numbers = [name for name, value in sums.items() if not math.isfinite(value)]
+    # a scalar that is not there would be stored as NaN, as one whose error has no estimate
+    expected = (n for n in expected_scalars(tangential=rolling is not None) if not VARIABLES[n].timing)
+    absent = sorted(name for name in expected if name not in scalars and name not in proof)
+    no_numbers = [name for name, value in sums.items() if not math.isfinite(value)] + absent
     negative = [name for name in scalars if name.endswith(("_max", "_area", "_error")) and scalars[name] < 0.0]
     for names, problem in ((no_numbers, "no finite numbers"), (negative, "negative")):
         if names and status == Status.SOLVED:

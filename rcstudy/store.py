@@ -312,19 +312,19 @@ def take_cube(index: Index, output: Path, study: str, tell: Tell) -> None:
         return
     try:
         cube = EarlierCube(output)
-        if lacking := index.take_cube(cube):
-            tell(f"{output}: {_shortcomings(cube, lacking, index.keep)}")
+        for scalars, count in index.take_cube(cube).items():
+            why = f"they have no {', '.join(scalars)}" if scalars else _lack_of_fields(cube, index.keep)
+            tell(f"{output}: {counted(count, 'solved case')} in it cannot be taken: {why}")
     except ValueError as error:
         fate = "; it will be replaced: to keep it, choose another --output" if is_replaced(output, study) else ""
         tell(f"{output}: no cases are taken from it: {error}{fate}")
 
 
-def _shortcomings(cube: EarlierCube, count: int, wanted: Keep) -> str:
-    """Why `count` solved cases of a cube cannot be taken, in words."""
+def _lack_of_fields(cube: EarlierCube, wanted: Keep) -> str:
+    """Why solved cases of a cube cannot be taken, whose fields are not those `wanted`."""
     bare = any(not grid.keep.covers(wanted) and not grid.keep.fields for grid in cube.grids)
     lack = "it has none" if bare else "it has them in float32"
-    asked = f"outputs asks for fields in {wanted.precision}"
-    return f"{counted(count, 'solved case')} in it cannot be taken: {asked}, and {lack}"
+    return f"outputs asks for fields in {wanted.precision}, and {lack}"
 
 
 def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:

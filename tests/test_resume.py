@@ -38,7 +38,8 @@ from rcstudy.mechanics.scene import Scene
 from rcstudy.merge import merge
 from rcstudy.result import Result, Status
 from rcstudy.status import report
-from rcstudy.storage import index, lock, publish, record
+from rcstudy.storage import index, lock, publish, record, units
+from rcstudy.storage.cube_writer import checksum
 from rcstudy.storage.units import read_unit, unit_paths, write_unit
 from rcstudy.store import units_folder
 from rcstudy.study import Study, load_study, study_from_text
@@ -598,6 +599,37 @@ def test_what_a_cube_has_lost_is_made_again(sweeps: Sweeps, gone: str, solved: i
     assert edited or gone == "bare/pressure" or f"{gone} missing in the cube, which is rebuilt" in sweeps.told[0]
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
     assert sweeps.run() == []
+
+
+@pytest.mark.parametrize(("name", "solved"), [("force_y", 12), ("approach_error", CASES)])
+@pytest.mark.parametrize("edited", [False, True])
+def test_cases_of_a_cube_older_than_a_scalar_are_solved_again(
+    sweeps: Sweeps, name: str, solved: int, edited: bool
+) -> None:
+    """They were taken over as solved, without a number; two cases have no tractions, and no forces either."""
+    sweeps.run()
+    with h5py.File(sweeps.output, "r+") as file:
+        for group in (file["loads"], file["bare"]):
+            group.pop(name, None)
+            names = ("case_key", "status_reason", "status", *(n for n in record.SCALARS if n in group))
+            texts = {n: np.asarray(group[n].asstr()[...], dtype=object).reshape(-1) for n in names[:2]}
+            group.attrs["numbers_sha256"] = checksum({**texts, **{n: group[n][...].reshape(-1) for n in names[2:]}})
+    if edited:
+        sweeps.write(SWEPT + "# edited\n")
+    told = f"{sweeps.output}: {solved} solved cases in it cannot be taken: they have no {name}"
+    assert told in report(sweeps.study, sweeps.output).splitlines()
+    assert len(sweeps.run()) == solved
+    assert told in sweeps.told
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
+
+
+def test_units_older_than_a_scalar_are_solved_again(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    older = tuple("of_yesterday" if name == "force_y" else name for name in record.SCALARS)
+    with monkeypatch.context() as yesterday:
+        yesterday.setattr(units, "FORM", record.Form(older))
+        sweeps.run(most=13)
+    assert len(sweeps.run()) == CASES - 1
+    cubes.assert_same(sweeps.output, sweeps.uninterrupted())
 
 
 @pytest.mark.parametrize("chunk", [1, 2])

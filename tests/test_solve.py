@@ -17,7 +17,7 @@ from rcstudy.mechanics import influence
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
-from rcstudy.mechanics.proof import prove_rolling, slips
+from rcstudy.mechanics.proof import prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage, Layer, Mesh, Scene, Tolerance
 from rcstudy.mechanics.subcell.trailing import Ending
@@ -54,7 +54,19 @@ def test_fields_without_numbers_are_no_result(
     made = solve._rolling_fields(contact, SCENE, rolling)
     made[name][14, 14] = np.nan
     monkeypatch.setattr(solve, "_rolling_fields", lambda *_: made)
-    found = solve._result(contact, SCENE, rolling, {"proof_gap": 0.0})
+    found = solve._result(contact, SCENE, rolling, prove_normal(contact, SCENE))
+    assert (found.status, found.reason) == (Status.ERROR, f"no finite numbers: {name}")
+
+
+@pytest.mark.parametrize("name", ["traction_max_error", "approach_error"])
+def test_scalars_without_an_estimate_are_no_result(
+    name: str, solution: tuple[AlignedContact, RollingSolution], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A scalar of ESTIMATED that has no fit had NaN as its estimate, in cases said to be solved."""
+    made = solve.error_estimates
+    monkeypatch.setattr(solve, "error_estimates", lambda *of: {n: x for n, x in made(*of).items() if n != name})
+    contact, rolling = solution
+    found = solve._result(contact, SCENE, rolling, prove_normal(contact, SCENE))
     assert (found.status, found.reason) == (Status.ERROR, f"no finite numbers: {name}")
 
 

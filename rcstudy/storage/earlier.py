@@ -203,6 +203,7 @@ class _EarlierGrid:
         self.keys: list[str] = list(texts[CASE_KEY])
         self.reasons: list[str] = list(texts["status_reason"])
         self.statuses = [Status(status) for status in numbers.pop("status").tolist()]
+        self.scalars = frozenset(numbers)  # names of those that it has
         self.numbers = np.stack([_as_doubles(numbers.get(name), len(self.keys)) for name in SCALARS], axis=-1)
         self.fields = {name: group[name] for name in FIELDS if name in group}
         # datasets of centres that are stored for each case; regions, by mesh, of coordinates that all cases share

@@ -6,13 +6,13 @@ Only the place of each result is in memory, some hundred bytes per case; records
 from __future__ import annotations
 
 import os
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcstudy.progress import counted
-from rcstudy.result import Status
+from rcstudy.result import Status, expected_scalars
 from rcstudy.storage.earlier import EarlierCube
 from rcstudy.storage.record import DamagedRecord, Form, Keep, Record, parse, read_head
 from rcstudy.storage.units import BadUnit, Unit
@@ -27,7 +27,7 @@ _OPEN_FILES = 32
 class Index:
     """Where the result of each of `cases` is, by the case's key.
 
-    Results that lack some of what is to be kept (`keep`) do not count.
+    Solutions that lack some of what is to be kept (`keep`), or a scalar that this version has, do not count.
     """
 
     def __init__(self, cases: Iterable[Case], keep: Keep) -> None:
@@ -87,21 +87,26 @@ class Index:
         unit = self._places[key][1]
         return "the cube" if unit < 0 else str(self._units[unit][0])
 
-    def take_cube(self, cube: EarlierCube) -> int:
+    def take_cube(self, cube: EarlierCube) -> Counter[tuple[str, ...]]:
         """Note the cases of a cube, which this index owns, and closes, from now on.
 
-        Returns how many solved cases of the study in it lack some of what is to be kept.
+        Returns how many solved cases of the study in it do not count, by the names of the scalars that they lack; by
+        none if they lack fields that are to be kept.
         """
         self.cube = cube
+        lacking: Counter[tuple[str, ...]] = Counter()
         serves = [grid.keep.covers(self.keep) for grid in cube.grids]
         places = list(cube.places())
         self._leaving |= {key for key, status, _, _ in places if key not in self._scenes and status == Status.SOLVED}
         for key, status, grid, flat in places:
-            if key in self._scenes and (serves[grid] or status != Status.SOLVED):
+            if key not in self._scenes:
+                continue
+            lacks = status == Status.SOLVED and _lacks(cube.grids[grid].scalars, self._scenes[key])
+            if lacks or (status == Status.SOLVED and not serves[grid]):
+                lacking[tuple(sorted(lacks or ()))] += 1
+            else:
                 self._put(key, (status, -1, grid, flat))
-        return sum(
-            key in self._scenes and not serves[grid] and status == Status.SOLVED for key, status, grid, _ in places
-        )
+        return lacking
 
     def losses(self) -> str:
         """What will not be in the next cube, in words, "" if nothing: cases of cube and units, fields of the cube.
@@ -146,7 +151,7 @@ class Index:
 
         `thoroughly`: decompress all fields. Raises BadUnit, having noted nothing, when the unit's content is invalid.
         """
-        found, foreign, leaving = [], 0, set()
+        found, foreign, leaving, scalars = [], 0, set(), frozenset(unit.form.scalars)
         for key, offset, length in unit.entries:
             scene = self._scenes.get(key)
             body = data[offset : offset + length]
@@ -165,7 +170,7 @@ class Index:
                 raise BadUnit(f"case {key[:12]}: {error}") from error
             if cells != scene.mesh.cells:
                 raise BadUnit(f"case {key[:12]} has {cells[0]} x {cells[1]} cells, its mesh another number")
-            if keep.covers(self.keep) or status != Status.SOLVED:
+            if status != Status.SOLVED or (keep.covers(self.keep) and not _lacks(scalars, scene)):
                 found.append((key, status, offset, length))
         self._add(unit, found)
         self._leaving |= leaving
@@ -216,3 +221,8 @@ class Index:
 
 def _rank(place: tuple[Status, int, int, int]) -> tuple[bool, int]:
     return place[0] == Status.SOLVED, place[1]
+
+
+def _lacks(scalars: frozenset[str], scene: Scene) -> frozenset[str]:
+    """The scalars that a solution of `scene` has to have, besides those that it has."""
+    return expected_scalars(tangential=scene.creepage is not None) - scalars
