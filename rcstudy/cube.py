@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Hashable, Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
+from traceback import walk_tb
 from typing import TYPE_CHECKING, Any, Literal
 
 import h5py
@@ -119,7 +120,10 @@ def changed_grids(tree: xr.DataTree) -> list[str]:
 
 @contextlib.contextmanager
 def reading(*paths: Path | str) -> Iterator[None]:
-    """Turn any error that damaged or hostile content of the cubes `paths` causes in the block into a UserError."""
+    """Turn any error that damaged or hostile content of the cubes `paths` causes in the block into a UserError.
+
+    Where the cubes are found to be as they were written, this says where in rcstudy the error comes from.
+    """
     try:
         yield
     except OSError as error:
@@ -130,7 +134,28 @@ def reading(*paths: Path | str) -> Iterator[None]:
         what = shorten(first_line(error), 200)
         if not isinstance(error, ValueError):  # whose messages are sentences
             what = f"{type(error).__name__}: {what}"
-        raise UserError(f"{_at_fault(paths)}: damaged, or not as rcstudy writes cubes: {what}") from error
+        # what damaged or hostile content leads to, and a mistake of ours, are errors of the same types
+        ours = "" if any(map(_is_changed, paths)) else f", or a mistake in rcstudy itself ({_place_of(error)})"
+        raise UserError(f"{_at_fault(paths)}: damaged, or not as rcstudy writes cubes{ours}: {what}") from error
+
+
+def _is_changed(path: Path | str) -> bool:
+    """Whether a cube is found not to be as it was written: something cannot be read, or has not its checksum."""
+    try:
+        if next(illegible(path), None) is not None:
+            return True
+        with open_cube(path, any_order=True) as tree:
+            return bool(changed_grids(tree))
+    except Exception:  # h5py and xarray raise errors of any type on damaged files
+        return True
+
+
+def _place_of(error: Exception) -> str:
+    """File and line of this package that the error comes from: `report/overview.py, line 117`."""
+    package = Path(__file__).parent
+    places = [(Path(frame.f_code.co_filename), line) for frame, line in walk_tb(error.__traceback__)]
+    path, line = [(path, line) for path, line in places if package in path.parents][-1]
+    return f"{path.relative_to(package).as_posix()}, line {line}"
 
 
 def _at_fault(paths: Iterable[Path | str]) -> str:

@@ -27,6 +27,7 @@ from rcstudy import cli, cube
 from rcstudy.cases import expand
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
+from rcstudy.report import overview
 from rcstudy.result import Result, Status
 from rcstudy.storage.earlier import other_study, refuse_foreign
 from rcstudy.storage.heaps import damaged_heap
@@ -248,6 +249,28 @@ def test_damage_is_told_in_words_of_cubes(
                 file["status"][...] = 99
         assert run("show", "c.nc") == 2
         assert capsys.readouterr().err.endswith(told)
+
+
+def test_where_a_mistake_may_be_our_own_is_told(
+    good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a cube without a fault nothing but damage was told, and not where; one with another number is at fault."""
+
+    def mistaken(*_: object) -> None:
+        raise IndexError("string index out of range")
+
+    monkeypatch.setattr(overview, "_label_axis", mistaken)
+    path = tmp_path / "c.nc"
+    shutil.copy(good, path)
+    words = f"{path}: damaged, or not as rcstudy writes cubes"
+    place = r", or a mistake in rcstudy itself \(report/overview\.py, line \d+\)"
+    what = ": IndexError: string index out of range"
+    for found in (place, ""):
+        assert run("figures", path, "-o", tmp_path / "f") == 2
+        said = capsys.readouterr().err.splitlines()[-1]  # the first tells the checksum
+        assert re.fullmatch(re.escape(words) + found + re.escape(what), said)
+        with h5py.File(path, "r+") as file:
+            file["force_x"][...] *= 2.0
 
 
 def damage_a_field(good: Path, path: Path, name: str) -> None:

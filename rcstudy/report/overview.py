@@ -7,6 +7,7 @@ import math
 import textwrap
 from collections.abc import Iterable, Sequence
 from functools import partial
+from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,7 +115,7 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
         ax.update_datalim([(x.min(), 0.0), (x.max(), 0.0)], updatey=False)
         ax.autoscale_view()
         ax.set_ylabel(QUANTITIES[name])
-        ax.set_title(f"({'abcdef'[k]})", loc="left")
+        ax.set_title(f"({ascii_lowercase[k]})", loc="left")
         _label_axis(ax, grid, along)
         if not solved:
             ax.set(xticks=[], yticks=[])

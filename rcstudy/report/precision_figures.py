@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
 
 from rcstudy.report.draw import remark
@@ -59,7 +60,7 @@ def work_precision(rows: Sequence[Row]) -> Figure | None:
             for coupling in sorted({r.coupling for r in own}, reverse=True):
                 _medians(ax, [r for r in own if r.coupling == coupling], quantity)
         ax.set(xscale="log", yscale="log")
-        ax.set_title(f"({'abcdef'[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
+        ax.set_title(f"({ascii_lowercase[k]}) {QUANTITIES[quantity]}", loc="left", fontweight="bold")
         ax.grid(True, which="major", linewidth=0.4, color="0.88")
         if not ax.lines:
             symmetric = all(math.isnan(r.error(quantity)) for r in rows)  # see docs/study.md
