@@ -45,6 +45,7 @@ from rcstudy.plan import (
 from rcstudy.result import VARIABLES, Status
 from rcstudy.solve import solve_group, solve_scene
 from rcstudy.study import load_study, scene_from_mapping
+from rcstudy.studyfile import build
 from rcstudy.sweep import run
 
 
@@ -256,6 +257,16 @@ def test_keys_follow_the_scene(name):
     changed = dataclasses.replace(SCENE, **{name: CHANGES[name]})
     assert case_key(changed) != case_key(SCENE)
     assert (normal_problem(changed) == normal_problem(SCENE)) == (name in FELT_BY_TRACTIONS_ONLY)
+
+
+@pytest.mark.parametrize("name", sorted(set(CHANGES) - {"mesh"}))
+def test_windows_are_fitted_to_the_scene(name, monkeypatch):
+    """A new setting was dropped in silence; those that are without effect share a window."""
+    seen = []
+    monkeypatch.setattr(build, "_extents", lambda scene: seen.append(scene) or ((1.0, 1.0), (1.0, 1.0)))
+    for scene in (SCENE, dataclasses.replace(SCENE, **{name: CHANGES[name]})):
+        build.fitted_size(scene, 1.5, (32, 32))
+    assert (seen[0] == seen[1]) == (name in FELT_BY_TRACTIONS_ONLY | {"discretisation"})
 
 
 @pytest.mark.parametrize("name", sorted(FELT_BY_TRACTIONS_ONLY))

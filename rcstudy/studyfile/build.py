@@ -38,6 +38,11 @@ _STEPS = 24  # largest number of those: to twice the width
 _THINNEST = 1e-9  # layers thinner than this part of the Hertz radius change less than rounding does (the approach)
 _THICKEST = 1e100  # mm: squares of all lengths are to be in the range of floating point numbers
 _ANY_MESH = Mesh((1.0, 1.0), (1, 1))  # placeholder for a mesh that is not known yet
+# settings that do not affect fitted windows (but for friction and coupling of bodies that feel both), by default
+_WITHOUT_EFFECT: dict[str, Any] = {
+    name: getattr(Scene, name)
+    for name in ("friction", "creepage", "coupling", "method", "discretisation", "spin_point", "tolerance")
+}
 
 
 class BuildError(ValueError):
@@ -153,8 +158,8 @@ def fitted_size(scene: Scene, margin: float, cells: tuple[int, int]) -> tuple[fl
     The contact is that without friction. With full coupling the window also holds the contact in full sliding. It is
     wider where that is needed for a free cell on either side.
     """
-    # settings that do not affect the window are left out, so that all cases with one pressure have the same window
-    bare = Scene(scene.substrate, scene.radius, scene.load, _ANY_MESH, scene.joined.layers, scene.counterbody)
+    # what does not affect the window is left out, so that all cases with one pressure have the same window
+    bare = replace(scene.joined, mesh=_ANY_MESH, **_WITHOUT_EFFECT)
     moved = replace(bare, friction=scene.friction, coupling="full") if scene.is_coupled else bare
     free, in_sliding = _extents(moved)
     # on few cells one cell has to be free on either side, whatever the margin
