@@ -42,6 +42,7 @@ STEEL = Material(210000.0, 0.3)
 SOFT = Material(70000.0, 0.2)
 COATED = (Layer(105000.0, 0.35, 0.06), Layer(420000.0, 0.25, 0.03))
 PLATE = (Layer(4200000.0, 0.25, 0.03), Layer(1050000.0, 0.3, 0.02))
+COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")  # of influence coefficients, p: by pressure
 PARITIES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 SHAPES = [(1, 1), (1, 7), (6, 1), (5, 4), (7, 6), (2, 9)]
 
@@ -200,9 +201,10 @@ def test_influence(name: str) -> None:
     offsets = np.argwhere(np.ones((8, 9), dtype=bool))
     expected = bodies.coefficients(offsets).reshape(6, 8, 9)
     found = influence_of(bodies).quadrant(8, 9)[:, :8, :9]
-    for component in range(6):
-        scale = max(np.abs(expected[component]).max(), 1e-3 * expected[0].max())
-        assert np.abs(found[component] - expected[component]).max() <= 2e-10 * scale
+    off = {}
+    for component, values, wanted in zip(COMPONENTS, found, expected, strict=True):
+        off[component] = float(np.abs(values - wanted).max() / max(np.abs(wanted).max(), 1e-3 * expected[0].max()))
+    assert not {component: worst for component, worst in off.items() if not worst <= 2e-10}
 
 
 def thin_and_soft(rng: np.random.Generator) -> np.ndarray:
@@ -418,6 +420,18 @@ def test_pressure_on_a_rough_gap(name: str) -> None:
     gap = initial_gap(NORMAL[name])
     gap += np.abs(np.random.default_rng(7).normal(scale=2.0 * gap.max(), size=gap.shape))
     check_pressure(name, gap)
+
+
+@pytest.mark.parametrize("cells", [32, 64, pytest.param(256, marks=pytest.mark.heavy)])
+@pytest.mark.parametrize("layers", [(), pytest.param((Layer(840000.0, 0.3, 0.1),), marks=pytest.mark.heavy)])
+def test_steps_of_the_pressure(layers: tuple[Layer, ...], cells: int) -> None:
+    """At most 12 at 1e-5 on meshes of any size. (Found: 5 to 10.)
+
+    With the diagonal as preconditioner the solution is as good, after 18 steps on 64 cells and 40 on 256.
+    """
+    scene = Scene(STEEL, (50.0, 50.0), 100.0, Mesh((1.0, 1.0), (cells, cells)), layers, tolerance=Tolerance(1e-5, 1e-5))
+    solution = solve_normal(scene).solution
+    assert solution.converged and solution.iterations <= 12, f"{solution.iterations} steps"
 
 
 # --- tractions ---
