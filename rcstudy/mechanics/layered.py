@@ -54,6 +54,7 @@ def response_difference(substrate: Material, layers: tuple[Layer, ...], alpha: n
                 np.array([layer.E for layer in layers], dtype=float),
                 np.array([layer.nu for layer in layers], dtype=float),
                 np.array([layer.thickness for layer in layers], dtype=float),
+                np.array([half_space_response(layer) for layer in layers]),
                 half_space_response(substrate),
                 out,
             )

@@ -77,14 +77,15 @@ def layered_response(
     young: np.ndarray,
     poisson: np.ndarray,
     thickness: np.ndarray,
+    homogeneous: np.ndarray,
     substrate: np.ndarray,
     out: np.ndarray,
 ) -> None:
     """Surface response of a layered half-space less that of a half-space of its top material, times alpha.
 
-    alpha [n] (1/mm) > 0; young (MPa), poisson, thickness (mm) [m]: of the layers, from the surface down; substrate [4]:
-    alpha times a, b, c, d (1/MPa) of what they lie on; out [4, n]: alpha times the differences of a, b, c, d (1/MPa).
-    The derivation is in `layered.py`.
+    alpha [n] (1/mm) > 0; young (MPa), poisson, thickness (mm) [m]: of the layers, from the surface down; homogeneous
+    [m, 4] and substrate [4]: alpha times a, b, c, d (1/MPa) of a half-space of each, and of what they lie on; out
+    [4, n]: alpha times the differences of a, b, c, d (1/MPa). The derivation is in `layered.py`.
     """
     for i in range(alpha.size):
         below, d = (substrate[0], substrate[1], substrate[2]), substrate[3]  # of what lies below the layer in hand
@@ -93,13 +94,13 @@ def layered_response(
             nu = poisson[layer]
             g = young[layer] / (2.0 * (1.0 + nu))
             h = 0.5 / g
-            own = (1.0 - nu) / g, (1.0 - 2.0 * nu) * h, (1.0 - nu) / g  # of a half-space of its material
+            own = homogeneous[layer, 0], homogeneous[layer, 1], homogeneous[layer, 2]
             zeta = alpha[i] * thickness[layer]
             e2 = math.exp(-2.0 * zeta)
             # across the wave (SH): one reflection coefficient at the lower interface
             rho = (d * g - 1.0) / (d * g + 1.0)
             dd = 2.0 / g * rho * e2 / (1.0 - rho * e2)
-            d = 1.0 / g + dd
+            d = homogeneous[layer, 3] + dd
             # in its plane (P-SV): what growing modes yield beyond a half-space of the layer under the same tractions
             t = reflected(nu, h, zeta, e2, below)
             scaled_inverse, det = adjugate(tractions_at_top(nu, t))
