@@ -1,6 +1,7 @@
 """Data flows one way: every module imports only from modules below it."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -15,8 +16,8 @@ ORDER = [
     "rcstudy.streams",
     "rcstudy.progress",
     "rcstudy.result",
-    "rcstudy.mechanics",
     "rcstudy.settings",
+    "rcstudy.mechanics",
     "rcstudy.studyfile",
     "rcstudy.study",
     "rcstudy.cases",
@@ -138,3 +139,15 @@ def test_imports_are_seen_wherever_they_stand(tmp_path, monkeypatch):
     bad.write_text("from rcstudy import cli\nimport os\n\ndef f():\n    from rcstudy.study import Study\n")
     assert list(imports(bad)) == ["rcstudy.cli", "rcstudy.study"]
     assert list(wrong_imports(bad)) == ["rcstudy.cli", "rcstudy.study"]
+
+
+def test_the_documented_order_is_this_one():
+    """The rows of the table in mechanics.md, modules in any order within one; it had a module below what it imports."""
+    text = (PACKAGE.parent / "docs" / "mechanics.md").read_text(encoding="utf-8")
+    table = text.partition("| where | what |")[2].partition("\n\n")[0]
+    left = [name for name in ORDER if name != "rcstudy"]
+    for row in table.splitlines()[2:]:
+        words = re.findall(r"`(?:rcstudy/)?(\w+)(?:\.py)?`", row.split("|")[1])
+        expected, left = left[: len(words)], left[len(words) :]
+        assert {f"rcstudy.{word}" for word in words} == set(expected)
+    assert left == []
