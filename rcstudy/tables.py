@@ -6,6 +6,7 @@ Entry: :func:`make_tables`. Every table is written as CSV, Markdown and LaTeX.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,7 +21,7 @@ from rcstudy.report.solver import cases_table, summary_table
 from rcstudy.report.statements import comparisons_table, statements_table
 from rcstudy.report.views import CaseView, GridView, creepage_text, grids
 from rcstudy.report.writers import write_table
-from rcstudy.result import ESTIMATED
+from rcstudy.result import VARIABLES
 from rcstudy.storage.publish import make_folder
 
 if TYPE_CHECKING:
@@ -32,20 +33,27 @@ def _measured(key: str, title: str, latex: str = "", *, form: str) -> Column:
     return Column(key, title, latex, form, error=f"{key}_error")
 
 
+def _stored(variable: str, title: str, latex: str = "", *, form: str) -> Column:
+    """A column of a scalar of the cube, by its name and unit (`moment_z_N_mm`), with its estimated error."""
+    units = VARIABLES[variable].units
+    key = variable if units == "1" else f"{variable}_{units.replace(' ', '_')}"
+    return replace(_measured(key, title, latex, form=form), variable=variable)
+
+
 _WORDS = (Column("layers", "Layers", math="layers_math"), Column("creepage", "Creepage", math="creepage_math"))
 
 RESULTS = (
     Column("status", "Status"),
-    _measured("contact_radius_mm", "Contact radius (mm)", form=".4f"),
-    _measured("approach_mm", "Approach (mm)", form=".6f"),
-    _measured("pressure_max_MPa", "Peak pressure (MPa)", form=".1f"),
+    _stored("contact_radius", "Contact radius (mm)", form=".4f"),
+    _stored("approach", "Approach (mm)", form=".6f"),
+    _stored("pressure_max", "Peak pressure (MPa)", form=".1f"),
     _measured("pressure_ratio", "Peak pressure / p0", "$p_{\\max}/p_0$", form=".4f"),
     _measured("slip_ratio", "Slip area / contact area", form=".4f"),
-    _measured("force_x_N", "Fx (N)", "$F_x$ (N)", form=".3f"),
-    _measured("force_y_N", "Fy (N)", "$F_y$ (N)", form=".3f"),
-    _measured("moment_z_N_mm", "Mz (N mm)", "$M_z$ (N\\,mm)", form=".4f"),
-    _measured("traction_max_MPa", "Largest traction (MPa)", form=".1f"),
-    _measured("friction_power_N", "Friction power per unit speed (N)", form=".4f"),
+    _stored("force_x", "Fx (N)", "$F_x$ (N)", form=".3f"),
+    _stored("force_y", "Fy (N)", "$F_y$ (N)", form=".3f"),
+    _stored("moment_z", "Mz (N mm)", "$M_z$ (N\\,mm)", form=".4f"),
+    _stored("traction_max", "Largest traction (MPa)", form=".1f"),
+    _stored("friction_power", "Friction power per unit speed (N)", form=".4f"),
     Column("proof_worst", "Worst proof", form=".1e", digits=2),  # more differ between processors
     Column("proof_name", "Which proof"),
 )
@@ -205,7 +213,6 @@ def _with_errors(case: CaseView) -> dict[str, Value]:
     """The numbers of RESULTS that the cube stores directly, by their columns, and their estimated errors."""
     row: dict[str, Value] = {}
     for column in RESULTS:
-        name = next((n for n in ESTIMATED if column.key.startswith(f"{n}_")), "")
-        if name:
+        if name := column.variable:
             row |= {column.key: case.number(name), column.error: case.number(f"{name}_error")}
     return row

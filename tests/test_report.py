@@ -44,8 +44,9 @@ from synthetic import (
 )
 from workers import made_up
 
+from rcstudy import tables as tables_module
 from rcstudy.cases import Axis, Coord
-from rcstudy.cube import open_cube
+from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
 from rcstudy.mechanics.scene import Creepage
@@ -763,6 +764,23 @@ def test_unsolved_line_is_not_drawn(failing: xr.DataTree) -> None:
     assert r"not solved: $\xi_x = 0.006$: not converged" in remarks(ax)
     ax = panels(draw(failing, "figure_3"))[0]
     assert len(lines(ax)) == 7 and "not solved" in remarks(ax)
+
+
+def test_every_estimated_number_has_a_column_of_results() -> None:
+    """But for areas: that of contact is told by its radius, that of slip over that of contact."""
+    stored = {column.variable for column in tables_module.RESULTS if column.variable}
+    assert stored == set(ESTIMATED) - {"contact_area", "slip_area"}
+
+
+def test_a_number_without_a_unit_has_its_column(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was left out in silence: numbers were found by name and unit, `name_`."""
+    column = tables_module._stored("residual_normal", "Residual", form=".1e")
+    monkeypatch.setattr(tables_module, "RESULTS", (*tables_module.RESULTS, column))
+    with synthetic_tree(tmp_path, small()) as cube:
+        make_tables(cube, tmp_path)
+        stored = case_table(cube)["residual_normal"]
+    with (tmp_path / "results.csv").open(encoding="utf-8", newline="") as file:
+        assert [float(row["residual_normal"]) for row in csv.DictReader(file)] == stored.tolist()
 
 
 def test_unsolved_cases_have_no_numbers_in_tables_and_decide_nothing(failing: xr.DataTree, tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ class Column:
     estimated error of the numbers: a column of its own in the CSV, behind a ± elsewhere. `names`: the column identifies
     the row, and is repeated in each part of a table that LaTeX sets in parts. `digits`: significant digits in the CSV.
     `csv_only`: the column is for programs, and left out elsewhere. `math`: the key of the same text with mathematics,
-    which LaTeX shows instead.
+    which LaTeX shows instead. `variable`: the scalar of the cube that the column shows as it is stored.
     """
 
     key: str
@@ -34,6 +34,7 @@ class Column:
     digits: int = 9
     csv_only: bool = False
     math: str = ""
+    variable: str = ""
 
 
 Table = tuple[str, Sequence[Column], list[dict[str, Value]]]
