@@ -257,6 +257,10 @@ def _outcome(done: Summary, part: str = "") -> int:
     each = f" ({duration(done.seconds / tried)} per case)" if done.solved > done.kept else ""
     text = f"{part}{done.solved} of {done.cases} cases solved in {duration(done.seconds)}{each}"
     text += f", {done.kept} of them before" if done.kept else ""
+    count, revision = done.otherwise
+    if count:
+        commit, plus, changes = revision.partition("+")
+        text += f" ({count} in a cube that revision {commit[:7]}{plus}{changes} of rcstudy wrote)"
     if part:
         print(f"{text}; run rcstudy merge once all shards are done")
     else:

@@ -14,6 +14,9 @@ from pathlib import Path
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.threads import available_cores
 
+REVISION = "git_revision"
+"""Attribute of a cube: the revision that wrote it."""
+
 _LIBRARIES = ("numpy", "scipy", "numba", "pyfftw", "h5py", "h5netcdf", "xarray")
 
 
@@ -36,10 +39,14 @@ def collect() -> dict[str, str | int | float]:
         "machine_cores": available_cores(),
         "machine_os": platform.platform(),
     }
-    revision = _git_revision(Path(__file__).resolve().parent)
-    if revision:
-        found["git_revision"] = revision
+    if own := revision():
+        found[REVISION] = own
     return found
+
+
+def revision() -> str | None:
+    """The revision of the checkout that rcstudy runs from, as in :func:`collect`; None if it runs from none."""
+    return _git_revision(Path(__file__).resolve().parent)
 
 
 @functools.cache  # found by reading files of each package anew, 10 ms for a sweep

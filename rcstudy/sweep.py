@@ -55,7 +55,8 @@ class Failure:
 class Summary:
     """What a sweep did: number of `cases`, which of them failed, `seconds` of wall time, the cube at `output`.
 
-    `kept` of the cases had been solved before. A shard of a sweep counts its own cases alone.
+    `kept` of the cases had been solved before; `otherwise`: how many of these in a cube that another revision of
+    rcstudy wrote, and which, (0, "") if none is known to be. A shard of a sweep counts its own cases alone.
     """
 
     output: Path
@@ -63,6 +64,7 @@ class Summary:
     seconds: float = 0.0
     failures: list[Failure] = field(default_factory=list)
     kept: int = 0
+    otherwise: tuple[int, str] = (0, "")
 
     @property
     def failed(self) -> int:
@@ -175,9 +177,11 @@ def run(
         if pending or not _is_done(store, study, expansion, None if shard is None else cases, say):
             means = _Means(workers, scheduler, processes, packing, progress, say)
             pending = _left(pending, summary, cases, store, means, whole=shard is None)
+            summary.otherwise = _by_another_revision(cases, store.index)
             _complete(pending, summary, cases, store, means, study, expansion, started, whole=shard is None)
         else:
             summary.kept = len(cases)
+            summary.otherwise = _by_another_revision(cases, store.index)
     summary.seconds = time.monotonic() - started
     return summary
 
@@ -233,6 +237,14 @@ def _complete(
                 cube.finish(attributes, started, check_interrupts)
     if cube is not None:
         store.clear()
+
+
+def _by_another_revision(cases: Sequence[Case], index: Index) -> tuple[int, str]:
+    """How many of `cases` are solved in the earlier cube, and the revision that wrote it, if it is not this one."""
+    written = "" if index.cube is None else index.cube.revision
+    count = sum(index.in_cube(case.key) and index.status(case.key) == Status.SOLVED for case in cases) if written else 0
+    own = provenance.revision() if count else None
+    return (count, written) if own is not None and own != written else (0, "")
 
 
 def keep_of(outputs: OutputsSpec) -> Keep:

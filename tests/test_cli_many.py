@@ -12,7 +12,7 @@ import synthetic
 import workers
 from typer.testing import CliRunner, Result
 
-from rcstudy import cli, sweep
+from rcstudy import cli, provenance, sweep
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result as Outcome
 from rcstudy.result import Status
@@ -79,6 +79,21 @@ def test_interrupted_and_resumed(folder: Path, monkeypatch: pytest.MonkeyPatch) 
     assert ", 8 of them before; many.nc: " in found.stdout
     assert "solving 8 cases" in run("sweep", "many.yaml", "--fresh").stderr
     assert "8         8         0         0" in run("status", "many.yaml").stdout
+
+
+def test_cases_of_another_revision_are_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of cubes, which name the revision that wrote them; within one version of the solver that is no fault."""
+    solve(monkeypatch, fails=40.0)
+    monkeypatch.setattr(provenance, "revision", lambda: f"{'1' * 40}+changes")
+    run("sweep", "many.yaml", "--workers", "1", code=cli.EXIT_FAILED_CASES)
+    solve(monkeypatch)
+    monkeypatch.setattr(provenance, "revision", lambda: "2" * 40)
+    words = ", 6 of them before (6 in a cube that revision 1111111+changes of rcstudy wrote); many.nc: "
+    assert words in run("sweep", "many.yaml", "--workers", "1").stdout
+    assert ", 8 of them before; many.nc: " in run("sweep", "many.yaml").stdout
+    for other, told in (("3" * 40, " (8 in a cube that revision 2222222 of rcstudy wrote)"), (None, "")):
+        monkeypatch.setattr(provenance, "revision", lambda own=other: own)
+        assert f", 8 of them before{told}; many.nc: " in run("sweep", "many.yaml").stdout
 
 
 def test_failures(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import mmap
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ import numpy as np
 from rcstudy.errors import UserError, first_line
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
+from rcstudy.provenance import REVISION
 from rcstudy.result import VARIABLES, Status
 from rcstudy.storage.cube_writer import checksum
 from rcstudy.storage.deflate import compress
@@ -36,6 +38,7 @@ from rcstudy.storage.screen import OTHERS_MARKS, foreign_content, reason_of
 
 _GZIP = 1  # HDF5's number of the deflate filter
 _NAMES = (CASE_KEY, "status_reason", "hertz_radius")
+_REVISION = re.compile(r"[0-9a-f]{7,64}(\+changes)?")
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
 
 
@@ -134,6 +137,8 @@ def is_replaced(output: Path, study: str) -> bool:
 class EarlierCube:
     """A cube opened for its cases. `sha256` is that of the study it was made from; close it after use.
 
+    `revision`: of rcstudy, which wrote the cube; "" where it is not known.
+
     Raises ValueError, with a reason, for a file whose cases cannot be taken over.
     """
 
@@ -151,6 +156,8 @@ class EarlierCube:
             if attrs.get(SCHEMA_ATTRIBUTE) != SCHEMA or attrs.get("solver_version") != SOLVER_VERSION:
                 raise ValueError("it is no cube of this version and its solver")
             self.sha256 = str(attrs.get("study_sha256", ""))
+            revision = str(attrs.get(REVISION, ""))
+            self.revision = revision if _REVISION.fullmatch(revision) else ""
             found = [self._file, *(node for node in self._file.values() if isinstance(node, h5py.Group))]
             self.grids = [_EarlierGrid(group) for group in found if "axes" in group.attrs]
         except Exception as error:  # h5py and NumPy raise errors of any type on such files
