@@ -39,6 +39,16 @@ CREEPAGES = {
     "f": Creepage(0.002, 0.001, 0.01),
 }
 
+TABLE_2 = {
+    "a": Creepage(0.002, 0.001),
+    "b": Creepage(0.002, 0.002),
+    "c": Creepage(0.002, 0.0, 0.005),
+    "d": Creepage(0.002, 0.0, 0.01),
+    "e": Creepage(0.002, 0.001, 0.005),
+    "f": Creepage(0.002, 0.001, 0.01),
+}
+"""The creepages of the paper's Table 2."""
+
 
 @dataclass(frozen=True)
 class Synthetic:
@@ -229,8 +239,11 @@ def several(**study: Any) -> Synthetic:
     )
 
 
-def paper(cells: tuple[int, int] = (64, 64)) -> Synthetic:
-    """All grids of configs/paper.yaml with made-up fields: names, axes and shapes are the real study's."""
+def paper(cells: tuple[int, int] = (64, 64), maps: dict[str, Creepage] = CREEPAGES) -> Synthetic:
+    """All grids of configs/paper.yaml with made-up fields: names, axes and shapes are the real study's.
+
+    maps: the creepages of Figures 7 to 10, six of them.
+    """
     scene = replace(SCENE, mesh=Mesh((2.0, 2.0), cells))
     bare_pressure = replace(scene, creepage=None)
     parts: list[tuple[Grid, list[Case]]] = []
@@ -263,7 +276,12 @@ def paper(cells: tuple[int, int] = (64, 64)) -> Synthetic:
         ("figure_9", 2, 0.25),
         ("figure_10", 2, 0.5),
     ):
-        add(make_grid(name, modulus_axis(), creepage_axis()), scene, layer_count=count, thickness=ratio * RADIUS)
+        grid = make_grid(name, modulus_axis(), creepage_axis(maps))
+        cases = [
+            replace(case, scene=replace(case.scene, creepage=list(maps.values())[case.index[-1]]))
+            for case in grid_cases(grid, scene, layer_count=count, thickness=ratio * RADIUS)
+        ]
+        parts.append((grid, cases))
     return assemble(make_study("paper"), *parts)
 
 
