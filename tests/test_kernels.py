@@ -993,6 +993,18 @@ def test_arnoldi_step_ends_when_the_space_is_exhausted() -> None:
     np.testing.assert_array_equal(g, [2.0, 0.0])
 
 
+def test_arnoldi_step_of_no_image() -> None:
+    """Where the image of a direction is zero, so is its column, and the residual stays; nothing is 0/0."""
+    v, h = np.full((2, 3), np.nan), np.zeros((2, 1))
+    rotation, g = np.zeros((2, 1)), np.array([2.0, 0.0])
+    v[0] = (0.0, 1.0, 0.0)
+    gmres.arnoldi_step(v, 0, np.zeros(3), h, rotation, g)
+    np.testing.assert_array_equal(v[1], 0.0)
+    np.testing.assert_array_equal(h, 0.0)
+    np.testing.assert_array_equal(rotation, [[1.0], [0.0]])
+    np.testing.assert_array_equal(g, [2.0, 0.0])
+
+
 @pytest.mark.parametrize("k", [1, 2, 5])
 def test_gmres_update(k: int) -> None:
     """A triangular solve that looks at nothing below the diagonal or beyond k; an empty column counts for nothing."""
@@ -1113,6 +1125,14 @@ def test_move_contact(shape: tuple[int, int]) -> None:
     coupled.move_contact(change, c.slip, c.normal, mu, c.unit, total, p, q)
     np.testing.assert_allclose(p, new_p, rtol=1e-13)
     np.testing.assert_allclose(q, expected, rtol=1e-11, atol=1e-13)
+
+
+def test_move_contact_of_a_slip_cell_without_traction() -> None:
+    """It has no direction yet: it stays without, and is no 0/0."""
+    p, q, normal = np.array([1.0, 2.0]), np.zeros((2, 2)), np.array([[1.0, 0.0], [0.0, 1.0]])
+    coupled.move_contact(np.zeros(6), np.array([True, False]), normal, 0.4, 1.0, 3.0, p, q)
+    np.testing.assert_array_equal(p, [1.0, 2.0])
+    np.testing.assert_array_equal(q, 0.0)
 
 
 # --- rules ---

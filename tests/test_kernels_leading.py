@@ -78,9 +78,10 @@ def test_missing_width() -> None:
     assert leading_slip.missing_width(0.5, 0.09, 0, of_law, THETA, ZONES) == of_law
     assert leading_slip.missing_width(0.5, -0.3, 1, of_law, THETA, ZONES) == 0.0
     assert leading_slip.missing_width(0.9, 0.4, 4, of_law, THETA, ZONES) == 0.0
-    for slips in (0, 3):
-        found = leading_slip.missing_width(0.9, 0.4, slips, of_law, THETA, ZONES)
-        assert found == leading_slip.unseen_width(0.9, 0.4, slips, THETA, ZONES[slips])
+    assert leading_slip.missing_width(0.9, 0.0999, 0, of_law, THETA, ZONES) == of_law
+    for slips, growth in ((0, 0.4), (3, 0.4), (0, 0.1001)):
+        found = leading_slip.missing_width(0.9, growth, slips, of_law, THETA, ZONES)
+        assert found == leading_slip.unseen_width(0.9, growth, slips, THETA, ZONES[slips]) != of_law
 
 
 def test_doubts() -> None:

@@ -234,6 +234,15 @@ def test_correct_leading_cells() -> None:
     np.testing.assert_array_equal(normals[:, [0, 5, 6]].T, [[1.0, 0.0]] * 3)  # no cells, or a row alone
 
 
+def test_normals_of_edges_in_a_contact_that_reaches_both_sides_of_the_window() -> None:
+    """The outermost rows have one neighbour each: the row at the other side of the window is none."""
+    front = np.array([4.0, 4.6, 4.9, 3.7])
+    normals = np.full((2, 4), np.nan)
+    row_cells.edge_normals(front, np.arange(4)[None, :], 0.8, normals)
+    slopes = 0.8 * np.array([0.6, 0.45, -0.45, -1.2])
+    np.testing.assert_allclose(normals, np.array([np.ones(4), -slopes]) / np.sqrt(1.0 + slopes**2), rtol=1e-14)
+
+
 # --- moments ---
 
 
@@ -612,9 +621,10 @@ def test_largest_pressure_at_borders_that_fall_off_steeply() -> None:
 def test_top_of_parabola() -> None:
     """Of a parabola the very top; without one inside, the value in the middle."""
     y = np.array([0.0, -1.0, 1.0, -2.0, 2.0])
-    for top in (0.7, -1.6, 1.9):
+    for top in (0.7, -1.6, 1.9, -1.99):
         assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - top) ** 2) == pytest.approx(3.0, rel=1e-12)
-    assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - 2.2) ** 2) == 3.0 - 0.5 * 2.2**2
+    for top in (2.2, -2.01):
+        assert rows.top_of_parabola(y, 3.0 - 0.5 * (y - top) ** 2) == pytest.approx(3.0 - 0.5 * top**2, rel=1e-14)
     assert rows.top_of_parabola(y, 1.0 + y**2) == 1.0
     assert rows.top_of_parabola(y, 1.0 + (y - 0.5) ** 2) == 1.25
     assert rows.top_of_parabola(y[:1], np.array([2.0])) == 2.0
@@ -823,6 +833,16 @@ def test_known_slip_of_a_cell_without_slip() -> None:
         centring.centre(slips, np.ones(2, dtype=np.bool_), np.array([[0, 0], [1, 1]]), local, weight, out)
         np.testing.assert_allclose(out[0], expected, rtol=1e-14)
         assert np.isfinite(out).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_known_slip_along_one_axis(axis: int) -> None:
+    """It counts wherever it has a component: 2 per MPa times the 0.3 MPa that are missing, in a row's only cell."""
+    local, out = np.zeros((5, 1)), np.full((1, 2), np.nan)
+    local[axis], local[3] = 2.0, 0.3
+    one = np.ones((1, 2)), np.ones(1, dtype=np.bool_), np.zeros((2, 1), dtype=np.int64)
+    centring.centre(*one, local, np.full((3, 1), np.nan), out)
+    np.testing.assert_allclose(out[0], 1.0 + 0.6 * np.eye(2)[axis], rtol=1e-14)
 
 
 @pytest.mark.parametrize("known", [False, True])

@@ -107,6 +107,38 @@ def test_where_an_outline_crosses_a_line(seed: int) -> None:
             assert smooth_outline.crossing(terms, v, side, wave) == pytest.approx(expected, abs=2e-4)
 
 
+def outline(**terms: float) -> np.ndarray:
+    """Factors of r^2 = 1 + cos2 cos 2t + sin2 sin 2t."""
+    out = np.zeros(TERMS)
+    out[0], out[3], out[4] = 1.0, terms.get("cos2", 0.0), terms.get("sin2", 0.0)
+    return out
+
+
+def test_an_outline_without_a_tip_has_it_in_the_middle() -> None:
+    """Where r^2 is negative that way, as rough edges may have it: neither a root of it nor 0/0."""
+    for side in (1.0, -1.0):
+        assert smooth_outline.tip_position(outline(cos2=2.0), side, np.zeros(TERMS)) == 0.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_tip_is_looked_for_near_the_axis(side: float) -> None:
+    """Within 0.11 of it by angle: a step is as long as the parabola's points are apart."""
+    terms = outline(sin2=0.9)
+    at = 0.5 * math.pi * side - 0.11
+    expected = float(naive_rows.radius(terms, at)) * math.sin(at)
+    assert smooth_outline.tip_position(terms, side, np.zeros(TERMS)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_lines_beyond_an_outline_cross_it_in_the_middle() -> None:
+    """And one beyond the circle of its mean, but not beyond it, does where it crosses: here at X of a quadratic."""
+    wave = np.zeros(TERMS)
+    for side in (1.0, -1.0):
+        assert smooth_outline.crossing(outline(), 1.5, side, wave) == 0.0
+        # (X + Y)^2 = X + Y - 0.5 (X - Y), X and Y being the squares
+        found = smooth_outline.crossing(outline(cos2=-0.5), math.sqrt(1.2), side, wave)
+        assert found == pytest.approx(side * math.sqrt(0.5 * (math.sqrt(1.9**2 + 4.0 * 0.36) - 1.9)), abs=0.02)
+
+
 @pytest.mark.parametrize("height", [5.5, 5.3005])
 def test_ends_of_an_ellipse(height: float) -> None:
     """Ends and slopes of rows within its tips, to rounding; nan beyond.
