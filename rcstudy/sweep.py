@@ -261,6 +261,7 @@ def shard_of(cases: Sequence[Case], shard: tuple[int, int]) -> list[Case]:
     """The cases of shard (i, n), 1 <= i <= n: every n-th batch that shares a normal problem, and all cases like these.
 
     Were equal cases of several grids in different shards, each would solve them, in series with different results.
+    UserError if i is not one of 1 to n.
     """
     i, n = shard
     if not 1 <= i <= n:
@@ -271,7 +272,10 @@ def shard_of(cases: Sequence[Case], shard: tuple[int, int]) -> list[Case]:
 
 
 def failures(expansion: Expansion, cases: Sequence[Case], index: Index) -> list[Failure]:
-    """Those of `cases` that have a result but are not solved, in their order."""
+    """Those of `cases` that have a result but are not solved, in their order.
+
+    UserError if the result of one can no longer be read.
+    """
     grids = {grid.name: grid for grid in expansion.grids}
     found = []
     for case in cases:

@@ -257,6 +257,57 @@ def test_the_table_of_equations_names_code_that_exists(name: str) -> None:
         found = getattr(found, part)
 
 
+ROW = re.compile(r"^\|[^|]*\|[^|]*\|([^|]*)\|([^|]*)\|$", re.MULTILINE)
+AUTHORS = r"[A-ZÄÖÜ][a-zäöüß]+"
+CITATION = re.compile(rf"((?:{AUTHORS}(?:, | and | & ))*{AUTHORS}),? \(?((?:18|19|20)\d\d)\b")
+OF_PAPER = re.compile(r"\bEqs?\.? (\d+(?:(?:, | and | to |–)\d+)*)\b(?!\.\d)")
+
+
+def sources(text: str) -> set[str]:
+    """Publications that a text cites by their short names, and the equations of the paper, such as "Eq. 5"."""
+    found = {f"{names.replace('&', 'and')} {year}" for names, year in CITATION.findall(" ".join(text.split()))}
+    for numbers in OF_PAPER.findall(" ".join(text.split())):
+        for part in re.split(r", | and ", numbers):
+            first, *last = map(int, re.split(r" to |–", part))
+            found |= {f"Eq. {n}" for n in range(first, (last or [first])[0] + 1)}
+    return found
+
+
+def cited_by(name: str) -> set[str]:
+    """Sources in the docstrings of a module and, if a name in it is given, of that; the whole text of a file."""
+    if name.endswith(".py"):
+        found = next(path for folder in (ROOT, ROOT / "rcstudy" / "mechanics") if (path := folder / name).is_file())
+        return sources(found.read_text(encoding="utf-8"))
+    module, *parts = name.split(".")
+    found = importlib.import_module("rcstudy.mechanics." + module.replace("/", "."))
+    text = found.__doc__ or ""
+    for part in parts:
+        found = getattr(found, part)
+        text += f" {getattr(found, '__doc__', '') or ''}"
+    return sources(text)
+
+
+def rows_with_sources() -> list[tuple[str, set[str]]]:
+    """Code that a row of the table of equations names, and the sources that the row gives for it."""
+    found = []
+    for source, code in ROW.findall(MECHANICS.read_text(encoding="utf-8").replace(r"\|", "")):
+        names = re.findall(r"`([\w/]+\.[\w.]+)`", code)
+        found += [(name, sources(source)) for name in names if sources(source)]
+    return found
+
+
+@pytest.mark.parametrize(("name", "of_row"), rows_with_sources())
+def test_code_cites_what_the_table_of_equations_gives_as_its_source(name: str, of_row: set[str]) -> None:
+    assert of_row - cited_by(name) == set()
+
+
+def test_sources_are_found_in_texts() -> None:
+    text = "Polonsky & Keer 1999; (the paper's Eqs 1–4 and 6), Eq. 9; Johnson 1985, Eqs 3.18, 3.75; its Eqs 18 to\n20"
+    numbers = {f"Eq. {n}" for n in (1, 2, 3, 4, 6, 9, 18, 19, 20)}
+    assert sources(text) == {"Polonsky and Keer 1999", "Johnson 1985"} | numbers
+    assert len(rows_with_sources()) > 20
+
+
 def test_files_that_are_named_exist() -> None:
     """In documents and in the code, by their paths or, beside it, by their names."""
     code = [path for folder in ("rcstudy", "tests", "scripts") for path in (ROOT / folder).rglob("*.py")]

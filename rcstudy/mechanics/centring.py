@@ -4,9 +4,9 @@ The discrete slip belongs to these points, but Coulomb's law relates traction an
 interpolated along each row by a parabola through the cell's own point and those ahead and behind. At the row's trailing
 end the parabola goes through the next two points ahead; at its leading end, and behind a stick cell, a straight line is
 used. (With a straight line at the trailing end as well, moments under spin had errors larger by 0.1 (dx/a)^2.) The part
-of the slip by pressure that goes like the pressure itself, a root at the edges, is known (`local_slip.py`). Where
-the slip reverses within a cell or two (at the pole of spin) the correction, i.e. the centred slip less the cell's own
-slip, is reduced, so that at least half of the cell's own slip remains along its direction.
+of the slip by pressure that goes like the pressure itself, a root at the edges, is known (`local_slip.py`; Johnson
+1985, 2.25a). Where the slip reverses within a cell or two (at the pole of spin) the correction, i.e. the centred slip
+less the cell's own slip, is reduced, so that at least half of the cell's own slip remains along its direction.
 
 The correction depends on the slip and on which cells slip, while the states (stick or slip) follow from the slip at its
 own points. This is nearly always consistent, but a few cells beside a pole may change their state in every iteration.
@@ -57,14 +57,18 @@ class Centring:
     def update_with_law(self, q: np.ndarray, s: np.ndarray, of_law: Law) -> tuple[np.ndarray, float]:
         """`update`, and directions and shares of slip cells by the result, in place in `of_law`.
 
-        Returns the slips, and the squared residual of Coulomb's law for tractions `q` [m, 2] (MPa).
+        `s` [m, 2]: slips half a cell ahead; `of_law`: as `update_directions` takes them. Returns the centred slips
+        [m, 2] and the squared residual (MPa^2) of Coulomb's law for tractions `q` [m, 2] (MPa).
         """
         centred = np.empty(s.shape)
         of_cells = self.neighbours, self._local, self.weight
         return centred, kernel.centre_and_direct(q, s, *of_law, *of_cells, centred)
 
     def freeze_if_stalled(self, s: np.ndarray, centred: np.ndarray, residual: float) -> None:
-        """Freeze the correction `centred` - `s` if `residual` and those before it show that updates do not help."""
+        """Freeze the correction `centred` - `s` if `residual` and those before it show that updates do not help.
+
+        `s`, `centred` [m, 2]: slips before and after centring.
+        """
         if self._patience.exhausted(residual):
             self.frozen = centred - s
 

@@ -146,7 +146,10 @@ class NormalContact:
 
     @cached_property
     def slip_by_pressure(self) -> np.ndarray:
-        """Slip [m, 2] due to the tangential displacements that the pressure causes; zero for quasi-identical bodies."""
+        """Slip [m, 2] due to the tangential displacements that the pressure causes; zero for quasi-identical bodies.
+
+        Differences of displacements between a cell and the one ahead (the paper's Eq. 5; Kalker 1990).
+        """
         out = np.zeros((self.cells.shape[0], 2))
         if not self.scene.moves_by_pressure:
             return out
@@ -167,7 +170,8 @@ class NormalContact:
     def displacement_by_pressure(self) -> np.ndarray:
         """Tangential displacements [2, nx + 1, ny] (mm) due to the pressure, on the box and one more cell along x.
 
-        For the proof: `slip_by_pressure` does not use them. Zero for quasi-identical bodies.
+        Their part of the paper's Eqs 3 and 10. For the proof: `slip_by_pressure` does not use them. Zero for
+        quasi-identical bodies.
         """
         p = np.pad(self.solution.p[self.box.slices], ((0, 1), (0, 0)))
         if not self.scene.moves_by_pressure:
@@ -207,7 +211,10 @@ class NormalContact:
 
     @cached_property
     def displacement(self) -> PairOperator:
-        """Operator of the displacements due to tractions, on the box and one more cell along x."""
+        """Operator of the displacements (mm) due to tractions (MPa), on the box and one more cell along x.
+
+        Their part of the paper's Eqs 3 and 10.
+        """
         shape = self.box.shape[0] + 1, self.box.shape[1]
         padded = padded_shape(shape)
         symbol = real_symbols(traction_quadrants(self.influence.around(padded)), padded)
@@ -353,7 +360,10 @@ class NormalContact:
         return rigid_slip(*self.centres, creepage, spin_point * self.scene.mesh.spacing[0])
 
     def known_slip(self, scene: Scene) -> np.ndarray:
-        """Slip [m, 2] of `scene` without tractions: rigid slip plus slip due to pressure."""
+        """Slip [m, 2] of `scene` without tractions: rigid slip plus slip due to pressure.
+
+        ValueError without creepage.
+        """
         if scene.creepage is None:
             raise ValueError("a scene without creepage has no slip")
         return self.rigid_slip(scene.creepage, scene.spin_point) + self.slip_by_pressure

@@ -64,7 +64,7 @@ class Box:
 
     @staticmethod
     def around(mask: np.ndarray) -> Box:
-        """Smallest box of all true cells of `mask` [nx, ny], which must not be empty."""
+        """Smallest box of all true cells of `mask` [nx, ny]. ValueError if there is none."""
         box = Box(*arrays.bounds(mask))
         if box.i1 == 0:
             raise ValueError("no cell to put a box around")
@@ -401,7 +401,8 @@ def pressure_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int
 class PairOperator:
     """Two displacements due to two tractions: a symmetric 2x2 matrix of convolutions on a box of cells.
 
-    `symbols`: `real_symbols` of xx, xy = yx, yy, with x first if `plan` is a `ShiftedTransform`.
+    The sums over cells of the paper's Eqs 3 and 10. `symbols`: `real_symbols` of xx, xy = yx, yy, with x first if
+    `plan` is a `ShiftedTransform`.
     """
 
     def __init__(self, symbols: np.ndarray, box: tuple[int, int], plan: Transform) -> None:

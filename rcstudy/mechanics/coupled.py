@@ -1,4 +1,4 @@
-r"""Full coupling of pressure and tractions (`coupling: full`), solved together by one semismooth Newton method.
+r"""Full coupling of pressure and tractions (`coupling: full`) by one semismooth Newton method (Alart and Curnier 1991).
 
 The unknowns are the pressures p and tractions q on the cells in contact, and the approach. Slip and gap are linear in
 both,
@@ -265,8 +265,8 @@ def solve_coupled(
 ) -> tuple[NormalContact, RollingSolution]:
     """Pressure and tractions of `scene` under full coupling, starting from coarser meshes.
 
-    Both are found by the same Newton steps, whose products are counted with the tractions. `level`: how many times the
-    mesh has been coarsened already (`coarser_scene`).
+    Both are found by the same Newton steps (Alart and Curnier 1991), whose products are counted with the tractions.
+    `level`: how many times the mesh has been coarsened already (`coarser_scene`).
     """
     influence = influence or influence_of(scene)
     contact, q, coarse = from_coarser(scene, influence, level)

@@ -95,19 +95,19 @@ _LONG_MEANS = np.sinc(_K / (2.0 * math.pi))
 _WAVES = np.concatenate((_K, np.abs(_ALIKE).ravel()))
 
 
-def wave_numbers(spacing: float) -> np.ndarray:
-    """Wave numbers [n] (1/mm) at which cells of length `spacing` (mm) need the bodies' responses."""
-    return _WAVES / spacing
+def wave_numbers(side: float) -> np.ndarray:
+    """Wave numbers [n] (1/mm) at which cells of length `side` (mm) need the bodies' responses."""
+    return _WAVES / side
 
 
-def exaggeration(responses: np.ndarray, spacing: float, shift: float) -> float:
+def exaggeration(responses: np.ndarray, side: float, shift: float) -> float:
     """Slip (1/MPa) to be subtracted in leading cells, per unit of their pressure: `part` of the module's description.
 
     `responses` [3, n] (mm/MPa): of u_z to pressure, u_x to pressure and u_x to tractions, both bodies together, at the
-    `wave_numbers` of cells of length `spacing` (mm); `shift`: distance of the far-field edge behind the actual one
+    `wave_numbers` of cells of length `side` (mm); `shift`: distance of the far-field edge behind the actual one
     (cells). The leading cell's centre lies `half_line.EDGE` behind the former.
     """
-    response = _WAVES / spacing * responses
+    response = _WAVES / side * responses
     missed = OF_HALF_SPACE - _of_half_space()
     return _part(response, shift) + missed * float(response[1, _AS_CELLS])
 

@@ -121,9 +121,9 @@ _WAVES = np.concatenate(([_LONG], np.abs(_K).ravel(), _FAR, [math.pi * 2.0**_FAR
 _OF_CONTACTS = int(np.argmin(np.abs(_T - 0.25)))  # the wave that represents contacts some ten cells wide
 
 
-def wave_numbers(spacing: float) -> np.ndarray:
-    """Wave numbers [n] (1/mm) at which half-lines of cells of length `spacing` (mm) need the bodies' responses."""
-    return _WAVES / spacing
+def wave_numbers(side: float) -> np.ndarray:
+    """Wave numbers [n] (1/mm) at which half-lines of cells of length `side` (mm) need the bodies' responses."""
+    return _WAVES / side
 
 
 def for_pressure(response: np.ndarray) -> HalfLine:

@@ -9,10 +9,10 @@ follow from four radial functions, with D = alpha times the difference of the fr
     g(r) = 1/(4 pi) int (Dc - Dd) J2(alpha r) d alpha         u_x by qy:   - g sin(2 theta)
     p(r) = 1/(2 pi) int Db J1(alpha r) d alpha                u_x by p:    - p cos(theta)
 
-computed on logarithmic grids of r by fast Hankel transforms (`hankel.py`), which resolve layers of a micrometre and
-wavelengths of a metre equally well. Near the origin cells are integrated in polar coordinates with a tabulated radial
-integral, so that a layer may be far thinner than a cell. The other cells are integrated by Gauss points, whose number
-falls with the distance.
+computed on logarithmic grids of r by fast Hankel transforms (`hankel.py`; Hamilton 2000), which resolve layers of a
+micrometre and wavelengths of a metre equally well. Near the origin cells are integrated in polar coordinates with a
+tabulated radial integral, so that a layer may be far thinner than a cell. The other cells are integrated by Gauss
+points, whose number falls with the distance.
 """
 
 from __future__ import annotations
@@ -77,7 +77,8 @@ class RadialTables:
 def radial_tables(substrate: Material, layers: tuple[Layer, ...], r_max: float) -> RadialTables:
     """Tables of the four radial functions of the layers' contribution, for distances up to `r_max` (mm).
 
-    The tables start at 5e-5 of the thinnest layer, where the functions have reached their limits to working precision.
+    By fast Hankel transforms (Hamilton 2000). The tables start at 5e-5 of the thinnest layer, where the functions have
+    reached their limits to working precision.
     """
     thin = min(layer.thickness for layer in layers)
     high, low = math.log(_HIGH / thin), math.log(_lowest(substrate, layers, thin, r_max))

@@ -1,14 +1,14 @@
 r"""Frequency response of the surface of a layered elastic half-space.
 
 For a wave vector of length alpha along x, four functions of alpha give the surface displacements by the surface
-stresses (convention of ``tests/reference/frf.json``): for a pressure p cos(alpha x), u_z = a p cos(alpha x) and
-u_x = -b p sin(alpha x); for a traction q sin(alpha x) along x, u_x = c q sin(alpha x) (and u_z = -b q cos(alpha x) by
-reciprocity); for a traction q across the wave vector, u = d q. Any number of layers, listed from the surface down, lie
-on a half-space.
+stresses (the paper's Eqs 11 to 17, rearranged; convention of ``tests/reference/frf.json``): for a pressure p cos(alpha
+x), u_z = a p cos(alpha x) and u_x = -b p sin(alpha x); for a traction q sin(alpha x) along x, u_x = c q sin(alpha x)
+(and u_z = -b q cos(alpha x) by reciprocity); for a traction q across the wave vector, u = d q. Any number of layers,
+listed from the surface down, lie on a half-space.
 
-In each layer the in-plane field is a sum of four modes: the Papkovich-Neuber potentials phi = e^(-kz) cos kx and
-psi = e^(-kz) cos kx, which decay with depth, and their growing counterparts with e^(+k(z - h)) (the paper's Eqs 11 to
-15 with one potential less, as only two are needed):
+In each layer the in-plane field is a sum of four modes (k stands for alpha): the Papkovich-Neuber potentials phi =
+e^(-kz) cos kx and psi = e^(-kz) cos kx, which decay with depth, and their growing counterparts with e^(+k(z - h)) (the
+paper's Eqs 11 to 15 with one potential less, as only two are needed):
 
     2G u = grad(phi) + grad(z psi) - 4 (1 - nu) psi e_z.
 
@@ -19,8 +19,8 @@ over k, the modes (U, W, X, Z) at their own origin are
     growing:  A1 = (-1,  1, -1, 1),  B1 = (0, -(3 - 4nu), 1 - 2nu, -2(1 - nu)),
 
 and moving the origin by the thickness h turns B0 into B0 + kh A0 and B1 (growing, upwards) into B1 - kh A1, times
-e^(-kh). At the bottom of a layer (Eq. 17) the compliance of everything below, u = Y/k t, fixes the growing modes by the
-decaying ones, g = R d with a 2x2 matrix R that depends on k only through Y; at its top R appears as
+e^(-kh). At the bottom of a layer (the paper's Eq. 17) the compliance of everything below, u = Y/k t, fixes the growing
+modes by the decaying ones, g = R d with a 2x2 matrix R that depends on k only through Y; at its top R appears as
 e^(-2kh) [1, -kh; 0, 1] R [1, kh; 0, 1]. So only decaying exponentials occur, nothing is divided by 1 - 2nu, and the
 *difference* between the layered and the homogeneous response is obtained without cancellation.
 """

@@ -33,14 +33,20 @@ _PATIENCE = 30  # steps without a smaller residual after which to stop, if round
 
 
 def initial_gap(scene: Scene) -> np.ndarray:
-    """Undeformed distance h = x^2/(2 Rx) + y^2/(2 Ry) at the cell centres (mm), [nx, ny]."""
+    """Undeformed distance h = x^2/(2 Rx) + y^2/(2 Ry) at the cell centres (mm), [nx, ny].
+
+    Johnson 1985, section 4.1.
+    """
     x, y = scene.mesh.centres
     gap: np.ndarray = (x**2 / (2.0 * scene.radius[0]))[:, None] + (y**2 / (2.0 * scene.radius[1]))[None, :]
     return gap
 
 
 def estimated_contact(scene: Scene) -> tuple[float, float]:
-    """Semi-axes (mm) of the contact by Hertz's theory with an equivalent modulus (`_estimate`); a first guess only."""
+    """Semi-axes (mm) of the contact by Hertz's theory with an equivalent modulus (`_estimate`); a first guess only.
+
+    BeyondRounding if rounding leaves no positive compliance of the layers.
+    """
     return _estimate(scene.substrate, scene.layers, scene.counterbody, scene.radius, scene.load)
 
 

@@ -84,7 +84,8 @@ class NormalOperator:
     def overlap(self, tolerance: float, approach: float, p: np.ndarray) -> float:
         """Overlap (mm) outside the contact that a relative `tolerance` permits at `approach` (mm), pressures `p` (MPa).
 
-        A part of the approach, or of what pressures close within a few cells: the approach of plates is much larger.
+        `p` [nx, ny]. A part of the approach, or of what pressures close within a few cells: the approach of plates is
+        much larger.
         """
         return tolerance * min(abs(approach), float(arrays.norm2(p)) / self.stiffness)
 

@@ -1,5 +1,6 @@
 """The proof stored with every solution: residuals of the contact conditions, computed independently of the solvers.
 
+The conditions are the paper's Eqs 1, 4 and 6 and that slip is opposite to the traction (Kalker 1990).
 Displacements come from the influence coefficients by separate convolutions (displacements first, then differences; a
 larger box for the gap), not from the operators and residuals of the solvers. Stick and slip cells are those of the
 solution, and each is checked for its own condition. On aligned cells the proof also takes from the solution the
@@ -28,9 +29,10 @@ _FLOOR = 1e-9
 def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = None) -> dict[str, float]:
     """Tension, load imbalance, gap under pressure and overlap outside the contact (keys of `result.VARIABLES`).
 
-    Tension is relative to the largest pressure, the imbalance to the load, gap and overlap to the approach.
-    The gap h + u_z - approach is computed on the contact's box widened by half its size on each side; farther out h
-    grows and u_z falls. `q` [m, 2]: tractions (MPa) whose u_z is added, with `coupling: full`.
+    How far the paper's Eqs 1 and 4 are missed. Tension is relative to the largest pressure, the imbalance to the load,
+    gap and overlap to the approach. The gap h + u_z - approach is computed on the contact's box widened by half its
+    size on each side; farther out h grows and u_z falls. `q` [m, 2]: tractions (MPa) whose u_z is added, with
+    `coupling: full`.
     """
     dx, dy = scene.mesh.spacing
     size = contact.touched.shape
@@ -77,8 +79,9 @@ def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.
 def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution, s: np.ndarray) -> dict[str, float]:
     """Errors of slip in stick cells, of its direction in slip cells, and of the bound (keys of `result.VARIABLES`).
 
-    The first two are relative to the largest slip without tractions, the last to the largest bound. `s` [m, 2]: the
-    slip by `slips`. Cells of aligned rows from which a plate has lifted off carry nothing, and their slip is arbitrary.
+    How far the paper's Eq. 6 is missed, and the direction that it leaves open (Kalker 1990). The first two are relative
+    to the largest slip without tractions, the last to the largest bound. `s` [m, 2]: the slip by `slips`. Cells of
+    aligned rows from which a plate has lifted off carry nothing, and their slip is arbitrary.
     """
     w = contact.known_slip(scene)
     bound = scene.friction * contact.pressure

@@ -179,7 +179,10 @@ class NewtonSystem:
         return residual
 
     def unsettled(self, q: np.ndarray, s: np.ndarray) -> float:
-        """Error of tractions `q` by Coulomb's law with the centring computed from slips `s`, over the sum of bounds."""
+        """Error of tractions `q` [m, 2] (MPa) by Coulomb's law, over the sum of bounds, with the centring up to date.
+
+        That is computed from slips `s` [m, 2], half a cell ahead of the centres. Zero without centring.
+        """
         if self.centring is None:
             return 0.0
         rest = q - self.rho * self.centring.update(s, self.slip)
@@ -219,7 +222,7 @@ class NewtonSystem:
     def precondition(self, v: np.ndarray, out: np.ndarray, from_edge: bool = False) -> None:
         """Approximate solution `out` [2 m] for the residuals `v` [2 m]: stick cells, then slip cells with the rest.
 
-        `from_edge`: part 1 is right at the leading edge, on boxes long enough for that.
+        `from_edge`: part 1 is right at the leading edge (Wiener and Hopf 1931), on boxes long enough for that.
         """
         self.products += 1
         operator = self.operator

@@ -101,7 +101,7 @@ class SlipOperator:
         return other
 
     def torus_shifted(self, power: int) -> np.ndarray:
-        """Symbol of (1 + d/b) (B + d)^-1 with d = `SHIFT` 4^power b."""
+        """Packed symbol [3, py//2+1, px] of (1 + d/b) (B + d)^-1 on the torus, with d = `SHIFT` 4^power b; kept."""
         if power not in self._shifted:
             over = SHIFT * 4.0**power
             inverse = _inverse(self._difference, over * self.diagonal, self._torus)

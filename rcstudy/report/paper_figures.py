@@ -84,7 +84,7 @@ def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     """Figure 3: p/p0 on the x-axis against x/a, a panel per number of layers, the uncoated case in each.
 
     Colour stands for the modulus, dash and marker for the thickness. The exact Hertz pressure is drawn
-    too.
+    too. UserError if there is neither grid.
     """
     grid = layered or bare
     if grid is None:

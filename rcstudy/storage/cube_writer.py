@@ -185,7 +185,10 @@ class _Group:
         return scale
 
     def add(self, case: Case, record: Record) -> None:
-        """Take one case's record; its fields go to the disk now."""
+        """Take one case's record; its fields go to the disk now.
+
+        ValueError if the case has one already, or if the record has not the cells of the case's mesh.
+        """
         if self._statuses[case.index] != MISSING:
             raise ValueError(f"{case.grid}, case {case.index}: has two results")
         if record.cells != case.scene.mesh.cells:

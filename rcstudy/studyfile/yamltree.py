@@ -218,7 +218,10 @@ def _with_value(node: Node, value: dict[str, Node]) -> Node:
 
 
 def from_python(value: Any, path: str = "", depth: int = 0) -> Node:
-    """A mapping given from Python as a tree; NumPy scalars and arrays and tuples are taken as numbers and lists."""
+    """A mapping given from Python as a tree; NumPy scalars and arrays and tuples are taken as numbers and lists.
+
+    UserError if it is nested more than MAX_DEPTH deep.
+    """
     if depth > MAX_DEPTH:
         raise UserError(f"{shorten(path)}: nested more than {MAX_DEPTH} deep")
     if isinstance(value, Mapping):

@@ -184,7 +184,10 @@ class _Distribution:
         self.ours = examine()
 
     def run(self) -> Iterator[tuple[Case, Any]]:
-        """Distribute all the work; yield each case with its result."""
+        """Distribute all the work; yield each case with its result.
+
+        UserError if the scheduler is gone or cannot import rcstudy, or if its workers run other versions.
+        """
         if not self.waiting:
             return
         self._examine_scheduler()

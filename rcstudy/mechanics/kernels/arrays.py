@@ -165,7 +165,7 @@ def multiply_phases(hat: np.ndarray, factor: np.ndarray) -> None:
 
 @jit
 def scale_real(hat: np.ndarray, symbol_real: np.ndarray) -> None:
-    """Multiply a half-complex array by a real symbol, in place."""
+    """Multiply the half-complex array hat [k, rows] by the real symbol symbol_real [k, rows], in place."""
     for i in range(hat.shape[0]):
         for j in range(hat.shape[1]):
             value, factor = hat[i, j], symbol_real[i, j]

@@ -42,9 +42,10 @@ def centre(
     and behind, a cell's own where there is none.
 
     local [5, m], or [5, 0] if there is none: the part of s that is proportional to the pressure is not interpolated but
-    known. Components along x and y of that slip per unit pressure (1/MPa), pressures that it has in s, and those at the
-    centres (MPa), and the slip s0 at which tractions begin to cancel it: see `local_slip.py`. The part
-    S^2/(S^2 + s0^2) of it counts, S being the slip, that at the leading edge if the cell is the first of several.
+    known (Johnson 1985, 2.25a). Components along x and y of that slip per unit pressure (1/MPa), pressures that it has
+    in s, and those at the centres (MPa), and the slip s0 at which tractions begin to cancel it: see `local_slip.py`.
+    The part S^2/(S^2 + s0^2) of it counts, S being the slip, that at the leading edge if the cell is the first of
+    several.
     """
     for m in range(s.shape[0]):
         x, y = s[m, 0], s[m, 1]

@@ -62,7 +62,7 @@ def tractions_at_top(nu: float, t: tuple[float, float, float, float]) -> tuple[f
 def reflected(
     nu: float, h: float, zeta: float, e2: float, below: tuple[float, float, float]
 ) -> tuple[float, float, float, float]:
-    """Growing modes at the top of a layer over the decaying ones, as what is below reflects them (Eq. 17).
+    """Growing modes at the top of a layer over the decaying ones, as what is below reflects them (the paper's Eq. 17).
 
     nu, h = 1/(2G) (1/MPa): of the layer, zeta and e2: as of `carried_up`; below: as `y` of `at_interface`.
     """
@@ -85,7 +85,8 @@ def layered_response(
 
     alpha [n] (1/mm) > 0; young (MPa), poisson, thickness (mm) [m]: of the layers, from the surface down; homogeneous
     [m, 4] and substrate [4]: alpha times a, b, c, d (1/MPa) of a half-space of each, and of what they lie on; out
-    [4, n]: alpha times the differences of a, b, c, d (1/MPa). The derivation is in `layered.py`.
+    [4, n]: alpha times the differences of a, b, c, d (1/MPa). The derivation, from the paper's
+    Eqs 11 to 17, is in `layered.py`.
     """
     for i in range(alpha.size):
         below, d = (substrate[0], substrate[1], substrate[2]), substrate[3]  # of what lies below the layer in hand
@@ -127,7 +128,8 @@ def half_spaces(
 
     normal, shear (1/MPa): sums of the bodies' (1-nu)/(2 pi G) and nu/(2 pi G); dilation (1/MPa): difference of their
     (1-2nu)/(4 pi G). Integrals of 1/r, x^2/r^3, y^2/r^3, x y/r^3, x/r^2, y/r^2 over the cell, as differences of their
-    primitives over its corners (Love 1929; Cerruti). Cells with i < have_x and j < have_y are left alone.
+    primitives over its corners (Love 1929; Johnson 1985, Eqs 3.18 and 3.75; Cerruti). Cells with i < have_x and
+    j < have_y are left alone.
     """
     nx, ny = out.shape[1], out.shape[2]
     # corner values of two rows of corners (fixed x) at a time

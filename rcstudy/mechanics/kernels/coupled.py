@@ -1,4 +1,4 @@
-"""Newton steps for pressure and tractions together (`coupled.py`).
+"""Newton steps for pressure and tractions together (`coupled.py`; Alart and Curnier 1991).
 
 Stresses and responses are three arrays on the box, [3, nx, ny]: (qx, qy, p) and (slip x, slip y, gap). Vectors of
 unknowns are [3 m]: the pressures of the m cells in contact, then two numbers for each cell as in `tractions.py`.
@@ -43,9 +43,10 @@ def touching_cells(
 ) -> tuple[int, int, float]:
     """Find the cells in contact: those under pressure, and those where the surfaces overlap without it.
 
-    The approach is the mean gap under pressure; cells [nx ny, 2]: filled with i, j, ordered by i, then by j. Returns
-    the number of cells in contact, how many of them bear no pressure yet but overlap by more than `overlap` times the
-    approach, and the approach (mm).
+    stress (MPa), response [3, nx, ny]: as in the module's description, the gaps (mm) without the approach. The approach
+    is the mean gap under pressure; cells [nx ny, 2]: filled with i, j, ordered by i, then by j. Returns the number of
+    cells in contact, how many of them bear no pressure yet but overlap by more than `overlap` times the approach, and
+    the approach (mm).
     """
     nx, ny = stress.shape[1], stress.shape[2]
     total = 0.0
@@ -73,7 +74,7 @@ def touching_cells(
 def gather_contact(
     stress: np.ndarray, response: np.ndarray, cells: np.ndarray, p: np.ndarray, q: np.ndarray, s: np.ndarray
 ) -> None:
-    """Pressures p [m], tractions q and slips s [m, 2] at the cells [m, 2]."""
+    """Pressures p [m], tractions q (MPa) and slips s [m, 2] at the cells [m, 2], of stress, response [3, nx, ny]."""
     for m in range(cells.shape[0]):
         i, j = cells[m, 0], cells[m, 1]
         p[m] = stress[2, i, j]

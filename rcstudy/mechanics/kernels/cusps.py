@@ -1,4 +1,7 @@
-"""Pressure at the border behind the stick zone under full coupling, where it has a cusp (`cusps.py`)."""
+"""Pressure at the border behind the stick zone under full coupling, where it has a cusp.
+
+The derivation is in `cusps.py`, from Carter's strip (Johnson 1985, section 8.3).
+"""
 
 from __future__ import annotations
 

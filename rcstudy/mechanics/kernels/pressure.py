@@ -1,4 +1,7 @@
-"""Bound-constrained conjugate gradients for the pressure (`normal.py`), and the elimination of a rim (`rim.py`)."""
+"""Bound-constrained conjugate gradients for the pressure (`normal.py`), and the elimination of a rim (`rim.py`).
+
+The former as by Polonsky and Keer 1999, with the preconditioner of Vollebregt 2014.
+"""
 
 from __future__ import annotations
 
@@ -61,8 +64,9 @@ def normal_direction(
 ) -> tuple[float, float]:
     """New search direction d = z + beta d (Polak-Ribiere, beta >= 0), z made zero-mean on the active cells.
 
-    z: preconditioned residual in the corner of a padded array, which becomes the padded copy of d. `zr_old` <= 0
-    restarts. Returns z.r and the norm of z.
+    z [>= nx, >= ny]: preconditioned residual (MPa) in the corner of a padded array, which becomes the padded copy of d;
+    mask, r, r_old (mm) [nx, ny]: as of `normal_residual`; d [nx, ny]: the last direction (MPa), replaced; zr_old: the
+    last z.r, a restart if it is not positive. Returns z.r and the norm of z.
     """
     nx, ny = r.shape
     total = 0.0
@@ -99,8 +103,9 @@ def normal_step(
 ) -> tuple[int, float]:
     """Step along d: negative pressures are set to zero, then all are scaled to the sum `total`.
 
-    g follows by linearity, before the scaling, and holds only if no pressure was cut. ad: operator times d in the
-    corner of a padded array. Returns the number of cells cut and the scale applied.
+    p (MPa), g (mm) [nx, ny]: pressures and gaps, in place; d (MPa), r (mm) [nx, ny]: direction and residual; ad
+    [>= nx, >= ny] (mm): operator times d in the corner of a padded array; total (MPa). g follows by linearity, before
+    the scaling, and holds only if no pressure was cut. Returns the number of cells cut and the scale applied.
     """
     nx, ny = p.shape
     rd = dad = 0.0

@@ -332,7 +332,8 @@ def update_row_pressures(
 def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray, borders: np.ndarray) -> np.ndarray:
     """p^2 [n] (MPa^2) at borders [n, 2] (x and row j), interpolated between the knots of `row_profiles`.
 
-    Beyond the outermost knots it is that of these.
+    knots (cells), squares (MPa^2) [ny, most]: of each row, known [ny] of them. Beyond the outermost knots p^2 is that
+    of these.
     """
     out = np.zeros(borders.shape[0])
     for k in range(out.size):

@@ -221,7 +221,8 @@ def slip_widths(
     [3, ny], unlike: as of `too_far_back`; bow: distance by which borders are found too far back besides.
 
     Inner rows keep their own width (`corrected_widths`). The outermost rows with stick cells, and those beyond, take
-    theirs from the smoothest line through the widths of all rows, whose second differences are held to 1/(half chord).
+    theirs from the smoothest line through the widths of all rows (discrepancy principle, Morozov 1966), whose second
+    differences are held to 1/(half chord).
     Rows without stick cells slip over their whole chord.
     """
     first, end = stick_range(length, ends, slip, leading)

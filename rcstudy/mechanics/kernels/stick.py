@@ -145,7 +145,7 @@ def lower_room_at_ends(
     index: np.ndarray,
     start: np.ndarray,
     count: np.ndarray,
-    edges: np.ndarray,
+    ends: np.ndarray,
 ) -> None:
     """Take what does not belong to it off the room [m] (MPa) of each row's last cell, if this sticks; in place.
 
@@ -158,7 +158,7 @@ def lower_room_at_ends(
     for j in range(count.size):
         if count[j] > 1:
             last = index[count[j] - 1, j]
-            end = start[j] - (count[j] - 1) - edges[0, j]
+            end = start[j] - (count[j] - 1) - ends[0, j]
             if end > 0.5 and not slip[last]:
                 room[last] -= 0.5 * (friction * pressure[last]) * ((end - 0.5) / (end + 0.5)) ** 1.5
 
@@ -171,7 +171,7 @@ def stick_rows(
     index: np.ndarray,
     start: np.ndarray,
     count: np.ndarray,
-    edges: np.ndarray,
+    ends: np.ndarray,
     widths: np.ndarray,
     narrow: float,
     b1: float,
@@ -183,7 +183,7 @@ def stick_rows(
     """Number of borders between stick and slip; fills borders, and length [ny] (cells) of each row's stick zone.
 
     room [m] (MPa): of the cells; speed [m]: slip against the traction, half a cell ahead of them; slip [m]: flags of
-    slip cells; index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], edges
+    slip cells; index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], ends
     [2, ny]: as in `rows.row_pressures` and `rows.row_edges`; widths [ny]: of slip zones behind the row's last cell that
     are hidden within a cell (`trailing.py`), used where less than narrow, nan in rows without; b1, shift: of the
     half-line of tractions (`half_line.py`). borders [>= 2 m, 2]: x and j of each; last [ny]: number of the border
@@ -192,7 +192,7 @@ def stick_rows(
     found = 0
     for j in range(count.size):
         length[j], last[j] = 0.0, -1
-        front = edges[1, j]
+        front = ends[1, j]
         cells = 0
         for k in range(count[j]):
             m = index[k, j]
@@ -210,7 +210,7 @@ def stick_rows(
                 borders[found, 0], borders[found, 1] = front, j
                 found += 1
             if not behind:
-                back = edges[0, j]
+                back = ends[0, j]
                 # behind a last cell that sticks a narrow slip zone shows in the rooms only, if at all
                 if k + 1 == count[j] and widths[j] < narrow:
                     back = min(back + widths[j], front)
@@ -246,7 +246,7 @@ def stick_zone(
     index: np.ndarray,
     start: np.ndarray,
     count: np.ndarray,
-    edges: np.ndarray,
+    ends: np.ndarray,
     narrow: float,
     b1: float,
     shift: float,
@@ -262,9 +262,9 @@ def stick_zone(
     """
     room, speed = np.zeros(slip.size), np.zeros(slip.size)
     largest, backwards = rooms_and_speeds(q, s, slip, friction, pressure, room, speed)
-    hidden_widths(index, count, edges, q, slip, pressure, friction, widths)
-    lower_room_at_ends(room, slip, friction, pressure, index, start, count, edges)
-    found = stick_rows(room, speed, slip, index, start, count, edges, widths, narrow, b1, shift, length, last, borders)
+    hidden_widths(index, count, ends, q, slip, pressure, friction, widths)
+    lower_room_at_ends(room, slip, friction, pressure, index, start, count, ends)
+    found = stick_rows(room, speed, slip, index, start, count, ends, widths, narrow, b1, shift, length, last, borders)
     return found, largest, backwards
 
 

@@ -28,7 +28,7 @@ class Mixing:
         self._changes.clear()
 
     def following(self, guess: np.ndarray, change: np.ndarray, where: np.ndarray) -> np.ndarray:
-        """The next guess after `guess`, which a turn maps to `guess` + `change`.
+        """The next guess after `guess`, which a turn maps to `guess` + `change`; all arrays of one shape, in any unit.
 
         `where`: flags of the values whose change is to be small; a constant common to all of them does not count.
         """

@@ -61,7 +61,7 @@ class SlipZones:
         """The slip zone, its border found between cells, and the largest traction and pressure.
 
         Tractions are largest at that border, where they equal mu p, or at the largest pressure, if it lies in slip. The
-        pressure is largest at its summit or, if `cusped`, at that border (`cusps.py`).
+        pressure is largest at its summit or, if `cusped`, at that border (`cusps.py`; Johnson 1985, section 8.3).
         """
         slip, cells, outline = rolling.slip, self._cells, self._outline
         ny = cells.count.size
