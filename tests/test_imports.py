@@ -94,9 +94,43 @@ def test_imports_come_from_below(path):
     assert list(wrong_imports(path)) == []
 
 
+# What mechanics may import of others: libraries of numbers, and what the language itself is made of.
+OUTSIDE = {"numpy", "scipy", "numba", "pyfftw"} | {"__future__", "collections", "copy", "dataclasses", "functools"}
+OUTSIDE |= {"itertools", "math", "operator", "threading", "typing"}
+# Files are of compiled kernels only, which are kept on the disk; imports by name only those that are put off.
+OUTSIDE_OF = {
+    "jit.py": {"contextlib", "fcntl", "hashlib", "logging", "os", "pathlib", "pickle", "time"},
+    "later.py": {"contextlib", "importlib", "sys", "types"},
+}
+
+
+def outside(path):
+    """What the file imports of others, by their first names, and built-in functions that open files or run code."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield (node.module or "").split(".")[0]
+        elif isinstance(node, ast.Name) and node.id in {"open", "__import__", "exec", "eval"}:
+            yield node.id
+
+
 def test_mechanics_knows_nothing_of_files_studies_or_plots():
+    seen = set()
     for path in (PACKAGE / "mechanics").rglob("*.py"):
         assert {entry_of(name) for name in imports(path)} <= {"rcstudy.mechanics"}, path.name
+        others = set(outside(path)) - {"rcstudy"}
+        assert others - OUTSIDE <= OUTSIDE_OF.get(path.name, set()), path.name
+        seen |= others
+    assert seen == OUTSIDE.union(*OUTSIDE_OF.values())
+
+
+def test_what_mechanics_may_not_import_is_seen(tmp_path):
+    path = tmp_path / "bad.py"
+    path.write_text(
+        "import numpy as np\n\ndef f():\n    import matplotlib.pyplot\n    from h5py import File\n    open('x')\n"
+    )
+    assert set(outside(path)) - OUTSIDE == {"matplotlib", "h5py", "open"}
 
 
 def without_circles(edges):
