@@ -1,6 +1,7 @@
 """The publications that equations and methods come from, and which of them are behind the results of a scene.
 
-The rest of the code cites them by their short names, such as "Johnson 1985". Cubes name those behind their numbers.
+Code and documents cite them by their short names, such as "Johnson 1985", but for the first, which is the paper ("P"
+in the documents). Cubes name those behind their numbers.
 """
 
 from __future__ import annotations

@@ -120,7 +120,7 @@ def normal_step(
         for j in range(ny):
             v = p[i, j] + step * d[i, j]
             if v <= 0.0:
-                if p[i, j] > 0.0 or d[i, j] != 0.0:
+                if d[i, j] != 0.0:
                     cut += 1
                 v = 0.0
             p[i, j] = v
