@@ -291,8 +291,11 @@ def rows_with_sources() -> list[tuple[str, set[str]]]:
     """Code that a row of the table of equations names, and the sources that the row gives for it."""
     found = []
     for source, code in ROW.findall(MECHANICS.read_text(encoding="utf-8").replace(r"\|", "")):
-        names = re.findall(r"`([\w/]+\.[\w.]+)`", code)
-        found += [(name, sources(source)) for name in names if sources(source)]
+        beside = ""
+        for name in re.findall(r"`([\w/.]+)`", code):
+            whole = name if "." in name else f"{beside}.{name}"  # of the same module or class as the one before
+            beside = whole.rpartition(".")[0]
+            found += [(whole, sources(source))] if sources(source) else []
     return found
 
 

@@ -5,6 +5,7 @@ Which cases a cube gives, and how comparisons become verdicts, is tested in test
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -157,6 +158,17 @@ def test_statements_hold_as_the_paper_says(cases: dict[str, list[PaperCase]]) ->
     assert len(STATEMENTS) == 52
     assert {number for number, one in enumerate(STATEMENTS, 1) if one.untestable} == UNTESTABLE
     assert answers(cases["as the paper says"]) == expected("yes", no={CONTRADICTS})
+
+
+def test_statements_are_judged_by_the_layers_that_their_criteria_name(cases: dict[str, list[PaperCase]]) -> None:
+    checked = 0
+    for one in STATEMENTS:
+        named = set(re.findall(r"compliant|stiff|no layer", one.criterion))
+        kinds = {case.kind for compared in one.judge(cases["as the paper says"]) for case in compared.cases}
+        if named and kinds:
+            assert kinds == {"none" if word == "no layer" else word for word in named}, one.quote
+            checked += 1
+    assert checked > 30
 
 
 def test_statements_do_not_hold_the_other_way_round(cases: dict[str, list[PaperCase]]) -> None:

@@ -260,7 +260,7 @@ class Influence:
     def slip_under_tractions(self) -> tuple[float, float]:
         """alpha times the responses to tractions along and across a wave (1/MPa), at wave number alpha = 1/dx.
 
-        On half-spaces the first is (1 - nu)/G, summed over the bodies, the second 1/G.
+        On half-spaces the first is (1 - nu)/G (Johnson 1985, 2.25a), summed over the bodies, the second 1/G.
         """
 
         along, across = self._of_cells[2:, 0].tolist()
@@ -268,7 +268,10 @@ class Influence:
 
     @property
     def slip_by_pressure_over_tractions(self) -> float:
-        """Dundurs' constant beta: `slip_under_pressure` over the like response to tractions along waves."""
+        """Dundurs' constant beta: `slip_under_pressure` over the like response to tractions along waves.
+
+        Johnson 1985, section 5.1.
+        """
         return self.slip_under_pressure / self.slip_under_tractions[0]
 
     @property

@@ -1,8 +1,8 @@
 """Width of the slip zone behind a stick zone in each row of the contact, and the zone's area, which follows from it.
 
 Borders of the stick zone scatter by 0.02 of a cell, in its outermost rows by ten times as much, while the width has
-little curvature from row to row: in and beyond those rows it comes from a smooth line through all. Positions are in
-cells.
+little curvature from row to row: in and beyond those rows it comes from a smooth line through all (by the discrepancy
+principle, Morozov 1966). Positions are in cells.
 """
 
 from __future__ import annotations
