@@ -62,7 +62,10 @@ def off_outline(terms: np.ndarray, u: np.ndarray, v: np.ndarray) -> float:
 
 @jit
 def tip_position(terms: np.ndarray, side: float, wave: np.ndarray) -> float:
-    """Coordinate v of the tip of an outline, see `squared_radius`, on the side (1 or -1) along v."""
+    """Coordinate v of the tip of an outline on the side (1 or -1) along v, looked for within 0.11 of the axis by angle.
+
+    terms [n], wave [n]: as of `squared_radius`. v is in the units of the outline's r.
+    """
     at, height = 0.5 * math.pi * side, np.zeros(3)
     for step in (0.1, 0.01):
         for k in range(3):
@@ -76,7 +79,10 @@ def tip_position(terms: np.ndarray, side: float, wave: np.ndarray) -> float:
 
 @jit
 def crossing(terms: np.ndarray, v: float, side: float, wave: np.ndarray) -> float:
-    """Coordinate u where an outline, see `squared_radius`, crosses the line of this v, on the side (1, -1) along u."""
+    """Coordinate u where an outline crosses the line of this v, on the side (1, -1) along u; 0 beyond the outline.
+
+    terms [n], wave [n]: as of `squared_radius`. u and v are in the units of the outline's r.
+    """
     u = side * math.sqrt(max(terms[0] - v * v, 0.0))
     for _ in range(6):  # converges fast, as r^2 hardly depends on the angle
         u = side * math.sqrt(max(squared_radius(terms, u, v, wave) - v * v, 0.0))
