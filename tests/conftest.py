@@ -28,6 +28,12 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"rcstudy.{module}.save", save)
 
 
+@pytest.fixture
+def whole_bars(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Error bars stay the sums of their parts, not narrowed by the kind of contact: for tests of these parts."""
+    monkeypatch.setattr("rcstudy.bars.coverage.factors", lambda **_: {})
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Skip `heavy` tests without the JIT."""
     if not numba.config.DISABLE_JIT:

@@ -79,6 +79,7 @@ HIDDEN = [
 
 
 @pytest.mark.parametrize(("hidden", "added"), HIDDEN)
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float]) -> None:
     """What it adds to the bars, and to no others."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01), counterbody=None)
@@ -99,6 +100,7 @@ def test_estimate_of_what_no_mesh_shows(hidden: Hidden, added: dict[str, float])
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 @pytest.mark.parametrize(("turning", "part"), [(0.0, 0.026), (0.5, 0.041), (1.0, 0.086), (9.0, 0.086)])
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_of_power_on_slip_by_pressure(turning: float, part: float, discretisation: Any) -> None:
     """`kalker`: half of it counts like creepage; `aligned`: a part, in quadrature.
 
@@ -316,6 +318,7 @@ def test_estimate_of_the_slip_area_around_a_pole_of_spin(spin: float, cells: flo
     ("counterbody", "least", "left"),
     [(None, 0.0, 1.0), (None, 0.112, 0.6), (None, 0.29, 0.0), (None, 1.0, 0.0), (STEEL, 0.04, 0.6), (STEEL, 0.11, 0.0)],
 )
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_where_all_cells_slip(
     discretisation: Any, counterbody: Material | None, least: float, left: float
 ) -> None:
@@ -382,6 +385,7 @@ def test_estimate_of_power_beyond_what_creepages_ask_for() -> None:
     assert twice == pytest.approx(2.0 * as_much, rel=1e-9)
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_of_slip_where_cells_show_none() -> None:
     """A zone of 0.3/N of the area has that part to the power 3/2 of the power; `aligned` finds how wide it is."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), tolerance=Tolerance(1e-7, 1e-7))
@@ -435,6 +439,7 @@ def test_slip_zones_of_next_to_no_width_have_an_estimate(friction: float, creepa
 
 
 @pytest.mark.parametrize(("difference", "counts"), [(0.3, 0.3 / (math.pi * 0.2)), (3.0, 2.0)])
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts: float) -> None:
     """Tractions on a strip as wide as it is thick, in quadrature; `kalker` has bars that are wide enough."""
     creepage = Creepage(0.003, 0.001)
@@ -495,6 +500,7 @@ def test_what_missed_slip_adds_to_powers_and_largest_tractions(
     assert {name for name in plain if found[name] != plain[name]} == {f"{name}_error" for name in {"force_x"} | raised}
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_of_pressures_close_to_the_rim() -> None:
     """Half of what exceeds those farther in, at most 0.12; with full coupling and friction more than all of it."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), counterbody=None, discretisation="aligned")
@@ -794,6 +800,7 @@ def test_estimate_of_forces_where_pressure_decides_which_way_surfaces_slip() -> 
 
 
 @pytest.mark.parametrize(("peak", "part"), [(200.0, 1.0 / (1.0 + (0.5 / 0.8) ** 2)), (230.0, 0.5), (900.0, 0.39024390)])
+@pytest.mark.usefixtures("whole_bars")
 def test_powers_at_edges_are_less_in_doubt_under_peaked_pressures(peak: float, part: float) -> None:
     """Of slip by pressure and in slip zones at the leading edge; by excess of the pressure's exponent, at most 1."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.02), counterbody=None, discretisation="aligned")
@@ -879,6 +886,7 @@ def test_largest_pressures_close_to_the_border_of_the_stick_zone() -> None:
     assert not close((3, 1), alone)
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_bars_of_largest_pressures_close_to_that_border() -> None:
     scene = replace(steel(Mesh((1.0, 1.0), (99, 99)), creepage=Creepage(0.001)), counterbody=None, coupling="full")
     level = MIDDLING | {"pressure_max": 400.0}
@@ -895,6 +903,7 @@ def test_bars_of_largest_pressures_close_to_that_border() -> None:
 @pytest.mark.parametrize(
     ("m", "peaked", "of_traction"), [(0.5, 0.0, 1.0), (0.75, 0.25, 1.1), (1.0, 0.5, 1.2), (2.0, 1.5, 1.2)]
 )
+@pytest.mark.usefixtures("whole_bars")
 def test_bars_under_pressures_more_peaked_than_hertz(m: float, peaked: float, of_traction: float) -> None:
     """Of p0 (1 - r^2)^m the cells of `kalker` miss most, m/(2 N^2), where their corners meet in the middle."""
     radius = 10.0
@@ -946,6 +955,7 @@ def test_bars_of_areas_between_edges_that_layers_move() -> None:
     ("peak", "squeezed", "part"),
     [(165.0, 1.0, 1.0), (165.0, 0.5, 0.5), (180.0, 1.0, 2.0), (205.0, 1.0, 1.6), (280.0, 1.0, 1.2)],
 )
+@pytest.mark.usefixtures("whole_bars")
 def test_bars_of_largest_pressures_on_squeezed_films(
     peak: float, squeezed: float, part: float, discretisation: Any
 ) -> None:

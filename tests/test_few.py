@@ -122,6 +122,7 @@ def test_estimates_without_a_coarser_mesh_follow_the_laws(discretisation: Any) -
     assert of_coarse != pytest.approx(of_fine, rel=0.06)
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_estimates_with_one_coarser_mesh_are_no_less_than_half_of_the_laws() -> None:
     """Though both meshes agree; than all of it where errors depend on how edges lie between cells."""
     a = hertz_of().radius

@@ -217,6 +217,7 @@ def test_estimate_is_stated_as_documented():
         assert found == pytest.approx(np.hypot(fit.c * difference, staircase) + beyond + floor, rel=1e-12)
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_far_beyond_the_noise_and_under_full_coupling():
     """What a difference exceeds six times the noise by counts by itself; friction adds to the noise under coupling."""
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.002), tolerance=Tolerance(1e-7, 1e-7))
@@ -226,7 +227,8 @@ def test_estimate_far_beyond_the_noise_and_under_full_coupling():
     assert fit.k == 0.0 < fit.coupled
     for coupling, pull in (("one-way", 0.0), ("full", most)):
         for difference in (0.0, 5.9 * noise, 8.0 * noise):
-            levels = [{"force_x": f, "contact_radius": 0.3} for f in (40.0, 40.0 + difference, 40.0)]
+            level = {"contact_radius": 0.3, "contact_area": 0.3, "pressure_max": 300.0}
+            levels = [level | {"force_x": f} for f in (40.0, 40.0 + difference, 40.0)]
             found = error_estimates(replace(scene, coupling=coupling), 314, levels)["force_x_error"]
             beyond = max(difference - 6.0 * noise, 0.0)
             expected = np.hypot(fit.c * difference, noise + pull) + fit.excess * beyond + 1e-7 * all_friction
@@ -291,6 +293,7 @@ def test_estimates_where_friction_is_more_than_is_needed(discretisation):
     assert abs(more["friction_power"] - put_in) <= 1.001 * more["friction_power_error"]
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_of_the_slip_area():
     """On aligned cells its noise goes with a power of what slips, beside the contact's own; all, if all slips.
 

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 from pinned_bars import CASES, REFERENCE, bars_of
 
-from rcstudy.bars import elongated, estimate, few, films, fits, narrow, peaks, pressed, pulled, thin_layers
+from rcstudy.bars import coverage, elongated, estimate, few, films, fits, narrow, peaks, pressed, pulled, thin_layers
 
 STORED: list[dict[str, float]] = json.loads(REFERENCE.read_text(encoding="utf-8"))
-MODULES = elongated, estimate, few, films, fits, narrow, peaks, pressed, pulled, thin_layers
+MODULES = coverage, elongated, estimate, few, films, fits, narrow, peaks, pressed, pulled, thin_layers
 
 UNSEEN = {
     "elongated._WITHIN_CELL",

@@ -116,6 +116,7 @@ def test_bars_of_forces_that_turn_about_a_pole() -> None:
         assert np.mean(held) >= 0.9, name
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_of_what_turns_about_a_pole() -> None:
     """A part of the scale of forces and moment, where the pole is in the slip zone of aligned cells."""
     side = 32 * 0.25 / math.sqrt(314 / math.pi)  # so that 314 cells have the radius below
@@ -151,6 +152,7 @@ def test_estimate_of_what_turns_about_a_pole() -> None:
     assert bars(0.0, discretisation="kalker") == pytest.approx(bars(0.03, discretisation="kalker"))
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_of_what_turns_about_a_pole_on_long_cells() -> None:
     """Tractions turn over within a cell in rows as far from the pole as the cell is long, on few cells as well."""
     load = 100.0

@@ -65,6 +65,7 @@ def test_of_peaks(pull: float, pressure: float, both: float) -> None:
 
 @pytest.mark.parametrize("sticks", [True, False])
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+@pytest.mark.usefixtures("whole_bars")
 def test_what_is_added_to_the_bars(discretisation: Any, sticks: bool) -> None:
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004), counterbody=None, coupling="full")
     scene = replace(scene, discretisation=discretisation)
@@ -136,6 +137,7 @@ def test_what_skins_do_to_errors_of_the_lift() -> None:
 
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+@pytest.mark.usefixtures("whole_bars")
 def test_bars_on_stiff_skins(discretisation: Any) -> None:
     """With `aligned` in quadrature, and in no other bars."""
     level = MIDDLING | {"force_x": -30.0, "force_y": 10.0, "moment_z": 3.0, "friction_power": 0.4}

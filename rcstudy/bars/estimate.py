@@ -15,6 +15,7 @@ contact. Here the other contributions are added:
 - What pressure, not creepage, makes surfaces slip has parts of its own (`pressed.py`), as have edges under strong
   friction (`pulled.py`), layers thinner than a cell (`thin_layers.py`), films much softer than the bodies (`films.py`),
   long contacts and the pole of spin (`elongated.py`).
+- With `aligned` whole bars are narrowed in kinds of contacts where more than 95 in 100 hold (`coverage.py`).
 - All estimates include what the solver's tolerances leave, and errors that all meshes have in common (`hidden.py`).
 - Forces, slip areas and largest tractions are not in doubt by more than the load and friction allow (`bounds.py`).
 
@@ -27,7 +28,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-from rcstudy.bars import bounds, elongated, few, films, narrow, peaks, pressed, pulled, thin_layers
+from rcstudy.bars import bounds, coverage, elongated, few, films, narrow, peaks, pressed, pulled, thin_layers
 from rcstudy.bars.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.bars.hidden import Hidden
 from rcstudy.mechanics.scene import Creepage, Scene
@@ -101,6 +102,8 @@ def error_estimates(
             case.add_island_that_sticks(bars)
             case.add_length(bars)
             case.balance_power(bars)
+    if len(levels) > 1 and case.aligned:
+        case.cover(bars)
     bars = bounds.within(bars, levels[0], scene)
     return {f"{name}_error": case.left_of_none(name) if case.vanishes(name) else bar for name, bar in bars.items()}
 
@@ -371,6 +374,22 @@ class _Case:
             bars["friction_power"] = min(bars["friction_power"], doubt)
         elif not self.aligned:
             bars["friction_power"] = max(bars["friction_power"], lost + doubt)
+
+    def cover(self, bars: dict[str, float]) -> None:
+        """Narrow bars to what is needed in this kind of contact (`coverage.py`), all but what the solver leaves.
+
+        The largest traction at the largest pressure goes with that. Slip areas that are all of the contact stay.
+        """
+        scene = self.scene
+        factors = coverage.factors(
+            few=self.on_few, coupled=scene.is_coupled, peaked=self.peaked, unlike=scene.moves_by_pressure
+        )
+        for name in bars.keys() & factors.keys():
+            if not ((name == "slip_area" and self.all_slips) or (name == "traction_max" and self.at_peak)):
+                left = self.left_by_solver(name)
+                bars[name] = min(bars[name], left + factors[name] * (bars[name] - left))
+        if self.at_peak:
+            bars["traction_max"] = scene.friction * bars["pressure_max"]
 
     def raise_largest_traction(self, bars: dict[str, float]) -> None:
         """Set the bar of the largest traction where nearly all sticks, or where it follows from the pressure.
