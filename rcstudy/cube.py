@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Hashable, Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from traceback import walk_tb
+from traceback import extract_tb
 from typing import TYPE_CHECKING, Any, Literal
 
 import h5py
@@ -129,21 +129,21 @@ def reading(*paths: Path | str) -> Iterator[None]:
     except OSError as error:
         if error.filename is not None and str(error.filename) not in map(str, paths):  # an output file
             raise UserError(f"{error.filename}: {error.strerror or error}") from error
-        raise UserError(f"{_at_fault(paths)}: cannot be read, or damaged: {first_line(error)}") from error
+        raise UserError(f"{_at_fault(paths)[0]}: cannot be read, or damaged: {first_line(error)}") from error
     except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
         what = shorten(first_line(error), 200)
         if not isinstance(error, ValueError):  # whose messages are sentences
             what = f"{type(error).__name__}: {what}"
         # what damaged or hostile content leads to, and a mistake of ours, are errors of the same types
-        ours = "" if any(map(_is_changed, paths)) else f", or a mistake in rcstudy itself ({_place_of(error)})"
-        raise UserError(f"{_at_fault(paths)}: damaged, or not as rcstudy writes cubes{ours}: {what}") from error
+        which, found = _at_fault(paths)
+        theirs = found or any(map(_is_changed, paths))
+        ours = "" if theirs else f", or a mistake in rcstudy itself ({_place_of(error)})"
+        raise UserError(f"{which}: damaged, or not as rcstudy writes cubes{ours}: {what}") from error
 
 
 def _is_changed(path: Path | str) -> bool:
-    """Whether a cube is found not to be as it was written: something cannot be read, or has not its checksum."""
+    """Whether a grid of a cube has not its checksum, or this cannot be found out."""
     try:
-        if next(illegible(path), None) is not None:
-            return True
         with open_cube(path, any_order=True) as tree:
             return bool(changed_grids(tree))
     except Exception:  # h5py and xarray raise errors of any type on damaged files
@@ -153,17 +153,19 @@ def _is_changed(path: Path | str) -> bool:
 def _place_of(error: Exception) -> str:
     """File and line of this package that the error comes from: `report/overview.py, line 117`."""
     package = Path(__file__).parent
-    places = [(Path(frame.f_code.co_filename), line) for frame, line in walk_tb(error.__traceback__)]
-    path, line = [(path, line) for path, line in places if package in path.parents][-1]
-    return f"{path.relative_to(package).as_posix()}, line {line}"
+    last = [frame for frame in extract_tb(error.__traceback__) if package in Path(frame.filename).parents][-1]
+    return f"{Path(last.filename).relative_to(package).as_posix()}, line {last.lineno}"
 
 
-def _at_fault(paths: Iterable[Path | str]) -> str:
-    """Those of the cubes `paths` that cannot be read completely, with the first fault of each; all if none is found."""
+def _at_fault(paths: Iterable[Path | str]) -> tuple[str, bool]:
+    """Those of the cubes `paths` that cannot be read completely, with the first fault of each; all if none is found.
+
+    And whether one is.
+    """
     given = list(dict.fromkeys(map(str, paths)))
     found = {path: next(illegible(path), None) for path in given}
     at_fault = [f"{path}: {fault}" if fault else path for path, fault in found.items() if fault is not None]
-    return " or ".join(at_fault or given)
+    return " or ".join(at_fault or given), bool(at_fault)
 
 
 def illegible(path: Path | str) -> Iterator[str]:

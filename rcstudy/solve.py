@@ -228,9 +228,9 @@ def _result(
     # the proof covers pressure, tractions and slip on the solver's cells, not the scalars and fields derived from them
     sums = scalars | {name: float(fields[name].sum()) for name in fields if name.startswith(("traction", "slip"))}
     # a scalar that is not there would be stored as NaN, as one whose error has no estimate
-    expected = (n for n in expected_scalars(tangential=rolling is not None) if not VARIABLES[n].timing)
-    absent = sorted(name for name in expected if name not in scalars and name not in proof)
-    no_numbers = [name for name, value in sums.items() if not math.isfinite(value)] + absent
+    absent = expected_scalars(tangential=rolling is not None) - scalars.keys() - proof.keys()
+    no_numbers = [name for name, value in sums.items() if not math.isfinite(value)]
+    no_numbers += sorted(name for name in absent if not VARIABLES[name].timing)
     negative = [name for name in scalars if name.endswith(("_max", "_area", "_error")) and scalars[name] < 0.0]
     for names, problem in ((no_numbers, "no finite numbers"), (negative, "negative")):
         if names and status == Status.SOLVED:

@@ -177,11 +177,9 @@ def run(
         if pending or not _is_done(store, study, expansion, None if shard is None else cases, say):
             means = _Means(workers, scheduler, processes, packing, progress, say)
             pending = _left(pending, summary, cases, store, means, whole=shard is None)
-            summary.otherwise = _by_another_revision(cases, store.index)
             _complete(pending, summary, cases, store, means, study, expansion, started, whole=shard is None)
         else:
-            summary.kept = len(cases)
-            summary.otherwise = _by_another_revision(cases, store.index)
+            _count_kept(summary, cases, pending, store.index)
     summary.seconds = time.monotonic() - started
     return summary
 
@@ -203,7 +201,7 @@ def _left(
         pending = unsolved(cases, store.index)
     if whole:
         store.tell_losses(summary.output, means.say)
-    summary.kept = len(cases) - len(pending)
+    _count_kept(summary, cases, pending, store.index)
     if summary.kept:
         means.say(f"{summary.kept} of {len(cases)} cases are solved already and kept")
     at_work = min(means.most_at_once, max(len(pending), 1))
@@ -239,12 +237,14 @@ def _complete(
         store.clear()
 
 
-def _by_another_revision(cases: Sequence[Case], index: Index) -> tuple[int, str]:
-    """How many of `cases` are solved in the earlier cube, and the revision that wrote it, if it is not this one."""
+def _count_kept(summary: Summary, cases: Sequence[Case], pending: Sequence[Case], index: Index) -> None:
+    """Note how many of `cases` are not `pending`, and how many of them a cube by another revision has, and which."""
+    summary.kept = len(cases) - len(pending)
     written = "" if index.cube is None else index.cube.revision
     count = sum(index.in_cube(case.key) and index.status(case.key) == Status.SOLVED for case in cases) if written else 0
     own = provenance.revision() if count else None
-    return (count, written) if own is not None and own != written else (0, "")
+    if own is not None and own != written:
+        summary.otherwise = count, written
 
 
 def keep_of(outputs: OutputsSpec) -> Keep:

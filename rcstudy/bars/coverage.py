@@ -47,6 +47,4 @@ def factors(*, few: bool, coupled: bool, peaked: float, unlike: bool) -> dict[st
         return COUPLED
     low, high = _PEAKED
     soft, hard = min(max((peaked - low) / (high - low), 0.0), 1.0), UNLIKE if unlike else {}
-    return {
-        name: soft * SOFT.get(name, 1.0) + (1.0 - soft) * hard.get(name, 1.0) for name in sorted(SOFT.keys() | hard)
-    }
+    return {name: soft * SOFT.get(name, 1.0) + (1.0 - soft) * hard.get(name, 1.0) for name in SOFT | hard}

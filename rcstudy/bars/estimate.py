@@ -385,7 +385,7 @@ class _Case:
             few=self.on_few, coupled=scene.is_coupled, peaked=self.peaked, unlike=scene.moves_by_pressure
         )
         for name in bars.keys() & factors.keys():
-            if not ((name == "slip_area" and self.all_slips) or (name == "traction_max" and self.at_peak)):
+            if name != "slip_area" or not self.all_slips:
                 left = self.left_by_solver(name)
                 bars[name] = min(bars[name], left + factors[name] * (bars[name] - left))
         if self.at_peak:

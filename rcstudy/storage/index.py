@@ -101,9 +101,9 @@ class Index:
         for key, status, grid, flat in places:
             if key not in self._scenes:
                 continue
-            lacks = status == Status.SOLVED and _lacks(cube.grids[grid].scalars, self._scenes[key])
-            if lacks or (status == Status.SOLVED and not serves[grid]):
-                lacking[tuple(sorted(lacks or ()))] += 1
+            lacks = _lacks(cube.grids[grid].scalars, self._scenes[key])
+            if status == Status.SOLVED and (lacks or not serves[grid]):
+                lacking[tuple(sorted(lacks))] += 1
             else:
                 self._put(key, (status, -1, grid, flat))
         return lacking

@@ -85,8 +85,8 @@ def layered_response(
 
     alpha [n] (1/mm) > 0; young (MPa), poisson, thickness (mm) [m]: of the layers, from the surface down; homogeneous
     [m, 4] and substrate [4]: alpha times a, b, c, d (1/MPa) of a half-space of each, and of what they lie on; out
-    [4, n]: alpha times the differences of a, b, c, d (1/MPa). The derivation, from the paper's
-    Eqs 11 to 17, is in `layered.py`.
+    [4, n]: alpha times the differences of a, b, c, d (1/MPa). The derivation, from the paper's Eqs 11 to 17, is in
+    `layered.py`.
     """
     for i in range(alpha.size):
         below, d = (substrate[0], substrate[1], substrate[2]), substrate[3]  # of what lies below the layer in hand

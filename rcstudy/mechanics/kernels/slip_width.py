@@ -222,8 +222,7 @@ def slip_widths(
 
     Inner rows keep their own width (`corrected_widths`). The outermost rows with stick cells, and those beyond, take
     theirs from the smoothest line through the widths of all rows (discrepancy principle, Morozov 1966), whose second
-    differences are held to 1/(half chord).
-    Rows without stick cells slip over their whole chord.
+    differences are held to 1/(half chord). Rows without stick cells slip over their whole chord.
     """
     first, end = stick_range(length, ends, slip, leading)
     if end < first or not in_one_piece(borders, last, first, end):

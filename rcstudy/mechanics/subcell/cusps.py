@@ -1,9 +1,8 @@
 r"""The cusp of the pressure at the border behind the stick zone, under full coupling.
 
 Behind a border at b that runs across x, tractions are mu p; ahead of it they fall short of that by C sqrt(x - b), as in
-Carter's strip (Johnson 1985, section 8.3). Tractions lift the surfaces, which the pressure has to make up for (beta:
-Dundurs' constant): it changes by beta/pi times the Hilbert transform of q_x. That of C sqrt(x - b) ahead of b is zero
-there and
+Carter's strip (Johnson 1985, 8.3). Tractions lift the surfaces, which the pressure has to make up for (beta: Dundurs'
+constant): it changes by beta/pi times the Hilbert transform of q_x. That of C sqrt(x - b) ahead of b is zero there and
 
     -+ beta C sqrt(b - x)
 
