@@ -81,18 +81,19 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
 def _normal_failure(contact: NormalContact) -> Result | None:
     """The result of all scenes with this pressure if it was not found or reaches the window's edge, else None."""
     solution = contact.solution
+    # first, as what rounding leaves unfinished may reach the edge though the contact does not
+    if not solution.converged and contact.scene.tolerance.normal < solution.attainable:
+        return Result(
+            Status.REFUSED,
+            f"tolerance.normal {contact.scene.tolerance.normal:g} is below what rounding allows, "
+            f"about {solution.attainable:.0e}",
+        )
     if solution.edge:
         size = contact.scene.mesh.size
         return Result(
             Status.REFUSED,
             f"the contact reaches the edge of the {size[0]:g} x {size[1]:g} mm window: enlarge mesh.size, or "
             "mesh.margin where it is auto",
-        )
-    if not solution.converged and contact.scene.tolerance.normal < solution.attainable:
-        return Result(
-            Status.REFUSED,
-            f"tolerance.normal {contact.scene.tolerance.normal:g} is below what rounding allows, "
-            f"about {solution.attainable:.0e}",
         )
     if not solution.converged:
         return Result(

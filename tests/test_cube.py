@@ -389,6 +389,48 @@ def test_one_result_as_a_dataset() -> None:
     assert int(bare.iterations_normal) == MISSING
 
 
+@pytest.mark.parametrize("tangential", [True, False])
+def test_datasets_are_those_made_one_by_one(tangential: bool) -> None:
+    """The naive twin: every variable from the catalogue. A refused case has none of its numbers."""
+    scene = synthetic.SCENE if tangential else replace(synthetic.SCENE, creepage=None)
+    for result in (synthetic.made_up_result(scene), Result(Status.REFUSED, "why"), synthetic.made_up_result(scene)):
+        values = {**result.scalars, **result.fields, "status": int(result.status), "status_reason": result.reason}
+        variables = {}
+        for name, variable in VARIABLES.items():
+            if tangential or not variable.tangential:
+                dims, shape = (("x", "y"), scene.mesh.cells) if variable.kind == "field" else ((), ())
+                kind = object if variable.dtype == "str" else variable.dtype
+                data = np.full(shape, np.nan if kind == "f8" else MISSING, dtype=kind)
+                data[...] = values.get(name, data)
+                variables[name] = (dims, data, layout.variable_attrs(variable))
+        contact = scene_hertz(scene)
+        for name, value, unit in (("hertz_radius", contact.radius, "mm"), ("hertz_pressure", contact.p0, "MPa")):
+            variables[name] = ((), value, {"long_name": layout.SETTINGS[name].long_name, "units": unit})
+        coords = {
+            dim: (dim, np.linspace(-0.5, 0.5, 2 * n + 1)[1::2] * size, layout.CENTRE_ATTRS[dim])
+            for dim, n, size in zip("xy", scene.mesh.cells, scene.mesh.size, strict=True)
+        }
+        expected, found = xr.Dataset(variables, coords), to_dataset(scene, result)
+        xr.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
+        for name, variable in expected.variables.items():
+            assert str(found[name].attrs) == str(variable.attrs)
+
+
+def test_changing_a_dataset_changes_no_other() -> None:
+    """They are copies of one: of its numbers where a result has none, and of its attributes."""
+    failed = Result(Status.REFUSED, "why")
+    one, untouched = to_dataset(synthetic.SCENE, failed), to_dataset(synthetic.SCENE, failed).copy(deep=True)
+    for variable in one.data_vars.values():
+        if variable.dtype.kind != "O":
+            variable.values[...] = 7
+        variable.attrs["units"] = "furlong"
+    one.x.attrs.clear()
+    one.attrs.clear()
+    with pytest.raises(ValueError, match="read-only"):
+        one.state.attrs["flag_values"][0] = 9
+    xr.testing.assert_identical(to_dataset(synthetic.SCENE, failed), untouched)
+
+
 def test_the_package_is_light_and_its_functions_stay_functions() -> None:
     code = (
         "import sys, rcstudy, rcstudy.__main__\n"

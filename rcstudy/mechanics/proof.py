@@ -20,10 +20,11 @@ from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
 
-# Limits of numbers that depend on a tolerance: _FACTOR times that, but at least _FLOOR. Tolerances bound mean errors;
-# the proof takes the worst cell, hence the large factor.
+# Limits of numbers that depend on a tolerance: _FACTOR times that, but at least _FLOOR and at most _CEILING. Tolerances
+# bound mean errors; the proof takes the worst cell, hence the large factor. Without a ceiling it would prove nothing at
+# tolerances of a hundredth and more: with no tractions at all slip in stick cells is 1, as is the gap with no pressure.
 _FACTOR = 100.0
-_FLOOR = 1e-9
+_FLOOR, _CEILING = 1e-9, 0.1
 
 
 def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = None) -> dict[str, float]:
@@ -103,8 +104,10 @@ def prove_rolling(contact: NormalContact, scene: Scene, rolling: RollingSolution
 
 def failures(proof: dict[str, float], scene: Scene) -> list[str]:
     """One sentence for each number of `proof` beyond its limit; empty if the proof holds. NaN never passes."""
-    normal = max(_FACTOR * scene.tolerance.normal, _FLOOR)
-    tangential = max(_FACTOR * scene.tolerance.tangential, _FLOOR)
+    normal, tangential = (
+        min(max(_FACTOR * tolerance, _FLOOR), _CEILING)
+        for tolerance in (scene.tolerance.normal, scene.tolerance.tangential)
+    )
     if scene.is_coupled:
         normal = max(normal, tangential)
         if scene.discretisation == "aligned":

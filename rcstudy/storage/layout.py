@@ -138,6 +138,7 @@ def variable_attrs(variable: Variable) -> dict[str, Any]:
         if variable.kind == "field":
             members.insert(0, (MISSING, "not_computed"))
         attrs["flag_values"] = np.array([value for value, _ in members], dtype=variable.dtype)
+        attrs["flag_values"].setflags(write=False)  # Datasets share it
         attrs["flag_meanings"] = " ".join(name for _, name in members)
     elif variable.dtype.startswith("i"):
         attrs["comment"] = f"{MISSING} where not computed"
