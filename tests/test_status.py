@@ -222,7 +222,8 @@ def test_numbers_beyond_those_of_floating_point_are_called_so() -> None:
     scene = replace(SCENE, counterbody=None, creepage=Creepage(0.001), coupling="full", friction=5e-324)
     result = solve_scene(scene)
     assert result.status == Status.ERROR
-    assert result.reason == "beyond the range of floating point numbers (ZeroDivisionError: float division by zero)"
+    # Python's own words differ between its versions
+    assert result.reason.startswith("beyond the range of floating point numbers (ZeroDivisionError: ")
 
 
 def test_an_error_in_the_pressure_is_every_cases_status(monkeypatch: pytest.MonkeyPatch) -> None:

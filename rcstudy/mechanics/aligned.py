@@ -24,7 +24,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rcstudy.mechanics.contact import NormalContact, along_by_pressure
+from rcstudy.mechanics.contact import NormalContact, along_by_pressure, along_by_tractions
 from rcstudy.mechanics.convolution import (
     Box,
     PairOperator,
@@ -33,12 +33,10 @@ from rcstudy.mechanics.convolution import (
     padded_shape,
     point_factor,
     pressure_quadrants,
-    real_symbols,
     row_phases,
     sharp_difference,
     shifted_transform,
     symbols,
-    traction_quadrants,
 )
 from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.half_line import EDGE
@@ -226,7 +224,7 @@ class AlignedContact(NormalContact):
     def displacement(self) -> PairOperator:
         """Operator of the displacements due to tractions on the moved rows, for the box and one more cell along x."""
         shape = self.box.shape[0] + 1, self.box.shape[1]
-        symbol = real_symbols(traction_quadrants(self.influence.around(self._padded)), self._padded, x_first=True)
+        symbol = along_by_tractions(self.influence, self._padded, x_first=True)
         sharpened = point_factor(self._padded[0], symbol.shape[1])
         plan = shifted_transform(self._padded, 2, shape[1]).shifted(self._phase, sharpened)
         return PairOperator(symbol, shape, plan)

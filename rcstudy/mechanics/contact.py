@@ -78,6 +78,15 @@ def along_by_pressure(influence: Influence, padded: tuple[int, int], *, x_first:
     return influence.once(("along", padded, x_first), made)
 
 
+def along_by_tractions(influence: Influence, padded: tuple[int, int], *, x_first: bool = False) -> np.ndarray:
+    """Symbols of the tangential displacements due to tractions, made once for these coefficients: `real_symbols`."""
+
+    def made() -> np.ndarray:
+        return real_symbols(traction_quadrants(influence.around(padded)), padded, x_first=x_first)
+
+    return influence.once(("along by tractions", padded, x_first), made)
+
+
 class NormalContact:
     """The pressure of a contact and what follows from it for every creepage. It does not change.
 
@@ -217,8 +226,7 @@ class NormalContact:
         """
         shape = self.box.shape[0] + 1, self.box.shape[1]
         padded = padded_shape(shape)
-        symbol = real_symbols(traction_quadrants(self.influence.around(padded)), padded)
-        return PairOperator(symbol, shape, transform(padded, 2, shape[0]))
+        return PairOperator(along_by_tractions(self.influence, padded), shape, transform(padded, 2, shape[0]))
 
     @cached_property
     def _places(self) -> np.ndarray:

@@ -58,7 +58,7 @@ _MOST_CELLS = 16  # length of the longest waves, over 2 pi dx, in `Influence.as_
 _SCALE, _SCALES = 1.5, 40  # scale times wave number, and number of scales, in `Influence.skin_at_edge`
 _SKIN = 0.2  # see `Influence.pull_under_skin`
 _APART = 1.1  # of wave numbers at which `Influence.squeezed` takes a slope
-_KEPT = 16  # cached symbols and operators of one mesh; a contact needs 2 to 9, more if its box has to be enlarged
+_KEPT = 20  # cached symbols and operators of one mesh; a contact needs 4 to 11, more if its box has to be enlarged
 
 
 @dataclass(frozen=True)

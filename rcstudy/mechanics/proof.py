@@ -16,6 +16,7 @@ from rcstudy.mechanics.aligned_coupled import LARGEST_ERROR
 from rcstudy.mechanics.centring import slip_at_centres
 from rcstudy.mechanics.contact import NormalContact
 from rcstudy.mechanics.convolution import ZZ, convolve, padded_around, symbols
+from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.normal import initial_gap
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene
@@ -40,9 +41,8 @@ def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = No
     box = contact.box.grown(size[0] // 2 + 2, size[1] // 2 + 2, scene.mesh.cells)
     p = contact.solution.p[box.slices]
     padded = padded_around(contact.touched, box)
-    quadrant = contact.influence.around(padded)
     gap = initial_gap(scene)[box.slices] - contact.solution.approach
-    gap += convolve(symbols([(quadrant[ZZ], (1, 1))], padded)[0], padded, p)
+    gap += convolve(_gap_by_pressure(contact.influence, padded), padded, p)
     if q is not None:
         gap += contact.lift(q, box)
     inside = p > 0.0
@@ -53,6 +53,15 @@ def prove_normal(contact: NormalContact, scene: Scene, q: np.ndarray | None = No
         "proof_gap": float(np.abs(gap[inside]).max()) / scale,
         "proof_penetration": float(np.clip(-gap[~inside], 0.0, None).max(initial=0.0)) / scale,
     }
+
+
+def _gap_by_pressure(influence: Influence, padded: tuple[int, int]) -> np.ndarray:
+    """Symbol [py//2+1, px] of the normal displacement due to pressure, made once for these coefficients."""
+
+    def made() -> np.ndarray:
+        return symbols([(influence.around(padded)[ZZ], (1, 1))], padded)[0]
+
+    return influence.once(("gap", padded), made)
 
 
 def slips(contact: NormalContact, scene: Scene, rolling: RollingSolution) -> np.ndarray:
