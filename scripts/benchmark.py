@@ -31,7 +31,7 @@ import tempfile
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -45,6 +45,7 @@ import pyfftw
 import scipy.fft
 from aligned_errors import rolling_groups
 
+import rcstudy
 from rcstudy import provenance, sweep
 from rcstudy.cases import expand
 from rcstudy.mechanics import contact, convolution, influence, layered, normal, proof
@@ -208,6 +209,30 @@ def part_a(options: argparse.Namespace) -> Any:
             found.append({"scene": name, "exponent": exponent})
             print(f"Time grows like cells^{exponent:.2f} along one side: {name}.")
     print()
+    return found + called_from_python(options)
+
+
+def called_from_python(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """`rcstudy.solve` on the scene that CONTACT was measured on, beside the solver alone; prints a table."""
+    print("The first scene by `rcstudy.solve`, from a mapping to a Dataset, and the solver alone, in turns; ms, least.")
+    print("Coefficients are those of the call before, as in a loop over creepages.\n")
+    found = []
+    for n in options.cells:
+        scene = uncoated(n)
+        ways = {
+            "rcstudy.solve": functools.partial(rcstudy.solve, asdict(scene)),
+            "solver alone": functools.partial(solve.solve_scene, scene),
+        }
+        least = dict.fromkeys(ways, float("inf"))
+        count = max(1, 1024 // n)
+        for _ in range(repeats_of(n, options.repeats)):
+            for name, way in ways.items():
+                begun = Clock()
+                for _ in range(count):
+                    way()
+                least[name] = min(least[name], 1e3 * (Clock() - begun) / count)
+        found.append({"cells": n, **least})
+    table(["cells", *ways], [list(row.values()) for row in found])
     return found
 
 
