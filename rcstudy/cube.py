@@ -26,11 +26,11 @@ from rcstudy.storage.layout import (
     CHECKSUM,
     GRID,
     LABEL,
-    MISSING,
     REFERENCES,
     SCHEMA,
     SCHEMA_ATTRIBUTE,
     SETTINGS,
+    missing_values,
     result_items,
 )
 from rcstudy.storage.record import FIELDS, SCALARS
@@ -323,11 +323,9 @@ def _blank(mesh: Mesh, *, tangential: bool) -> xr.Dataset:
     """
     variables: dict[str, Any] = {}
     for item in result_items((), tangential=tangential, fields=True):
-        missing = "" if item.dtype == "str" else np.nan if item.dtype.startswith("f") else MISSING
-        value = np.array(missing, dtype=object if item.dtype == "str" else item.dtype)
-        variables[item.name] = (item.dims, np.broadcast_to(value, mesh.cells if item.field else ()), item.attrs)
+        value = np.broadcast_to(missing_values(item.dtype, ()), mesh.cells if item.field else ())
+        variables[item.name] = (item.dims, value, item.attrs)
     for name in _HERTZ:
-        setting = SETTINGS[name]
-        variables[name] = ((), np.array(np.nan), {"long_name": setting.long_name, "units": setting.units})
+        variables[name] = ((), np.nan, SETTINGS[name].attrs)
     coords = {dim: ((dim,), mesh.centres[k], CENTRE_ATTRS[dim]) for k, dim in enumerate("xy")}
     return xr.Dataset(variables, coords, {SCHEMA_ATTRIBUTE: SCHEMA, REFERENCES: ""})

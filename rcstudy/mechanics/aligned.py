@@ -32,11 +32,9 @@ from rcstudy.mechanics.convolution import (
     padded_around,
     padded_shape,
     point_factor,
-    pressure_quadrants,
     row_phases,
     sharp_difference,
     shifted_transform,
-    symbols,
 )
 from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.half_line import EDGE
@@ -118,11 +116,10 @@ class AlignedContact(NormalContact):
         padded = self._padded
 
         def make() -> np.ndarray:
-            symbol = symbols(pressure_quadrants(self.influence.around(padded)), padded, x_first=True)
-            symbol *= sharp_difference(padded[0], self.influence.spacing[0])[:, None]
-            return symbol
+            along = along_by_pressure(self.influence, padded, x_first=True)
+            return along * sharp_difference(padded[0], self.influence.spacing[0])[:, None]
 
-        # before the plan is filled: for a contact one row wide `symbols` uses the same plan
+        # before the plan is filled: for a contact one row wide its symbols are made with the same plan
         hat = self.influence.once(("by pressure, x first", padded), make)
         plan = shifted_transform(padded, 2, self.box.shape[1]).shifted(self._phase)
         slips = self._convolved(self.pressure, hat, plan, plan)[:, self.cells[:, 0], self.cells[:, 1]]
@@ -172,7 +169,7 @@ class AlignedContact(NormalContact):
         Rows are moved in the forward transform only. `box` must hold the contact's box.
         """
         padded = padded_around(self.box, box)
-        # before the plan is filled: for a contact one row wide `symbols` uses the same plan
+        # before the plan is filled: for a contact one row wide its symbols are made with the same plan
         hat = along_by_pressure(self.influence, padded, x_first=True)
         corner = self.box.i0 - box.i0, self.box.j0 - box.j0
         shift = np.zeros(box.shape[1])

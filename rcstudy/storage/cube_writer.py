@@ -15,7 +15,18 @@ import numpy as np
 
 from rcstudy.storage.deflate import compress
 from rcstudy.storage.hdf5 import add_attributes, add_variable, attach_scales, fill
-from rcstudy.storage.layout import CASE_KEY, CHECKSUM, MISSING, SCHEMA, SCHEMA_ATTRIBUTE, Item, Layout, lay_out, regions
+from rcstudy.storage.layout import (
+    CASE_KEY,
+    CHECKSUM,
+    MISSING,
+    SCHEMA,
+    SCHEMA_ATTRIBUTE,
+    Item,
+    Layout,
+    lay_out,
+    missing_values,
+    regions,
+)
 from rcstudy.storage.publish import replacing
 from rcstudy.storage.record import SCALARS, Record, Region
 from rcstudy.storage.steady import SteadyFile, interrupts_held
@@ -146,7 +157,7 @@ class _Group:
         self._fields = [item for item in layout.items if item.field]
         self._numbers = np.full((*layout.case_shape, len(SCALARS)), np.nan)
         self._statuses = np.full(layout.case_shape, MISSING)
-        self._reasons = _empty("str", layout.case_shape)
+        self._reasons = missing_values("str", layout.case_shape)
         self._scalars: dict[str, np.ndarray] = {}  # by name, once all cases are there
         for item in layout.items:
             self._variables[item.name] = self._create(group, item)
@@ -210,11 +221,11 @@ class _Group:
         packed = record.fields.get(item.name)
         if packed is None:
             if item.name not in self._missing:
-                self._missing[item.name] = compress(_empty(item.dtype, shape))
+                self._missing[item.name] = compress(missing_values(item.dtype, shape))
             return self._missing[item.name]
         if record.region == stored and record.shape == shape and packed.dtype == item.dtype:
             return packed.stream
-        slab = _empty(item.dtype, shape)
+        slab = missing_values(item.dtype, shape)
         slab[: stored[1] - stored[0], : stored[3] - stored[2]] = record.cut(item.name, stored)
         return compress(slab)
 
@@ -240,7 +251,7 @@ class _Group:
                 parts = [
                     group._scalars[item.name].reshape(-1)
                     if item.name in group._scalars
-                    else _empty(item.dtype, (group._statuses.size,))
+                    else missing_values(item.dtype, (group._statuses.size,))
                     for group in groups
                 ]
                 fill(self._variables[item.name], np.concatenate(parts))
@@ -264,10 +275,3 @@ def checksum(numbers: Mapping[str, np.ndarray]) -> str:
             data = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).tobytes()
         digest.update(f"{name} {len(data)} ".encode() + data)
     return digest.hexdigest()
-
-
-def _empty(dtype: str, shape: tuple[int, ...]) -> np.ndarray:
-    """An array of missing values: NaN, MISSING, or empty text."""
-    if dtype == "str":
-        return np.full(shape, "", dtype=object)
-    return np.full(shape, np.nan if dtype.startswith("f") else MISSING, dtype=dtype)

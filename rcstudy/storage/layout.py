@@ -100,6 +100,11 @@ class _Setting:
     value: Callable[[Scene, Hertz], float]
     tangential: bool = False
 
+    @property
+    def attrs(self) -> dict[str, Any]:
+        """Attributes of the variable."""
+        return {"long_name": self.long_name, "units": self.units}
+
 
 def _creepage(name: str) -> Callable[[Scene, Hertz], float]:
     return lambda scene, _: getattr(scene.creepage, name) if scene.creepage is not None else np.nan
@@ -128,6 +133,13 @@ CENTRE_ATTRS = {
     for dim, word in (("x", "longitudinal"), ("y", "lateral"))
 }
 """Attributes of the coordinates x and y."""
+
+
+def missing_values(dtype: str, shape: tuple[int, ...]) -> np.ndarray:
+    """An array of missing values of an item's `dtype`: NaN, MISSING, or empty text."""
+    if dtype == "str":
+        return np.full(shape, "", dtype=object)
+    return np.full(shape, np.nan if dtype.startswith("f") else MISSING, dtype=dtype)
 
 
 def variable_attrs(variable: Variable) -> dict[str, Any]:
@@ -173,7 +185,7 @@ def _setting_items(case_dims: tuple[str, ...], shape: tuple[int, ...], cases: Se
         values = np.empty(shape)
         for case, solution in zip(cases, known, strict=True):
             values[case.index] = setting.value(case.scene, solution)
-        yield Item(name, case_dims, "f8", {"long_name": setting.long_name, "units": setting.units}, values)
+        yield Item(name, case_dims, "f8", setting.attrs, values)
     keys = np.empty(shape, dtype=object)
     for case in cases:
         keys[case.index] = case.key
