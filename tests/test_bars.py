@@ -17,8 +17,11 @@ from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.fits import ALIGNED, ALIKE, FITS, Fit
 from rcstudy.bars.hidden import Hidden, close_to_border, least_over_largest
 from rcstudy.bars.pressed import force_without_creepage, wider
+from rcstudy.mechanics import cascade, coupled
+from rcstudy.mechanics import contact as contact_module
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal, solve_rolling
+from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.subcell.unseen import Unseen
@@ -592,13 +595,45 @@ def test_lift_is_the_mean_under_the_pressure_over_the_approach(discretisation: s
     assert _lift(contact, rolling) == pytest.approx(mean / contact.solution.approach, rel=rel)
 
 
-def test_a_coarser_mesh_whose_window_is_too_small_does_not_count() -> None:
+def fitted_tightly(cells: int, **more: Any) -> Scene:
+    """A contact with a rigid body with one free cell on each side, which on cells of twice the size has none."""
+    side = 2.0 * hertz_of(counterbody=None).a[0] * cells / (cells - 2)
+    mesh = Mesh((side, side), (cells, cells))
+    scene = steel(mesh, friction=0.05, creepage=Creepage(4e-4, 2e-4, 2e-3), **more)
+    return replace(scene, counterbody=None)
+
+
+@pytest.mark.parametrize("coupling", ["one-way", "full"])
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+def test_bars_know_the_coarser_mesh_where_the_contact_reaches_the_edge_of_its_window(
+    discretisation: str, coupling: str
+) -> None:
+    """They are those of a window of two more cells on each side, whose coarser mesh has the contact inside."""
+    scene = fitted_tightly(26, discretisation=discretisation, coupling=coupling)
+    assert solve_normal(cascade.coarser_scene(scene), level=1).solution.edge
+    dx, dy = scene.mesh.spacing
+    wide = replace(scene, mesh=Mesh((30 * dx, 30 * dy), (30, 30)))
+    found, expected = solved(scene).scalars, solved(wide).scalars
+    assert sum(name.endswith("_error") for name in expected) > 8
+    for name in expected:
+        if name.endswith("_error"):
+            assert found[name] == pytest.approx(expected[name], rel=1e-3), name
+
+
+@pytest.mark.parametrize("coupling", ["one-way", "full"])
+def test_a_coarser_mesh_whose_window_stays_too_small_does_not_count(
+    coupling: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The bars are those of a contact without one."""
-    side = 2.0 * hertz_of().a[0] * 26 / 24
-    contact = solve_normal(steel(Mesh((side, side), (26, 26))))
+    for module in (contact_module, coupled):
+        monkeypatch.setattr(module, "in_wider_window", lambda coarse: coarse)
+    scene = fitted_tightly(26)
+    contact, rolling = solve_normal(scene), None
+    if coupling == "full":
+        contact, rolling = solve_coupled(scene)
     assert contact.coarser is not None
     assert contact.coarser.solution.edge and not contact.solution.edge
-    assert list(_coarser_numbers(contact, contact.scene, None)) == []
+    assert list(_coarser_numbers(contact, contact.scene, rolling)) == []
 
 
 @pytest.mark.heavy

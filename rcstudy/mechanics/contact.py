@@ -14,6 +14,7 @@ import numpy as np
 from rcstudy.mechanics.cascade import (
     coarser_scene,
     coarser_tolerance,
+    in_wider_window,
     interpolate,
     interpolated_pressure,
     place_among_coarser,
@@ -383,8 +384,12 @@ def solve_normal(scene: Scene, influence: Influence | None = None, level: int = 
     `level`: how many times the mesh has been coarsened already (`coarser_scene`).
     """
     influence = influence or influence_of(scene)
+    coarser: NormalContact | None = None
     coarse_scene = coarser_scene(scene, level)
-    coarser = solve_normal(coarse_scene, influence.coarser(), level + 1) if coarse_scene is not None else None
+    if coarse_scene is not None:
+        coarser = solve_normal(coarse_scene, influence.coarser(), level + 1)
+        if coarser.solution.edge:
+            coarser = solve_normal(in_wider_window(coarse_scene), influence.coarser(), level + 1)
     guess = interpolated_pressure(coarser.solution.p, scene.mesh.cells) if coarser is not None else None
     solution = solve_pressure(scene, influence, initial_gap(scene), guess)
     return NormalContact(scene, influence, solution, coarser=coarser)

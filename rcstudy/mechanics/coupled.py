@@ -30,7 +30,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rcstudy.mechanics.cascade import coarser_scene, interpolated_pressure
+from rcstudy.mechanics.cascade import coarser_scene, in_wider_window, interpolated_pressure
 from rcstudy.mechanics.contact import (
     NormalContact,
     influence_of,
@@ -326,6 +326,8 @@ def from_coarser(
         contact = solve_normal(loose, influence, level)
         return contact, np.zeros((len(contact.cells), 2)), None
     coarser, coarse = solve_coupled(coarse_scene, influence.coarser(), level + 1)
+    if coarser.solution.edge:
+        coarser, coarse = solve_coupled(in_wider_window(coarse_scene), influence.coarser(), level + 1)
     p = interpolated_pressure(coarser.solution.p, scene.mesh.cells)
     dx, dy = scene.mesh.spacing
     p *= scene.load / (float(p.sum()) * dx * dy)
