@@ -472,13 +472,25 @@ def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts:
 
 
 def test_power_that_is_missed_on_soft_films() -> None:
-    """Beside the edge with all slip there, but not on incompressible films; elsewhere as the slip that cells miss."""
+    """Beside the edge with all slip there, but not on incompressible films."""
     hidden = Hidden(by_pressure=0.004, squeezed=0.25, missed=Missed(0.0, 0.03))
     assert thin_layers.power_at_edge(hidden, 0.1, 0.002) == pytest.approx(0.6 * 0.75 * 0.1 * 0.006, rel=1e-12)
-    assert films.of_missed_power(hidden, 0.2, 0.4) == pytest.approx(0.4 * 0.03 / 0.2 * 0.6, rel=1e-12)
     assert films.of_missed_traction(hidden, 0.4) == pytest.approx(0.6 * 0.03 * 0.6**2, rel=1e-12)
 
 
+@pytest.mark.parametrize(("discretisation", "of_long", "of_short"), [("kalker", 0.5, 0.1), ("aligned", 0.75, 0.25)])
+def test_force_that_is_missed_on_soft_films(discretisation: Any, of_long: float, of_short: float) -> None:
+    """A part of the load where surfaces stick, by long waves whatever the cells are."""
+    scene = steel(Mesh((1.0, 1.0), (24, 24)), load=50.0, discretisation=discretisation)
+    long, short = Hidden(missed=Missed(long_slip=0.02)), Hidden(missed=Missed(short_slip=0.04))
+    for per_radius in (10.0, 40.0):
+        assert films.of_missed_slip(long, scene, 0.36, per_radius) == pytest.approx(of_long * 0.02 * 50.0 * 0.8)
+        expected = of_short * 0.04 * 50.0 * 0.8 * 10.0 / per_radius
+        assert films.of_missed_slip(short, scene, 0.36, per_radius) == pytest.approx(expected)
+    assert films.of_missed_slip(long, scene, 1.0, 10.0) == films.of_missed_slip(Hidden(), scene, 0.0, 10.0) == 0.0
+
+
+@pytest.mark.usefixtures("whole_bars")
 @pytest.mark.parametrize(
     ("discretisation", "coupling", "raised"),
     [
@@ -499,8 +511,15 @@ def test_what_missed_slip_adds_to_powers_and_largest_tractions(
         coupling=coupling,
         discretisation=discretisation,
     )
-    plain, found = (error_estimates(scene, 314, [level] * 2, Hidden(missed=Missed(0.0, slip))) for slip in (0.0, 0.03))
+    plain, found = (
+        error_estimates(scene, 314, [level] * 2, Hidden(missed=Missed(0.0, slip, slip, slip))) for slip in (0.0, 0.03)
+    )
     assert {name for name in plain if found[name] != plain[name]} == {f"{name}_error" for name in {"force_x"} | raised}
+    if discretisation == "aligned":
+        of_solver = 1e-9 * 0.2
+        lost = films.of_missed_slip(Hidden(missed=Missed(0.0, 0.03, 0.03, 0.03)), scene, 0.36, math.sqrt(314 / math.pi))
+        before, after = (bars["friction_power_error"] - of_solver for bars in (plain, found))
+        assert after**2 - before**2 == pytest.approx((lost * 0.003) ** 2, rel=1e-3)
 
 
 @pytest.mark.usefixtures("whole_bars")

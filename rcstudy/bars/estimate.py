@@ -230,14 +230,19 @@ class _Case:
             "approach": lift + thin_layers.of_approach(hidden),
         }
 
+    @cached_property
+    def lost_force(self) -> float:
+        """Error of the force along x (N) by slip by pressure that cells miss on films."""
+        return films.of_missed_slip(self.hidden, self.scene, self.slipping, self.per_radius)
+
     def besides_meshes(self, name: str) -> float:
         """What is added in quadrature: to areas, the force along x and the power on films, to others on stiff skins."""
-        off = films.of_moved_edges(self.hidden, name)
         if name == "force_x":
-            off = films.of_missed_slip(self.hidden, self.scene.friction, self.slipping)
-        elif name == "friction_power" and self.aligned:
-            off = films.of_missed_power(self.hidden, self.scene.friction, self.slipping)
-        elif self.aligned and self.hidden.pull_under_skin:
+            return self.lost_force
+        if name == "friction_power":
+            return self.lost_force * self.fastest if self.aligned else 0.0
+        off = films.of_moved_edges(self.hidden, name)
+        if self.aligned and self.hidden.pull_under_skin:
             off = pulled.under_skins(name, self.hidden.pull_under_skin, self.per_radius, self.slipping)
         return off * self.scales[name]
 
@@ -305,9 +310,10 @@ class _Case:
         for name, factor in pressed.wider(hidden, scene.discretisation, self.fastest).items():
             if name in bars:
                 bars[name] *= factor
-        parts = pressed.missed_on_films(hidden, scene, self.finest, limited)
+        lost_power = self.lost_force * hidden.by_pressure * 10.0 / self.per_radius
+        parts = pressed.missed_on_films(hidden, scene.friction, self.finest, limited, lost_power)
         part = pressed.force_without_creepage(hidden, scene.discretisation, self.fastest, self.per_radius)
-        parts["force_x"] = parts.get("force_x", 0.0) + part * scale
+        parts["force_x"] = part * scale
         for name in parts.keys() & bars.keys():
             bars[name] += parts[name]
 

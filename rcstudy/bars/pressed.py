@@ -14,10 +14,7 @@ soft ones, up to three layers of `scripts/error_bars.py`, against aligned cells 
 
 from __future__ import annotations
 
-import math
-
 from rcstudy.bars.hidden import Hidden
-from rcstudy.mechanics.scene import Scene
 
 # Error of the power of tractions on slip by pressure with `aligned`, over friction force times `by_pressure`, times
 # N^(3/2). The power is what this and that of the creepages leave, which may cancel. (Set on 420 random contacts and the
@@ -46,11 +43,11 @@ _WITHOUT_CREEPAGE, _MOSTLY = {"kalker": 0.3, "aligned": 0.014}, 20.0
 # is more than `_NEARLY` times as fast.
 _WIDER = {"kalker": {"traction_max": 0.3, "slip_area": 0.25}, "aligned": {"traction_max": 0.4}}
 _NEARLY = 100.0 * _MOSTLY
-# Errors of the force along x over the load, of the friction power over the load times slip by the largest pressure, and
-# of the largest traction over the largest pressure, per unit of what cells miss of slip by pressure; of the slip area
-# over the contact's, the same over friction. They count where tractions limit the friction force to less than
-# `_LIMITED` of friction times load.
-_FORCE, _POWER, _TRACTION, _SLIP_AREA, _LIMITED = 0.2, 0.03, 0.3, 0.3, 0.2
+# On films where tractions limit the friction force to less than `_LIMITED` of friction times load: errors of the
+# friction power over the force that cells miss (`films.of_missed_slip`) times slip by the largest pressure, which is
+# that at the edge, on ten cells per radius; of the largest traction over the largest pressure, per unit of what they
+# miss of slip by pressure; of the slip area over the contact's, the same over friction.
+_POWER, _TRACTION, _SLIP_AREA, _LIMITED = 0.08, 0.3, 0.3, 0.2
 
 
 def of_edges(peaked: float) -> float:
@@ -98,18 +95,20 @@ def wider(hidden: Hidden, discretisation: str, fastest: float) -> dict[str, floa
     return {name: 1.0 + part * alone for name, part in _WIDER[discretisation].items()}
 
 
-def missed_on_films(hidden: Hidden, scene: Scene, found: dict[str, float], limited: float) -> dict[str, float]:
+def missed_on_films(
+    hidden: Hidden, friction: float, found: dict[str, float], limited: float, lost_power: float
+) -> dict[str, float]:
     """Errors by name, in their units, of what films much thinner than cells hide.
 
-    `found`: the scalars; `limited`: friction force that the tractions found allow for, over friction times load.
+    `found`: the scalars; `limited`: friction force that the tractions found allow for, over friction times load;
+    `lost_power` (N): force along x that cells miss times slip by the largest pressure, on ten cells per radius.
     """
-    missed = hidden.missed.slip * max(1.0 - limited / _LIMITED, 0.0)
+    counts = max(1.0 - limited / _LIMITED, 0.0)
+    missed = hidden.missed.slip * counts
     if missed == 0.0:
         return {}
-    lost = missed * scene.load * math.sqrt(max(1.0 - found["slip_area"] / found["contact_area"], 0.0))
     return {
-        "force_x": _FORCE * lost,
-        "friction_power": _POWER * lost * hidden.by_pressure,
+        "friction_power": _POWER * counts * lost_power,
         "traction_max": _TRACTION * missed * found["pressure_max"],
-        "slip_area": _SLIP_AREA * min(missed / scene.friction, 1.0) * found["contact_area"],
+        "slip_area": _SLIP_AREA * min(missed / friction, 1.0) * found["contact_area"],
     }

@@ -59,7 +59,10 @@ _SPIN_POINT = 0.5  # in cells ahead of the centre
 _CROSS = 0.07
 # The mean over a cell of tractions times slip by pressure exceeds the product of their means by 1/12 of the product of
 # their changes over the cell. So it is in stick cells. In slip cells both go like a root at the edge, where differences
-# between cells are too small: 0.33 fits the paper's cases best, 0.25 random contacts.
+# between cells are too small: 0.33 fits the paper's cases best, 0.25 random contacts. The slip does so as far as it is
+# that of the top layer on the spot (`Influence.local_part_of_slip`): on incompressible covers it is smooth. (180 of
+# these, 0.1 to 1 radius thick: with 0.3 powers are too large in 95 of 100, by 0.5 % in one of ten, now by 0.2 %; other
+# contacts' errors are smaller by up to a fifth in the median.)
 _WITHIN_SLIP, _WITHIN_STICK = 0.3, 1.0 / 12.0
 _MOST_SLIPPING = 16  # slip cells at the leading end of a row, from which on what they miss of the zone is nothing
 
@@ -279,7 +282,8 @@ class AlignedContact(NormalContact):
             return -creepage.power(*resultant)
         dx, dy = self.scene.mesh.spacing
         of_cells = rolling.q, rolling.slip, self._slip_by_pressure_at_centres, self.neighbours
-        work = row_cells.work_on_slip(*of_cells, _WITHIN_SLIP, _WITHIN_STICK)
+        within_slip = _WITHIN_STICK + self.influence.local_part_of_slip * (_WITHIN_SLIP - _WITHIN_STICK)
+        work = row_cells.work_on_slip(*of_cells, within_slip, _WITHIN_STICK)
         return -creepage.power(*resultant) - work * dx * dy
 
     def on_window(

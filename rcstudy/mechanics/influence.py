@@ -257,6 +257,12 @@ class Influence:
         return float(np.abs(self._of_cells[1]).max())
 
     @property
+    def local_part_of_slip(self) -> float:
+        """Part (0 to 1) of the slip by pressure that pressure causes on the spot: all of it on half-spaces."""
+        most = self.most_slip_under_pressure
+        return abs(self.slip_under_pressure) / most if most > 0.0 else 1.0
+
+    @property
     def slip_under_tractions(self) -> tuple[float, float]:
         """alpha times the responses to tractions along and across a wave (1/MPa), at wave number alpha = 1/dx.
 

@@ -11,7 +11,7 @@ among k_n, to which it is compliant, are seen in their place. Contacts are then 
 compliant (h = 0.5 to 1 dx), or on stiffer ones. Slip by pressure is lost: it is h^2 dp/dx, and pressures that are
 constant in cells have slopes between these only, h/dx of which reaches the centres.
 
-Finer cells help, nothing else does. The two numbers here tell of it, for the error bars (`rcstudy/bars`).
+Finer cells help, nothing else does. The numbers here tell of it, for the error bars (`rcstudy/bars`).
 """
 
 from __future__ import annotations
@@ -32,10 +32,13 @@ class Missed(NamedTuple):
 
     compliance (-): |log(A/C)| for u_z by p at k = 1/radius. slip (-): part missed of u_x by p, the lesser of those at
     k = 3/radius and at 1/dx, times Dundurs' constant at the latter: tractions by it are largest near the edge.
+    long_slip, short_slip (-): the parts missed at k = 3/radius and at 1/dx, each times Dundurs' constant there.
     """
 
     compliance: float = 0.0
     slip: float = 0.0
+    long_slip: float = 0.0
+    short_slip: float = 0.0
 
 
 def missed(responses: Callable[[np.ndarray], np.ndarray], side: float, radius: float) -> Missed:
@@ -53,5 +56,7 @@ def missed(responses: Callable[[np.ndarray], np.ndarray], side: float, radius: f
     slips = (seen * np.sign(waves) * by_pressure).sum(axis=1) / ((seen / waves).sum(axis=1) * t)
     off = np.abs(slips - own)
     parts = off / np.maximum(np.maximum(np.abs(own), off), np.finfo(float).tiny)  # at most 1
-    beta = abs(float(own[2] / along[2, OWN]))
-    return Missed(abs(math.log(max(float(lift), _LEAST))), float(parts[1:].min()) * beta)
+    long, short = parts[1:].tolist()
+    beta_of_long, beta = np.abs(own / along[:, OWN])[1:].tolist()
+    compliance = abs(math.log(max(float(lift), _LEAST)))
+    return Missed(compliance, min(long, short) * beta, long * beta_of_long, short * beta)
