@@ -290,6 +290,8 @@ class _Grid:
                 self._add(index[: len(self.dims)], name, np.inf, 0.0, 1.0, note)
             return
         a, b = as_floats(a), as_floats(b)
+        if own_work and not _difference(a, b)[1]:
+            return
         setting = name in SETTINGS or name in LAYER_SETTINGS
         for index in np.ndindex(*self.shape):
             here, there = np.atleast_1d(a[index]), np.atleast_1d(b[index])

@@ -398,7 +398,7 @@ def test_workers_with_other_code_are_refused(study: Study, monkeypatch: pytest.M
 
 def test_workers_that_are_not_quite_right_are_told_of_once(study: Study) -> None:
     ours = {**remote.examine(), "OMP_NUM_THREADS": "1"}
-    theirs = {**ours, "numpy": "1.0", "mechanics": "0", "OMP_NUM_THREADS": "not set"}
+    theirs = {**ours, "numpy": "1.0", "code": "0", "OMP_NUM_THREADS": "not set"}
     client = FakeClient({"tcp://a:1": theirs, "tcp://b:1": theirs}, threads=4)
     told: list[str] = []
     deal = cluster._Distribution(client, workers.made_up, one_batch(study), told.append)
@@ -406,8 +406,8 @@ def test_workers_that_are_not_quite_right_are_told_of_once(study: Study) -> None
     deal._update_workers()
     assert len(deal.workers) == 2
     assert told == [
-        "note on worker tcp://a:1: the files of its rcstudy/mechanics are others than here, of the same version:"
-        " numbers may differ",
+        "note on worker tcp://a:1: the files of its rcstudy are others than here, of the same version: numbers may"
+        " differ",
         f"note on worker tcp://a:1: numpy 1.0, here {ours['numpy']}: last digits may differ",
         "note on worker tcp://a:1: 4 threads, of which one is used: start workers with --nthreads 1 --nworkers 4",
         "note on worker tcp://a:1: OMP_NUM_THREADS is not set: set it to 1, or numerical libraries may start threads of"
@@ -419,12 +419,16 @@ def test_checkouts_of_one_version_that_were_edited_are_told_apart(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(remote, "__file__", str(tmp_path / "workers" / "remote.py"))
-    (tmp_path / "mechanics").mkdir()
-    found = set()
-    for text in ("a = 1", "a = 2"):
-        (tmp_path / "mechanics" / "a.py").write_text(text)
-        found.add(remote.examine()["mechanics"])
-    assert len(found) == 2
+    (tmp_path / "mechanics" / "kernels").mkdir(parents=True)
+    (tmp_path / "bars").mkdir()
+    found = {remote.examine()["code"]}
+    for name in ("mechanics/kernels/a.py", "bars/a.py", "solve.py", "result.py"):
+        for text in ("a = 1", "a = 2"):
+            (tmp_path / name).write_text(text)
+            found.add(remote.examine()["code"])
+    assert len(found) == 9
+    (tmp_path / "cli.py").write_text("a = 1")  # no number comes from it
+    assert len(found | {remote.examine()["code"]}) == 9
 
 
 def test_parcels_get_smaller_and_lose_nothing(study: Study) -> None:

@@ -16,6 +16,7 @@ from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import solve_normal
 from rcstudy.mechanics.half_line import HALF_SPACE
 from rcstudy.mechanics.influence import Influence
+from rcstudy.mechanics.layered import frequency_response
 from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.scene import Layer, Material, Mesh, Scene
 from rcstudy.study import scene_from_mapping
@@ -178,6 +179,32 @@ def test_slip_by_pressure_of_the_bodys_own_waves() -> None:
     part = abs(rigid.slip_under_pressure) / rigid.most_slip_under_pressure
     assert (bare.local_part_of_slip, rigid.local_part_of_slip) == (1.0, pytest.approx(part, rel=1e-12))
     assert influence((), STEEL, side).local_part_of_slip == 1.0  # alike: no slip at all
+
+
+def test_reach_of_tractions() -> None:
+    """The root of compliances times wave number, of long waves over short ones: soft films let tractions end sooner."""
+    side, length = 0.02, 0.6
+    for layers in ((Layer(2000.0, 0.4, 0.004),), (Layer(2.0 * STEEL.E, 0.25, 0.03), Layer(5000.0, 0.45, 0.01))):
+        far, near = (
+            alpha * frequency_response(STEEL, layers, np.array([alpha]))[2][0] for alpha in (2 / length, 1 / side)
+        )
+        assert influence(layers, None, side).reach_of_tractions(length) == pytest.approx(min(1.0, (far / near) ** 0.5))
+    assert influence((Layer(2000.0, 0.4, 0.004),), None, side).reach_of_tractions(length) < 0.6
+    assert influence((Layer(10.0 * STEEL.E, 0.3, 0.01),), None, side).reach_of_tractions(length) == 1.0
+
+
+@pytest.mark.parametrize("side", [0.005, 0.02])
+def test_layers_beside_the_edge_respond_on_scales_of_a_cell_at_most(side: float) -> None:
+    """The largest product of a difference of Dundurs' constant and the scale that it is found on, wave by wave."""
+    for thickness in (0.2, 0.5, 1.0, 2.0):
+        layers = (Layer(3.0 * STEEL.E, 0.2, thickness * side),)
+        best = 0.0
+        for alpha in np.geomspace(1.0 / side, 10.0 / (min(thickness, 1.0) * side), 40):
+            own, other = (frequency_response(STEEL, layers, np.array([a]))[:, 0] for a in (1.0 / side, alpha))
+            best = max(best, abs(other[1] / other[2] - own[1] / own[2]) * min(1.5 / alpha, side))
+        difference, scale = influence(layers, None, side).skin_at_edge
+        assert difference * scale == pytest.approx(best, rel=1e-9)
+        assert 0.0 < scale <= side
 
 
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])

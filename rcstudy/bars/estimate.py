@@ -81,7 +81,7 @@ def error_estimates(
             by_meshes = case.by_meshes(name, fit, [level[name] for level in levels])
             by_meshes = math.hypot(by_meshes, case.besides_meshes(name))
             of_cells = by_meshes + hides.get(name, 0.0) * abs(levels[0][name])
-            bars[name] = math.prod(factor.get(name, 1.0) for factor in factors) * of_cells + case.left_by_solver(name)
+            bars[name] = math.prod(factor.get(name, 1.0) for factor in factors) * of_cells + case.unscaled(name)
     case.add_squeezed_films(bars)
     if "slip_area" in levels[0]:
         case.add_turned_force(bars)
@@ -144,7 +144,12 @@ class _Case:
     @cached_property
     def on_few(self) -> bool:
         """Whether the contact is less than twelve cells across its narrower side."""
-        return few.cells_per_radius(self.scene, self.per_radius) < _FEW
+        return self.per_narrow_radius < _FEW
+
+    @cached_property
+    def per_narrow_radius(self) -> float:
+        """Cells per radius across the narrower side (`few.cells_per_radius`)."""
+        return few.cells_per_radius(self.scene, self.per_radius)
 
     @cached_property
     def peaked(self) -> float:
@@ -187,7 +192,7 @@ class _Case:
         """Estimate from the number of cells by the laws of few cells (`few.py`)."""
         scene = self.scene
         law = few.laws(scene)[name]
-        part = law.at(few.cells_per_radius(scene, self.per_radius), few.ORDER[scene.discretisation])
+        part = law.at(self.per_narrow_radius, few.ORDER[scene.discretisation])
         return part * self.scales_on_few[name]
 
     @cached_property
@@ -202,8 +207,8 @@ class _Case:
             return creepage.longitudinal == 0.0 and not self.scene.moves_by_pressure
         return name in ("force_y", "moment_z") and creepage.lateral == creepage.spin == 0.0
 
-    def left_by_solver(self, name: str) -> float:
-        """Error left by the tolerances, by unsettled directions of slip, and by layers too thin for the cells."""
+    def unscaled(self, name: str) -> float:
+        """What no factor on a bar changes: left by tolerances, unsettled directions, layers too thin for the cells."""
         off = self.hidden.unsettled if name in _BY_FRICTION else 0.0
         off += thin_layers.by_layers(self.hidden, name, self.slipping) + films.of_compliance(self.hidden, name)
         return self.tolerance(name) + off * abs(self.scales[name])
@@ -266,7 +271,7 @@ class _Case:
             else:
                 self.add_strip_that_sticks(bars)
         elif finest["traction_max"] == 0.0:
-            bars["slip_area"] = self.left_by_solver("slip_area")
+            bars["slip_area"] = self.unscaled("slip_area")
         elif not self.hidden.slip_shown:
             if self.aligned:
                 bars["slip_area"] += narrow.corrected_zone(slip)
@@ -382,7 +387,7 @@ class _Case:
             bars["friction_power"] = max(bars["friction_power"], lost + doubt)
 
     def cover(self, bars: dict[str, float]) -> None:
-        """Narrow bars to what is needed in this kind of contact (`coverage.py`), all but what the solver leaves.
+        """Narrow bars to what is needed in this kind of contact (`coverage.py`), all but `unscaled`.
 
         The largest traction at the largest pressure goes with that. Slip areas that are all of the contact stay.
         """
@@ -392,7 +397,7 @@ class _Case:
         )
         for name in bars.keys() & factors.keys():
             if name != "slip_area" or not self.all_slips:
-                left = self.left_by_solver(name)
+                left = self.unscaled(name)
                 bars[name] = min(bars[name], left + factors[name] * (bars[name] - left))
         if self.at_peak:
             bars["traction_max"] = scene.friction * bars["pressure_max"]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -49,29 +50,34 @@ def hertz_contact(radius: tuple[float, float], load: float, modulus: float) -> H
     if math.isclose(rx, ry, rel_tol=1e-12):
         a = (0.75 * load * rx / modulus) ** (1.0 / 3.0)
         return Hertz((a, a), 1.5 * load / (math.pi * a * a), a * a / rx)
+    r_major, r_minor = max(rx, ry), min(rx, ry)  # the longer semi-axis lies along the larger radius
+    ratio, k, r_d = _ellipse(r_major / r_minor)
+    major = (load * r_major / (math.pi * modulus) * r_d) ** (1.0 / 3.0)
+    minor = ratio * major
+    p0 = 1.5 * load / (math.pi * major * minor)
+    semi_axes = (major, minor) if rx > ry else (minor, major)
+    return Hertz(semi_axes, p0, p0 * minor * k / modulus)
+
+
+@lru_cache(maxsize=4096)
+def _ellipse(curvature_ratio: float) -> tuple[float, float, float]:
+    """Ratio b/a of the semi-axes, K(m) and R_D(0, 1 - m, 1) = 3 (K - E)/m, m = 1 - (b/a)^2, by R_major/R_minor > 1.
+
+    Johnson 1985, section 4.2; they do not depend on load and moduli.
+    """
     # imported here, as circular contacts, the common case, do not need them
     from scipy.optimize import brentq
     from scipy.special import ellipk, elliprd
 
-    r_major, r_minor = max(rx, ry), min(rx, ry)  # the longer semi-axis lies along the larger radius
-    curvature_ratio = r_major / r_minor
-
     def mismatch(log_ratio: float) -> float:
-        ratio = math.exp(log_ratio)  # b/a <= 1
         # (E/ratio^2 - K)/(K - E) without cancellation near a circle (Carlson 1995)
-        square = ratio * ratio
+        square = math.exp(log_ratio) ** 2
         return math.log(elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0)) - math.log(curvature_ratio)
 
     # b/a lies near (R_minor/R_major)^(2/3) (Johnson, Eq. 4.28 ff.)
     guess = -2.0 / 3.0 * math.log(curvature_ratio)
     ratio = math.exp(brentq(mismatch, 2.0 * guess - 1e-6, 0.25 * guess, xtol=1e-15, rtol=1e-14))
-    # (K - E)/m = R_D(0, 1 - m, 1)/3 with m = 1 - ratio^2
-    k = float(ellipk(1.0 - ratio * ratio))
-    major = (load * r_major / (math.pi * modulus) * float(elliprd(0.0, ratio * ratio, 1.0))) ** (1.0 / 3.0)
-    minor = ratio * major
-    p0 = 1.5 * load / (math.pi * major * minor)
-    semi_axes = (major, minor) if rx > ry else (minor, major)
-    return Hertz(semi_axes, p0, p0 * minor * k / modulus)
+    return ratio, float(ellipk(1.0 - ratio * ratio)), float(elliprd(0.0, ratio * ratio, 1.0))
 
 
 def _of_moduli(bodies: Sequence[Material], extreme: Callable[[Iterable[float]], float]) -> Material:

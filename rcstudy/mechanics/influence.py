@@ -54,7 +54,7 @@ _RINGS = {0.0: 6, 6.5: 5, 9.0: 4, 18.0: 3, 50.0: 2}  # distance in (larger) cell
 # remain the same part of the sum. (Beyond 50 cells on 1e-6 of the stiffness: 1e-3 without, 1e-7 with it.)
 _SOFT = 10.0
 _TOGETHER = np.array([1.0, -1.0, 1.0, 1.0])  # signs with which body 2's responses a, b, c, d add to body 1's
-_MOST_CELLS = 16  # length of the longest waves, over 2 pi dx, in `Influence.as_half_space`
+_MOST_CELLS = 16  # length of the longest waves, over 2 pi dx, at which bodies are looked at (`Influence._of_cells`)
 _SCALE, _SCALES = 1.5, 40  # scale times wave number, and number of scales, in `Influence.skin_at_edge`
 _SKIN = 0.2  # see `Influence.pull_under_skin`
 _APART = 1.1  # of wave numbers at which `Influence.squeezed` takes a slope

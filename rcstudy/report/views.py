@@ -225,7 +225,7 @@ class CaseView:
         NaN where the solver did not get that far or the cube has no such variable.
         """
         value = self.stored(name)
-        counts = name in self.grid and self.grid.dataset[name].dtype.kind == "i"
+        counts = name in self.grid and self.grid.small(name).dtype.kind == "i"
         return float("nan") if counts and value == MISSING else value
 
     def field(self, name: str) -> np.ndarray:

@@ -215,7 +215,7 @@ class _EarlierGrid:
         self.fields = {name: group[name] for name in FIELDS if name in group}
         # datasets of centres that are stored for each case; regions, by mesh, of coordinates that all cases share
         self._centres = {name: group[name] for name in ("x_centre", "y_centre") if name in group}
-        self._regions: dict[Mesh, Region] = {}
+        self._regions: dict[tuple[Mesh, tuple[Any, ...]], Region] = {}
         for dataset in self.fields.values():
             _check_chunks(dataset, len(self.shape))
 
@@ -249,8 +249,10 @@ class _EarlierGrid:
 
     def _region(self, index: tuple[Any, ...], mesh: Mesh) -> Region:
         """The cells of the window that a case's fields hold, from the coordinates of their centres."""
-        if mesh in self._regions:
-            return self._regions[mesh]
+        # centres of another case of that mesh may be different in a cube that was changed
+        key = (mesh, index if self._centres else ())
+        if key in self._regions:
+            return self._regions[key]
         found: list[int] = []
         for k, dim in enumerate("xy"):
             own = self._centres.get(f"{dim}_centre")
@@ -259,8 +261,7 @@ class _EarlierGrid:
                 raise DamagedRecord("its coordinates are not those of its mesh")
             found += cells
         i0, i1, j0, j1 = found
-        if not self._centres:  # else the centres of another case of that mesh may be different
-            self._regions[mesh] = i0, i1, j0, j1
+        self._regions[key] = i0, i1, j0, j1
         return i0, i1, j0, j1
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _LIBRARIES = ("numpy", "scipy", "numba", "pyfftw")  # those that affect the numbers
 _THREADS = "OMP_NUM_THREADS"
+_NUMBERS = "mechanics/**/*.py", "bars/**/*.py", "solve.py", "result.py"  # files of the package that make results
 
 
 def solve_parcel(solve: Callable[[Sequence[Scene]], Iterator[Any]], batches: Sequence[Sequence[Scene]]) -> list[Any]:
@@ -46,18 +47,18 @@ def examine() -> dict[str, str]:
     return {
         "solver": SOLVER_VERSION,
         "rcstudy": version("rcstudy"),
-        "mechanics": _digest_of_mechanics(),
+        "code": _digest_of_numbers(),
         "python": platform.python_version(),
         **{name: version(name) for name in _LIBRARIES},
         _THREADS: os.environ.get(_THREADS, "not set"),
     }
 
 
-def _digest_of_mechanics() -> str:
-    """SHA-256 (hex) of the code in rcstudy/mechanics: checkouts of one version may have been edited."""
-    package = Path(__file__).parent.parent / "mechanics"
+def _digest_of_numbers() -> str:
+    """SHA-256 (hex) of the code that results come from: checkouts of one version may have been edited."""
+    package = Path(__file__).parent.parent
     digest = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
+    for path in sorted(path for name in _NUMBERS for path in package.glob(name)):
         digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 
@@ -78,8 +79,8 @@ def differences(ours: Mapping[str, str], theirs: Mapping[str, str] | Exception) 
 
 def notes_on(ours: Mapping[str, str], theirs: Mapping[str, str], threads: int) -> Iterator[str]:
     """Warnings on a worker with so many `threads` that may solve nevertheless."""
-    if theirs["mechanics"] != ours["mechanics"]:
-        yield "the files of its rcstudy/mechanics are others than here, of the same version: numbers may differ"
+    if theirs.get("code") != ours["code"]:
+        yield "the files of its rcstudy are others than here, of the same version: numbers may differ"
     for name in ("python", *_LIBRARIES):
         if theirs[name] != ours[name]:
             yield f"{name} {theirs[name]}, here {ours[name]}: last digits may differ"
