@@ -426,15 +426,24 @@ def figures(
             help="Axis of numbers along which curves are drawn; default: a creepage, or the axis with most values.",
         ),
     ] = None,
+    quantities: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LIST",
+            help="What curves show, separated by commas: force_x/load, friction_power, traction_max and others.",
+        ),
+    ] = None,
 ) -> None:
     """Draw the figures of a cube."""
     from rcstudy.figures import make_figures
+    from rcstudy.report.quantities import QUANTITIES, chosen
 
     if along == "":
         raise UserError("--along: must not be empty: give the name of an axis")
     wanted = tuple(word.strip() for word in formats.split(","))
+    shown = tuple(QUANTITIES) if quantities is None else chosen(quantities)
     with _opened(cube) as (tree,):
-        written = make_figures(tree, output, wanted, values_of_axes(at or ()), along or "")
+        written = make_figures(tree, output, wanted, values_of_axes(at or ()), along or "", shown)
     _tell_written(written, output)
 
 

@@ -14,6 +14,7 @@ from rcstudy.errors import UserError
 from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES, paper_grids
 from rcstudy.report.paper_figures import paper_figure
+from rcstudy.report.quantities import QUANTITIES
 from rcstudy.report.style import check_formats, log, save, style
 from rcstudy.report.views import GridView, grids
 from rcstudy.storage.publish import make_folder
@@ -29,15 +30,18 @@ def make_figures(
     formats: Sequence[str] = ("png", "pdf"),
     at: Mapping[str, str] | None = None,
     along: str = "",
+    quantities: Sequence[str] = tuple(QUANTITIES),
 ) -> list[Path]:
     """Draw what the cube has: the paper's figures from its grids, an overview of each other grid.
 
     `tree` is an opened cube (`rcstudy.open`), `out` the folder to write into (made if need be), `formats`
     of png, pdf, svg (each is written once). `at`: values of axes that overviews are to show, by the names of the axes,
     in place of a grid's first ones; see `GridView.held_at`. `along`: axis of numbers along which curves are drawn in
-    overviews of the grids that have it. Returns the files written. A figure of the paper whose grid is missing from a
-    cube that has others, or whose fields are not stored, is left out with a logged warning. UserError if nothing can be
-    drawn, if no grid that has an overview has a value of `at` or the axis `along`, or if `at` has a value of `along`.
+    overviews of the grids that have it. `quantities`: what their panels show, of `quantities.CHOICES`. Returns the
+    files written. A figure of the paper whose grid is missing from a cube that has others, or whose fields are not
+    stored, is left out with a logged warning. UserError if nothing can be drawn, if no grid that has an overview has a
+    value of `at` or the axis `along`, if `at` has a value of `along`, or if no overview is there to show other
+    `quantities`.
     """
     check_formats(formats)
     if along in (at or {}):
@@ -50,6 +54,8 @@ def make_figures(
         found |= _held_at({name: grid for name, grid in found.items() if name not in paper}, axis, value, of_paper)
     if along:
         _check_along([grid for name, grid in found.items() if name not in paper], along, of_paper)
+    if tuple(quantities) != tuple(QUANTITIES) and not found.keys() - paper.keys():
+        raise UserError("--quantities: the cube has no grid but the paper's, whose figures show what they do in print")
     out = Path(out)
     make_folder(out)
     paths: list[Path] = []
@@ -63,7 +69,7 @@ def make_figures(
                 paths += save(figure, out, name, formats)
         for name, grid in found.items():
             if name not in paper:
-                paths += save(overview_figure(grid, along), out, name, formats)
+                paths += save(overview_figure(grid, along, quantities), out, name, formats)
                 maps = case_maps(grid)
                 if maps is not None:
                     paths += save(maps, out, _name_of_maps(name, found), formats)

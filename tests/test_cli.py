@@ -26,6 +26,7 @@ from rcstudy import accuracy, cli, cube, plan, progress, sweep, threads
 from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, UserError, is_interrupt
 from rcstudy.report import overview
+from rcstudy.report.quantities import CHOICES
 from rcstudy.result import Status
 
 ROOT = Path(__file__).parent.parent
@@ -630,6 +631,24 @@ def test_figures_of_another_value_of_an_axis(folder: Path, monkeypatch: pytest.M
         done = run("figures", "c.nc", *words)
         assert done.exit_code == EXIT_BAD_INPUT
         assert done.output.startswith(said)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_figures_of_other_quantities(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[str] = []
+    shown = overview.numbers
+    monkeypatch.setattr(overview, "numbers", lambda cases, name: drawn.append(name) or shown(cases, name))
+    synthetic.write(folder / "c.nc", synthetic.several())
+    done = run("figures", "c.nc", "--formats", "png", "--quantities", "traction_max, approach,approach")
+    assert done.exit_code == 0, done.output
+    assert set(drawn) == {"traction_max", "approach"}
+    allowed = f"allowed: {', '.join(CHOICES)}\n"
+    for words, said in (
+        ("approah", f"--quantities: approah: no such quantity: did you mean approach? {allowed}"),
+        ("approach,", f"--quantities: must not be empty: {allowed}"),
+    ):
+        done = run("figures", "c.nc", "--quantities", words)
+        assert (done.exit_code, done.output) == (EXIT_BAD_INPUT, said)
 
 
 @pytest.mark.usefixtures("undrawn")

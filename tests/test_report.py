@@ -902,6 +902,8 @@ def test_cube_without_fields_cannot_be_drawn(tmp_path: Path) -> None:
     made = papers()
     bare = Synthetic(make_study(fields=False), made.expansion, made.results)
     with synthetic_tree(tmp_path, bare) as tree:
+        with pytest.raises(UserError, match="no grid but the paper's"):
+            make_figures(tree, tmp_path / "out", ("png",), quantities=("approach",))
         with pytest.raises(UserError, match="nothing to draw"):
             make_figures(tree, tmp_path)
         make_tables(tree, tmp_path)

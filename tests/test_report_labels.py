@@ -42,7 +42,8 @@ from rcstudy.mechanics.scene import Creepage, Layer
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
 from rcstudy.report.layers import _numbered, abridged, layers_text, thickness_text
 from rcstudy.report.layout import conditions
-from rcstudy.report.overview import QUANTITIES, _counts, case_maps, geometric, overview_figure
+from rcstudy.report.overview import _counts, case_maps, geometric, overview_figure
+from rcstudy.report.quantities import CHOICES, QUANTITIES, has_bars, numbers, vanishes
 from rcstudy.report.style import style
 from rcstudy.report.views import GridView, grids
 from rcstudy.result import Status
@@ -172,6 +173,42 @@ def test_forces_that_symmetry_makes_zero_have_no_panel(tmp_path: Path) -> None:
             symbol = QUANTITIES[name].split(" (")[0]
             assert (QUANTITIES[name] in [ax.get_ylabel() for ax in figure.axes if ax.get_visible()]) is shown
             assert (f"Zero in all cases shown: {symbol}." in texts(figure)) is not shown
+
+
+def test_panels_show_the_quantities_that_are_chosen(tmp_path: Path) -> None:
+    """Forces over the load with their bars, in the order of the list; where nothing is left the figure says so."""
+    grid = make_grid("g", number_axis("load", [50.0, 100.0], "N"), creepage_axis({"a": CREEPAGES["a"]}))
+    made = assemble(make_study(), (grid, grid_cases(grid, SCENE)))
+    for case, result in made.results:
+        load = case.scene.load
+        result.scalars |= {"force_x": -0.2 * load, "force_x_error": 0.01 * load, "moment_z": 0.0}
+    with synthetic_tree(tmp_path, made) as tree, style():
+        view = grids(tree)["g"]
+        chosen = "friction_power", "force_x/load", "moment_z"
+        figure, empty = (overview_figure(view, "", names) for names in (chosen, ("moment_z",)))
+    first, second = [ax for ax in figure.axes if ax.get_visible()]
+    assert [ax.get_ylabel() for ax in (first, second)] == [CHOICES["friction_power"], CHOICES["force_x/load"]]
+    np.testing.assert_allclose(second.lines[0].get_ydata(), -0.2, rtol=1e-12)
+    (bars,) = second.collections
+    np.testing.assert_allclose([piece[:, 1] for piece in bars.get_segments()], [[-0.21, -0.19]] * 2, rtol=1e-12)
+    assert "Zero in all cases shown: $M_z$." in texts(figure)
+    assert "no quantity to show" in texts(empty)
+
+
+@pytest.mark.parametrize("name", sorted(CHOICES.keys() - QUANTITIES.keys()))
+def test_every_quantity_has_numbers_and_bars(tmp_path: Path, name: str) -> None:
+    grid = make_grid("g", number_axis("load", [50.0, 100.0], "N"), creepage_axis({"f": CREEPAGES["f"]}))
+    made, stored = assemble(make_study(), (grid, grid_cases(grid, SCENE))), name.removesuffix("/load")
+    for case, result in made.results:
+        result.scalars |= {stored: 3.0 + case.index[0], f"{stored}_error": 0.5 + 0.1 * case.index[0]}
+    with synthetic_tree(tmp_path, made) as tree:
+        view = grids(tree)["g"]
+        cases = list(view.cases())
+        values, bars = numbers(cases, name)
+        assert has_bars(view, name) and not vanishes(cases, name)
+        unit = [50.0, 100.0] if stored != name else [1.0, 1.0]
+        assert values.tolist() == [case.number(stored) / u for case, u in zip(cases, unit, strict=True)]
+        assert bars.tolist() == [[case.number(f"{stored}_error") / u for case, u in zip(cases, unit, strict=True)]] * 2
 
 
 def test_forces_that_are_zero_in_what_is_shown_have_no_panel(tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rcstudy.progress import counted
-from rcstudy.report import measures
 from rcstudy.report.draw import remark
 from rcstudy.report.held import held
 from rcstudy.report.labels import literal, narrowed, power_of_ten, shortened
@@ -27,6 +26,7 @@ from rcstudy.report.maps import (
     traction_maps,
     tractions_show,
 )
+from rcstudy.report.quantities import CHOICES, QUANTITIES, has_bars, numbers, vanishes, variable
 from rcstudy.report.style import LINES
 from rcstudy.report.views import CaseView, GridView, short_number
 from rcstudy.settings import LENGTH, MODULUS
@@ -35,16 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
-
-QUANTITIES = {
-    "contact_radius": "contact radius (mm)",
-    "pressure_max": "peak pressure (MPa)",
-    "slip_area": "slip area / contact area",
-    "force_x": "$F_x$ (N)",
-    "force_y": "$F_y$ (N)",
-    "moment_z": "$M_z$ (N mm)",
-}
-"""What an overview shows, by the stored variable it needs."""
 
 MAPS_AT_MOST = 12
 
@@ -70,22 +60,16 @@ _LEAST_DRAWN = 1e-100  # least value on a logarithmic axis, its inverse the larg
 ROUNDED = 1e-3
 """Relative difference of the logarithms of factors that count as equal: values of an axis are rounded to six digits."""
 
-ZERO = 1e-6
-"""Share of its natural scale below which a force or moment counts as zero; where it is in all cases it has no panel.
 
-Where symmetry makes a number zero, rounding and the solver's tolerance (1e-7 unless the study says otherwise) leave
-less than this; creepages whose forces are as small do not occur.
-"""
-
-
-def overview_figure(grid: GridView, along: str = "") -> Figure:
+def overview_figure(grid: GridView, along: str = "", quantities: Sequence[str] = tuple(QUANTITIES)) -> Figure:
     """Resultants along one axis, a line per value of another; further axes at their first value.
 
     The abscissa is the axis of numbers `along`, or, if the grid has no such axis, an axis of numbers that is chosen:
     a creepage with three or more values, or else the one with most values. Lines stand for an axis of words if there is
     one. An axis of labels (or of several numbers) is drawn evenly spaced with its labels. Cases that were not solved
     leave gaps, which the caption counts; where none of those shown is solved, panels say so and have no scales. What no
-    solved case shown has, and forces and moment that are zero in all of them, have no panel.
+    solved case shown has, and forces and moment that are zero in all of them, have no panel. `quantities`: what panels
+    show, of `quantities.CHOICES`.
     """
     along, across = _axes(grid, along)
     lines = _chosen(grid.dataset.sizes[across]) if across else [0]
@@ -93,28 +77,31 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
     order = np.argsort(x, kind="stable")
     shown = [[_case(grid, {along: i, across: at}) for i in order] for at in lines]
     solved = [case for cases in shown for case in cases if case.solved]
-    stored = [name for name in QUANTITIES if name in grid]
-    zero = [name for name in stored if _vanishes(solved, name)]
+    stored = [name for name in quantities if variable(name) in grid]
+    zero = [name for name in stored if vanishes(solved, name)]
     # what no case has, such as forces where tractions are not solved, has no panel
-    known = [name for name in stored if not solved or any(np.isfinite(case.number(name)) for case in solved)]
+    known = [name for name in stored if not solved or any(np.isfinite(case.number(variable(name))) for case in solved)]
     names = [name for name in known if name not in zero]
-    columns = 2 if len(names) == 4 else min(3, len(names))
-    rows = -(-len(names) // columns)
+    columns = 2 if len(names) == 4 else min(3, max(len(names), 1))
+    rows = -(-max(len(names), 1) // columns)
     figure, axes = panels(rows, columns, 2.2 * rows + 0.3)
-    for ax in axes.flat[len(names) :]:
+    for ax in axes.flat[max(len(names), 1) :]:
         ax.set_visible(False)
+    if not names:
+        axes.flat[0].set(xticks=[], yticks=[])
+        remark(axes.flat[0], ["no quantity to show"])
     looks = _looks(grid, along, len(lines))
     every = -(-len(x) // _MARKED) if grid.numeric(along) else 1
     for k, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
         for cases, look, aside in zip(shown, looks, _asides(grid, along, len(lines)), strict=True):
-            values, bars = _values(cases, name)
+            values, bars = numbers(cases, name)
             at = _marked(values, every)
             ax.plot(x[order] + aside, values, markevery=at, **look)
             ax.errorbar(x[order][at] + aside, values[at], bars[:, at], fmt="none", ecolor=look["color"], elinewidth=0.8)
         # cases that are not solved leave gaps at the ends of the axis, too
         ax.update_datalim([(x.min(), 0.0), (x.max(), 0.0)], updatey=False)
         ax.autoscale_view()
-        ax.set_ylabel(QUANTITIES[name])
+        ax.set_ylabel(CHOICES[name])
         ax.set_title(f"({ascii_lowercase[k]})", loc="left")
         _label_axis(ax, grid, along)
         if not solved:
@@ -124,24 +111,13 @@ def overview_figure(grid: GridView, along: str = "") -> Figure:
     if across:
         words = [_lines_label(f"{grid.name_of(across)} = {value}") for value in grid.axis_values(across)]
         legend(figure, {words[at]: look for at, look in zip(lines, looks, strict=True)}, **LINE_SPACING)
-    has_bars = bool(solved) and any(f"{name}_error" in grid for name in names)
+    bars_shown = bool(solved) and any(has_bars(grid, name) for name in names)
     marked = f"One point in {every} has a marker." if every > 1 else ""
-    errors = f"Estimated discretisation errors as bars{' at markers' if marked else ''}." if has_bars else ""
+    errors = f"Estimated discretisation errors as bars{' at markers' if marked else ''}." if bars_shown else ""
     places = {across: lines, along: range(len(x))}
     drawn = grid.at({axis: places.get(axis, [0]) for axis in grid.axes})
     caption(figure, _caption(drawn, marked, errors, _remarks(grid, drawn, along, across, zero)))
     return figure
-
-
-def _values(cases: Sequence[CaseView], name: str) -> tuple[np.ndarray, np.ndarray]:
-    """The numbers that a panel shows and how far their error bars reach below and above, [2, cases]."""
-    if name != "slip_area":
-        errors = np.nan_to_num([case.number(f"{name}_error") for case in cases])
-        return np.array([case.number(name) for case in cases]), np.stack([errors, errors])
-    values = np.array([measures.slip_ratio(case) for case in cases])
-    errors = np.nan_to_num([measures.slip_ratio_error(case) for case in cases])
-    # a share is neither below 0 nor above 1, whatever its error
-    return values, np.clip([np.fmin(errors, values), np.fmin(errors, 1.0 - values)], 0.0, None)
 
 
 def _marked(values: np.ndarray, every: int) -> list[int]:
@@ -150,23 +126,6 @@ def _marked(values: np.ndarray, every: int) -> list[int]:
     alone = ~gaps[1:-1] & gaps[:-2] & gaps[2:]
     alone[::every] = True
     return np.flatnonzero(alone).tolist()
-
-
-def _vanishes(cases: Iterable[CaseView], name: str) -> bool:
-    """Whether `name` is a force or moment that vanishes in every solved case, up to rounding, as it does by symmetry.
-
-    False if no case is solved.
-    """
-    if name not in ("force_x", "force_y", "moment_z"):
-        return False
-    ratios = []
-    for case in cases:
-        natural = case.stored("friction") * case.stored("load")
-        if name == "moment_z":
-            natural *= case.number("contact_radius")
-        ratios.append(abs(case.number(name)) / natural)
-    known = [ratio for ratio in ratios if np.isfinite(ratio)]
-    return bool(known) and max(known) < ZERO
 
 
 def case_maps(grid: GridView) -> Figure | None:
@@ -433,7 +392,7 @@ def _remarks(grid: GridView, drawn: GridView, along: str, across: str, zero: Seq
             f"{drawn.dataset.sizes[across]} of {grid.dataset.sizes[across]} values of {grid.name_of(across)}."
         )
     if zero:
-        remarks.append(f"Zero in all cases shown: {', '.join(QUANTITIES[name].split(' (')[0] for name in zero)}.")
+        remarks.append(f"Zero in all cases shown: {', '.join(CHOICES[name].split(' (')[0] for name in zero)}.")
     rest = [axis for axis in grid.axes if axis not in (along, across)]
     fixed = [f"{grid.name_of(axis)} = {literal(shortened(grid.axis_values(axis)[:1], 60)[0])}" for axis in rest]
     if fixed:
