@@ -315,7 +315,7 @@ class _Case:
         for name, factor in pressed.wider(hidden, scene.discretisation, self.fastest).items():
             if name in bars:
                 bars[name] *= factor
-        lost_power = self.lost_force * hidden.by_pressure * 10.0 / self.per_radius
+        lost_power = self.lost_force * hidden.by_pressure * films.AT_EDGES / self.per_radius
         parts = pressed.missed_on_films(hidden, scene.friction, self.finest, limited, lost_power)
         part = pressed.force_without_creepage(hidden, scene.discretisation, self.fastest, self.per_radius)
         parts["force_x"] = part * scale

@@ -14,7 +14,8 @@ import math
 from rcstudy.bars.hidden import Hidden
 from rcstudy.mechanics.scene import Scene
 
-# Errors over their scales, per unit of what cells miss of the bodies' compliance.
+# Errors over their scales, per unit of what cells miss of the bodies' compliance. (Set on 750 contacts on films of nu =
+# 0.45 to 0.5, 0.03 to 2.5 cells thick.)
 _MISSED = {
     "contact_area": 0.45,
     "contact_radius": 0.22,
@@ -27,12 +28,14 @@ _MISSED = {
     "moment_z": 0.2,
 }
 # Errors of the force along x over the load, in quadrature, per unit of what cells miss of slip by pressure in long
-# waves and in short ones, the latter on ten cells per radius: tractions by missed slip are a part of the pressure
-# wherever surfaces stick, however small the others are, by long waves all over the contact and by short ones within a
-# few cells of its edge. (Set on 1100 contacts on films of nu = 0 to 0.5, 1 MPa to 0.1 Es, and on ordinary layers, 0.003
-# to 3 cells thick, against meshes of 300 to 400 cells. With `aligned` 70 to 93 in 100 forces are held without it, with
-# it 95 to 99; powers, whose error is that of the force times the largest slip, 83 to 93 and 92 to 95.)
+# waves and in short ones, the latter on `AT_EDGES` cells per radius: tractions by missed slip are a part of the
+# pressure wherever surfaces stick, however small the others are, by long waves all over the contact and by short ones
+# within a few cells of its edge. (Set on 1100 contacts on films of nu = 0 to 0.5, 1 MPa to 0.1 Es, and on ordinary
+# layers, 0.003 to 3 cells thick, against meshes of 300 to 400 cells. With `aligned` 70 to 93 in 100 forces are held
+# without it, with it 95 to 99; powers, whose error is that of the force times the largest slip, 83 to 93 and 92 to 95.)
 _MISSED_SLIP = {"kalker": (0.5, 0.1), "aligned": (0.75, 0.25)}
+AT_EDGES = 10.0
+"""Cells per radius that errors within a few cells of the edge are given for: they fall like the inverse of these."""
 # Under full coupling with `aligned` of the largest traction over the largest pressure, per unit of the lesser missed
 # slip, and the power of the part that sticks with which it falls. (Of 744 contacts between steel or other bodies with
 # one or two soft films, 0.02 to 1 cell thick, against meshes 12 or 16 times as fine, largest tractions are held in 93
@@ -64,7 +67,7 @@ def of_missed_slip(hidden: Hidden, scene: Scene, slipping: float, per_radius: fl
     `slipping`: part of the area that slips; `per_radius`: cells per radius.
     """
     of_long, of_short = _MISSED_SLIP[scene.discretisation]
-    missed = of_long * hidden.missed.long_slip + of_short * hidden.missed.short_slip * 10.0 / per_radius
+    missed = of_long * hidden.missed.long_slip + of_short * hidden.missed.short_slip * AT_EDGES / per_radius
     return missed * scene.load * math.sqrt(max(1.0 - slipping, 0.0))
 
 

@@ -45,8 +45,8 @@ _WIDER = {"kalker": {"traction_max": 0.3, "slip_area": 0.25}, "aligned": {"tract
 _NEARLY = 100.0 * _MOSTLY
 # On films where tractions limit the friction force to less than `_LIMITED` of friction times load: errors of the
 # friction power over the force that cells miss (`films.of_missed_slip`) times slip by the largest pressure, which is
-# that at the edge, on ten cells per radius; of the largest traction over the largest pressure, per unit of what they
-# miss of slip by pressure; of the slip area over the contact's, the same over friction.
+# that at the edge, on `films.AT_EDGES` cells per radius; of the largest traction over the largest pressure, per unit of
+# what they miss of slip by pressure; of the slip area over the contact's, the same over friction.
 _POWER, _TRACTION, _SLIP_AREA, _LIMITED = 0.08, 0.3, 0.3, 0.2
 
 
@@ -101,7 +101,7 @@ def missed_on_films(
     """Errors by name, in their units, of what films much thinner than cells hide.
 
     `found`: the scalars; `limited`: friction force that the tractions found allow for, over friction times load;
-    `lost_power` (N): force along x that cells miss times slip by the largest pressure, on ten cells per radius.
+    `lost_power` (N): force along x that cells miss times slip by the largest pressure, which is that at edges.
     """
     counts = max(1.0 - limited / _LIMITED, 0.0)
     missed = hidden.missed.slip * counts

@@ -33,8 +33,10 @@ _PEAK, _APPROACH = 0.5, 0.9  # relative errors of the largest pressure and of th
 # What `aligned` misses of forces and slip areas beside the edge where there is stick, and of the force across that in
 # x, over the estimates of `skin_at_edge` (800 contacts).
 _IN_SKIN, _TURNED = 0.5, 0.06
-# What it misses of the power there, over the first of these on the largest slip (see `films._MISSED_POWER`), unless the
-# layers are incompressible films: errors on these, which give way otherwise, are large enough without it.
+# What it misses of the power there, over the first of these on the largest slip, unless the layers are incompressible
+# films: errors on these, which give way otherwise, are large enough without it. (Of 744 contacts between steel or other
+# bodies with one or two soft films, 0.02 to 1 cell thick, 89 in 100 powers were held without this and what films miss
+# elsewhere, with both 96.)
 _IN_POWER = 0.6
 
 

@@ -384,13 +384,13 @@ def solve_normal(scene: Scene, influence: Influence | None = None, level: int = 
     `level`: how many times the mesh has been coarsened already (`coarser_scene`).
     """
     influence = influence or influence_of(scene)
-    coarser: NormalContact | None = None
     coarse_scene = coarser_scene(scene, level)
-    if coarse_scene is not None:
-        coarser = solve_normal(coarse_scene, influence.coarser(), level + 1)
-    guess = interpolated_pressure(coarser.solution.p, scene.mesh.cells) if coarser is not None else None
+    if coarse_scene is None:
+        return NormalContact(scene, influence, solve_pressure(scene, influence, initial_gap(scene)))
+    coarser = solve_normal(coarse_scene, influence.coarser(), level + 1)
+    guess = interpolated_pressure(coarser.solution.p, scene.mesh.cells)
     solution = solve_pressure(scene, influence, initial_gap(scene), guess)
-    if coarse_scene is not None and coarser is not None and coarser.solution.edge and not solution.edge:
+    if coarser.solution.edge and not solution.edge:
         coarser = solve_normal(in_wider_window(coarse_scene), influence.coarser(), level + 1)
     return NormalContact(scene, influence, solution, coarser=coarser)
 

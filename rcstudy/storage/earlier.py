@@ -213,7 +213,7 @@ class _EarlierGrid:
         self.scalars = frozenset(numbers)  # names of those that it has
         self.numbers = np.stack([_as_doubles(numbers.get(name), len(self.keys)) for name in SCALARS], axis=-1)
         self.fields = {name: group[name] for name in FIELDS if name in group}
-        # datasets of centres that are stored for each case; regions, by mesh, of coordinates that all cases share
+        # datasets of centres that are stored for each case; regions, by mesh and, where there are such, by case
         self._centres = {name: group[name] for name in ("x_centre", "y_centre") if name in group}
         self._regions: dict[tuple[Mesh, tuple[Any, ...]], Region] = {}
         for dataset in self.fields.values():
