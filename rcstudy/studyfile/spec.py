@@ -278,7 +278,7 @@ def grid_name_problem(name: str) -> str:
         return "a grid's name is at most 64 letters, digits and '_', the first a letter"
     if name in RESERVED_NAMES:
         variables = "those of its variables, such as pressure and force_x"
-        return f"a grid's name that the cube does not use itself, as it does {', '.join(_OWN_NAMES)} and {variables}"
+        return f"another name, as the cube has its own {name}; its names are {', '.join(_OWN_NAMES)} and {variables}"
     return ""
 
 
