@@ -224,6 +224,39 @@ def test_an_axis_that_a_selection_removed_is_told(
     assert capsys.readouterr().err.endswith(words)
 
 
+@pytest.mark.parametrize(
+    "cut",
+    [
+        lambda cube: cube.isel(y=slice(None, None, -1)),
+        lambda cube: xr.concat([cube, cube.assign_coords(x=1.1 * cube.x)], dim="modulus", join="outer"),
+        lambda cube: cube.isel(x=[0, 1, 3, 4]),
+    ],
+)
+def test_cells_that_do_not_ascend_evenly_are_refused(
+    good: Path, tmp_path: Path, cut: Cut, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Maps of joined windows were combs, and those of y turned round "a mistake in rcstudy itself"."""
+    path = saved(good, tmp_path / "c.nc", lambda cube: cut(cube.drop_vars("state")))
+    assert run("figures", path, "-o", tmp_path / "f") == 2
+    assert "does not ascend in equal steps, as where cubes of different cells" in capsys.readouterr().err
+
+
+def test_cropped_cubes_are_joined_with_zeros(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without these all maps were drawn in one colour."""
+    with xr.open_dataset(good) as cube:
+        one, other = cube.load().isel(modulus=[0], x=slice(8, 24), y=slice(6, 18)), cube.isel(modulus=slice(1, None))
+        zeros = {name: 0 for name in one.data_vars if "x" in one[name].dims}
+        assert zeros
+        whole = xr.concat([one, other], dim="modulus", join="outer", fill_value=zeros)
+        xr.concat([one, other], dim="modulus", join="outer").drop_vars("state").to_netcdf(tmp_path / "holes.nc")
+        xr.testing.assert_equal(whole.pressure > 0.0, cube.pressure > 0.0)
+        whole.to_netcdf(tmp_path / "whole.nc")
+    assert run("figures", tmp_path / "holes.nc", "-o", tmp_path / "f") == 2
+    assert "has cells without a value: if cubes cropped" in capsys.readouterr().err
+    assert run("compare", tmp_path / "whole.nc", good) == 0
+    assert run("figures", tmp_path / "whole.nc", "-o", tmp_path / "f", "--formats", "png") == 0
+
+
 def test_a_dimension_that_is_gone_is_told(good: Path, tmp_path: Path) -> None:
     shutil.copy(good, tmp_path / "c.nc")
     with h5py.File(tmp_path / "c.nc", "r+") as file:
@@ -382,7 +415,7 @@ def test_names_of_grids_lead_nowhere(good: Path, tmp_path: Path, name: str) -> N
     with h5py.File(path, "r+") as file:
         file.attrs["grid"] = name
     assert run("figures", path, "-o", tmp_path / "deep" / "figures") == 2
-    with pytest.raises(UserError, match="a grid's name"):
+    with pytest.raises(UserError, match="a grid's name|another name, as the cube has its own pressure"):
         open_cube(path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["c.nc"]
 

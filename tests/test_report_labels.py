@@ -1036,6 +1036,17 @@ def test_long_numbers_on_a_logarithmic_axis_do_not_overlap(tmp_path: Path, value
             assert len(boxes) > 1 and all(one.x1 < other.x0 for one, other in pairwise(boxes))
 
 
+@pytest.mark.parametrize("quantities", ["force_x", "force_x,force_y", "force_x,force_y,moment_z,friction_power"])
+def test_long_numbers_between_short_ones_do_not_overlap(tmp_path: Path, quantities: str) -> None:
+    """As `0.0025` and `0.0050`, in wide panels."""
+    with opened(tmp_path, make_grid("g", number_axis("spin", [0.0, 0.002, 0.006, 0.02]))) as grid, style():
+        figure = overview_figure(grid, quantities=quantities.split(","))
+        figure.draw_without_rendering()
+        for ax in (ax for ax in figure.axes if ax.get_visible()):
+            boxes = [label.get_window_extent() for label in ax.get_xticklabels()]
+            assert len(boxes) > 3 and all(one.x1 < other.x0 for one, other in pairwise(boxes))
+
+
 def test_ticks_on_a_logarithmic_axis_are_at_decades_first_and_plain_numbers(tmp_path: Path) -> None:
     """They were `2e+04`, `5e+04` and `2e+05`, with none at 100000."""
     with opened(tmp_path, make_grid("g", number_axis("friction", [2e4, 6e4, 1.8e5, 5.4e5]))) as grid, style():

@@ -294,7 +294,9 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
             ax.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: f"${power_of_ten(short_number(tick))}$"))
             return
         whole = bool(np.all(values == np.round(values)))
-        if values.size and (whole or _long(values)):
+        # ticks between short numbers may be long
+        usual = ax.xaxis.get_major_locator().tick_values(values[0], values[-1]) if values.size else ()
+        if values.size and (whole or _long(values) or _long(usual)):
             some = MaxNLocator(4 if _long(values) else 5, steps=[1, 2, 5, 10], integer=whole)
             few = MaxNLocator(3, steps=[1, 2, 5, 10], integer=whole)
             # the ticks' own numbers decide: those of a range in equal steps are long where the ticks' are not

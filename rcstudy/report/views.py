@@ -229,14 +229,17 @@ class CaseView:
         return float("nan") if counts and value == MISSING else value
 
     def field(self, name: str) -> np.ndarray:
-        """Field `name`, [nx, ny]; UserError if the case was not solved or the cube stores no such field."""
+        """Field `name`, [nx, ny]; UserError if the case was not solved or the cube stores no such field, or not all."""
         if not self.solved:
             raise UserError(f"{self.grid.name}: {self.label}: not solved: {self.failure}")
         if name not in self.grid:
             raise UserError(f"{self.grid.name}: the cube stores no {name}")
         where = {d: i for d, i in zip(self.grid.axes, self.index, strict=True) if d in self.grid.dataset[name].dims}
-        field = self.grid.dataset[name].isel(where).transpose("x", "y").values
-        return np.asarray(field)[: self.x.size, : self.y.size]
+        field = np.asarray(self.grid.dataset[name].isel(where).transpose("x", "y").values)[: self.x.size, : self.y.size]
+        if np.isnan(field).any():
+            hint = "if cubes cropped to their contacts were joined, then without zeros around these (docs/cube.md)"
+            raise UserError(f"{self.grid.name}: {self.label}: {name} has cells without a value: {hint}")
+        return field
 
     @cached_property
     def state(self) -> np.ndarray:
