@@ -103,6 +103,7 @@ def _hidden(rng: np.random.Generator, finest: dict[str, float], *, hardly: bool)
         at_pole=some(0.1),
         top_at_border=bool(rng.random() < 0.4),
         missed=Missed(some(0.2), some(0.1), some(0.05), some(0.1)),
+        largest_slip=some(0.01),
     )
 
 

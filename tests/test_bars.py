@@ -462,7 +462,7 @@ def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts:
             added = math.sqrt(found[f"{name}_error"] ** 2 - plain[f"{name}_error"] ** 2)
             assert added == pytest.approx(turned * arm if discretisation == "aligned" else 0.0, rel=1e-6)
         added = math.sqrt(found["friction_power_error"] ** 2 - plain["friction_power_error"] ** 2)
-        power = 0.6 * 0.5 * part * 0.2 * scene.load * math.hypot(0.003, 0.001)
+        power = 0.5 * part * 0.2 * scene.load * math.hypot(0.003, 0.001)
         assert added == pytest.approx(power if discretisation == "aligned" else 0.0, rel=1e-6)
         assert {k for k in found if found[k] != plain[k]} == (
             {"force_x_error", "force_y_error", "moment_z_error", "slip_area_error", "friction_power_error"}
@@ -473,8 +473,9 @@ def test_estimate_for_a_top_layer_thinner_than_a_cell(difference: float, counts:
 
 def test_power_that_is_missed_on_soft_films() -> None:
     """Beside the edge with all slip there, but not on incompressible films."""
-    hidden = Hidden(by_pressure=0.004, squeezed=0.25, missed=Missed(0.0, 0.03))
-    assert thin_layers.power_at_edge(hidden, 0.1, 0.002) == pytest.approx(0.6 * 0.75 * 0.1 * 0.006, rel=1e-12)
+    hidden = Hidden(largest_slip=0.004, squeezed=0.25, missed=Missed(0.0, 0.03))
+    assert thin_layers.power_at_edge(hidden, 0.1, 0.002) == pytest.approx(0.75 * 0.1 * 0.004, rel=1e-12)
+    assert thin_layers.power_at_edge(hidden, 0.1, 0.006) == pytest.approx(0.75 * 0.1 * 0.006, rel=1e-12)
     assert films.of_missed_traction(hidden, 0.4) == pytest.approx(0.6 * 0.03 * 0.6**2, rel=1e-12)
 
 

@@ -134,6 +134,7 @@ def test_bars_are_told_what_meshes_hide(solution: tuple[AlignedContact, RollingS
     assert hidden.by_layers == contact.outline.area_by_layers / contact.area != 0.0
     assert hidden.peak_by_layers == contact.peak_by_layers / contact.pressure_max > 0.0
     assert hidden.least_slip == least_over_largest(rolling.s) < 1.0
+    assert hidden.largest_slip == np.hypot(*rolling.s.T).max() > 0.0
 
 
 def test_slip_of_cells_that_carry_nothing_is_none(
@@ -154,10 +155,12 @@ def test_slip_of_cells_that_carry_nothing_is_none(
     assert all(value <= held[key] for key, value in without.items())
     slow = replace(rolling, s=np.full(rolling.s.shape, 0.002))
     slow.s[7] = 1e-9
-    carrying = np.arange(len(slow.s)) != 7
+    slow.s[8] = 0.3
+    carrying = np.abs(np.arange(len(slow.s)) - 7.5) > 1.0
     monkeypatch.setattr(contact, "carrying", carrying)
     hidden = solve._hidden(contact, SCENE, slow, contact.slip_zone(rolling, SCENE.friction), Unseen())
     assert hidden.least_slip == 1.0
+    assert hidden.largest_slip == pytest.approx(0.002 * math.sqrt(2.0), rel=1e-12)
 
 
 @pytest.mark.parametrize("large", [1.0, 1e3])
@@ -185,6 +188,28 @@ def test_sums_of_cells_are_given_what_these_miss(
     forces = found["force_x"], found["force_y"], found["moment_z"]
     power = contact.friction_power(rolling, SCENE.creepage, forces)
     assert found["friction_power"] - power == pytest.approx(part * 1e-3 * large, rel=1e-6)
+
+
+def test_power_is_no_less_than_nothing_but_its_bar_is_what_it_was(
+    solution: tuple[AlignedContact, RollingSolution], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On rubber covers it is the difference of two that are a hundred times as large, and was below zero."""
+    contact, rolling = solution
+    bars, powers = [], []
+    for lost in (0.0, 1.0):
+        numbers = solve._rolling_numbers
+
+        def less(*of: Any, numbers: Any = numbers, lost: float = lost) -> dict[str, float]:
+            found: dict[str, float] = numbers(*of)
+            return found | {"friction_power": found["friction_power"] - lost}
+
+        with monkeypatch.context() as patched:
+            patched.setattr(solve, "_rolling_numbers", less)
+            scalars = solve._result(contact, SCENE, rolling).scalars
+        powers.append(scalars["friction_power"])
+        bars.append(scalars["friction_power_error"])
+    assert 0.0 < powers[0] < 1.0 and powers[1] == 0.0
+    assert bars[1] >= bars[0] > 0.0
 
 
 def test_tractions_that_did_not_converge_are_that_whatever_the_proof_says(

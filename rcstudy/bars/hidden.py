@@ -50,6 +50,8 @@ class Hidden(NamedTuple):
     # friction times that of what yields under a stiff skin, times how much more it does (`Influence.pull_under_skin`;
     # full coupling)
     pull_under_skin: float = 0.0
+    # largest slip of a cell (-)
+    largest_slip: float = 0.0
     # whether any cell slips, and whether one of the largest pressure does
     slip_shown: bool = True
     slips_at_top: bool = True
