@@ -236,16 +236,7 @@ def _problem_of_grid(name: str, grid: xr.Dataset, any_order: bool = False) -> st
             return f"{key} is of type {grid[key].dtype}"
     if any(grid.sizes.get(dim, 0) > MAX_CELLS for dim in "xy"):
         return f"more than {MAX_CELLS} cells"
-    for dim in "xy":
-        if dim in grid.coords and not _ascends_evenly(grid[dim].values):
-            return f"{dim} does not ascend in equal steps, as where cubes of different cells or windows are joined"
     return ""
-
-
-def _ascends_evenly(centres: np.ndarray) -> bool:
-    """Whether the centres of cells [n] ascend in equal steps, but for rounding."""
-    steps = np.diff(centres)
-    return bool(steps.size == 0 or (steps.min() > 0.0 and np.ptp(steps) < 1e-6 * steps.max()))
 
 
 def _along(variable: xr.DataArray, dims: tuple[str, ...], any_order: bool) -> bool:

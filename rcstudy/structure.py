@@ -39,7 +39,7 @@ def align(
     theirs: xr.Dataset,
     our_dims: tuple[str, ...],
     their_dims: tuple[str, ...],
-    whole: Callable[[], bool] = lambda: False,
+    whole: Callable[[], bool],
 ) -> tuple[tuple[xr.Dataset, xr.Dataset] | None, list[str]]:
     """Both grids reduced to the cases in both, in the reference's order, and the differences in their structure.
 

@@ -648,6 +648,11 @@ def test_errors_that_scatter_about_their_law_have_none():
     none = chosen([row(n, 1e-5, error) for n, error in zip((16, 32, 64), scattered, strict=True)], 0.0001)
     assert none.cells is None
     assert np.isnan([none.needed, none.order]).all()
+    # by a line through their logarithms the cells are 340 and uncertain by a factor of 2.75, or 351 and 3.4
+    for middle, known in ((0.0014838, True), (0.0016399, False)):
+        errors = (0.0018, middle, 0.00045)
+        none = chosen([row(n, 1e-5, error) for n, error in zip((16, 32, 64), errors, strict=True)], 0.0001)
+        assert np.isfinite(none.needed) == known
     steady = (0.0018, 0.0010, 0.0004)
     assert chosen([row(n, 1e-5, error) for n, error in zip((16, 32, 64), steady, strict=True)], 0.0001).needed > 64
 

@@ -9,6 +9,7 @@ import workers
 from studies import BASE, load_text, refusal
 
 from rcstudy import sweep
+from rcstudy.cases import expand
 from rcstudy.cube import case_table, open_cube
 from rcstudy.studyfile.grids import AXIS_PATHS
 
@@ -71,6 +72,7 @@ def test_every_axis_is_here() -> None:
 @pytest.mark.parametrize(("path", "values"), [(path, values) for path, all_of in VALUES.items() for values in all_of])
 def test_axis_becomes_a_dimension(path: str, values: str, tmp_path: Path) -> None:
     plan = load_text(tmp_path, study(path, values))
+    assert len({case.key for case in expand(plan).cases}) == plan.size  # each value reaches the scenes
     sweep.run(plan, tmp_path / "c.nc", workers=1, solve=workers.made_up)
     with open_cube(tmp_path / "c.nc") as cube:
         dimension = path.split(".")[-1]

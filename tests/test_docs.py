@@ -311,6 +311,19 @@ def test_sources_are_found_in_texts() -> None:
     assert len(rows_with_sources()) > 20
 
 
+def test_every_module_has_tests_of_its_name_or_named_in_the_table() -> None:
+    table = (ROOT / "docs" / "changing.md").read_text(encoding="utf-8").partition("| module | tests |")[2]
+    rows = table.partition("\n\n")[0].splitlines()[2:]
+    named = {name for row in rows for name in re.findall(r"`([\w/*.]+)`", row.split("|")[1])}
+    assert "bars/*" in named and "layered.py" in named
+    modules = [path for path in (ROOT / "rcstudy").rglob("*.py") if path.stem != "__init__"]
+    files = {path.name for path in (ROOT / "tests").iterdir()}
+    for module in modules:
+        assert f"test_{module.name}" in files or named & {module.name, f"{module.parent.name}/*"}, module
+    folders = {f"{module.parent.name}/*" for module in modules}
+    assert named <= folders | {module.name for module in modules}
+
+
 def test_files_that_are_named_exist() -> None:
     """In documents and in the code, by their paths or, beside it, by their names."""
     code = [path for folder in ("rcstudy", "tests", "scripts") for path in (ROOT / folder).rglob("*.py")]

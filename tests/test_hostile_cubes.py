@@ -238,7 +238,7 @@ def test_cells_that_do_not_ascend_evenly_are_refused(
     """Maps of joined windows were combs, and those of y turned round "a mistake in rcstudy itself"."""
     path = saved(good, tmp_path / "c.nc", lambda cube: cut(cube.drop_vars("state")))
     assert run("figures", path, "-o", tmp_path / "f") == 2
-    assert "does not ascend in equal steps, as where cubes of different cells" in capsys.readouterr().err
+    assert " does not ascend in equal steps, as where cubes of different cells" in capsys.readouterr().err
 
 
 def test_cropped_cubes_are_joined_with_zeros(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -415,7 +415,7 @@ def test_names_of_grids_lead_nowhere(good: Path, tmp_path: Path, name: str) -> N
     with h5py.File(path, "r+") as file:
         file.attrs["grid"] = name
     assert run("figures", path, "-o", tmp_path / "deep" / "figures") == 2
-    with pytest.raises(UserError, match="a grid's name|another name, as the cube has its own pressure"):
+    with pytest.raises(UserError, match=r"a grid's name|another name, as the cube has its own pressure"):
         open_cube(path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["c.nc"]
 

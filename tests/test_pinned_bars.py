@@ -29,8 +29,6 @@ UNSEEN = {
     "fits.FITS[slip_area].order",
     "fits.FITS[contact_radius].order",
     "fits.ALIKE[force_y].coupled",
-    # is used by its tenfold only, which is made of it at the import
-    "pressed._MOSTLY",
 }
 """Numbers that may be larger by a tenth and leave all of these bars as they are."""
 

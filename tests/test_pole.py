@@ -68,7 +68,7 @@ def test_rise_where_the_pressure_is_largest_at_the_border(seed: int) -> None:
 
 def test_where_the_largest_pressure_may_rise() -> None:
     """At a pole in its middle, in proportion to what turns; not at one near the edge, nor where nothing turns."""
-    assert 0.9 < rise(0.0) / (_RISE * 0.2) < 1.0
+    assert 0.9 < rise(0.0) / (0.5 * 0.2) < 1.0
     assert rise(0.0, share=0.5) == pytest.approx(0.5 * rise(0.0))
     assert rise(0.0, pulling=0.4) == pytest.approx(2.0 * rise(0.0))
     assert 0.0 < rise(1.0) < rise(0.0)

@@ -127,12 +127,17 @@ def test_rounding_is_shown_as_nothing(tmp_path: Path) -> None:
     )
     forces = [" ".join(text.partition(", ±")[0].split()) for text in lines if text.split()[:1] == ["force_y"]]
     assert forces == ["force_y -77 to 0 N", "force_y 0 N"]
+    # of the scale of moments, friction times load times Hertz's radius of 0.253 mm: 25.3 N mm
+    moments = [" ".join(text.partition(", ±")[0].split()) for text in lines if text.split()[:1] == ["moment_z"]]
+    assert moments == ["moment_z 0 to 3e-08 N mm", "moment_z 0 N mm"]
 
 
 def rounded(scenes: Sequence[Scene]) -> Iterator[Result]:
-    """Results whose lateral force is rounding wherever there is no lateral creepage."""
+    """Results whose lateral force and moment are rounding wherever there is no lateral creepage."""
     for scene, result in zip(scenes, solve_group(scenes), strict=True):
-        result.scalars["force_y"] = -77.0 if scene.creepage and scene.creepage.lateral else -1.3e-15
+        lateral = scene.creepage and scene.creepage.lateral
+        result.scalars["force_y"] = -77.0 if lateral else -1.3e-15
+        result.scalars["moment_z"] = 3e-8 if lateral else 2e-8
         yield result
 
 

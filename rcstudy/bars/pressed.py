@@ -62,14 +62,14 @@ def _share(hidden: Hidden, fastest: float, multiple: float) -> float:
     return hidden.by_pressure / (hidden.by_pressure + multiple * fastest)
 
 
-def _alone(hidden: Hidden, fastest: float, multiple: float = _MOSTLY) -> float:
+def _alone(hidden: Hidden, fastest: float, multiple: float) -> float:
     """1 where nothing but pressure makes surfaces slip, 0 if it does not; arguments as in `_share`."""
     return _share(hidden, fastest, multiple) ** 2
 
 
 def power(hidden: Hidden, fastest: float, per_radius: float, peaked: float) -> float:
     """Error of the friction power with `aligned`, over the friction force; `per_radius`: N, `peaked`: m, see above."""
-    part = _OF_SLIP * (1.0 + _alone(hidden, fastest)) + _OF_TURNED_SLIP * min(hidden.turning, 1.0) ** 2
+    part = _OF_SLIP * (1.0 + _alone(hidden, fastest, _MOSTLY)) + _OF_TURNED_SLIP * min(hidden.turning, 1.0) ** 2
     return part * of_edges(peaked) * per_radius**-1.5 * hidden.by_pressure
 
 
@@ -86,7 +86,7 @@ def turned_across(hidden: Hidden) -> float:
 
 def force_without_creepage(hidden: Hidden, discretisation: str, fastest: float, per_radius: float) -> float:
     """Error of the force along x, over its scale, where nothing but pressure makes surfaces slip."""
-    return _WITHOUT_CREEPAGE[discretisation] * _alone(hidden, fastest) * per_radius**-1.5
+    return _WITHOUT_CREEPAGE[discretisation] * _alone(hidden, fastest, _MOSTLY) * per_radius**-1.5
 
 
 def wider(hidden: Hidden, discretisation: str, fastest: float) -> dict[str, float]:

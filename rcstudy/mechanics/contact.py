@@ -180,7 +180,7 @@ class NormalContact:
     def displacement_by_pressure(self) -> np.ndarray:
         """Tangential displacements [2, nx + 1, ny] (mm) due to the pressure, on the box and one more cell along x.
 
-        Their part of the paper's Eqs 3 and 10. For the proof: `slip_by_pressure` does not use them. Zero for
+        Their part of the paper's Eq. 10. For the proof: `slip_by_pressure` does not use them. Zero for
         quasi-identical bodies.
         """
         p = np.pad(self.solution.p[self.box.slices], ((0, 1), (0, 0)))
@@ -223,7 +223,7 @@ class NormalContact:
     def displacement(self) -> PairOperator:
         """Operator of the displacements (mm) due to tractions (MPa), on the box and one more cell along x.
 
-        Their part of the paper's Eqs 3 and 10.
+        Their part of the paper's Eq. 10.
         """
         shape = self.box.shape[0] + 1, self.box.shape[1]
         padded = padded_shape(shape)

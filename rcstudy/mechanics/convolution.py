@@ -401,7 +401,7 @@ def pressure_quadrants(quadrant: np.ndarray) -> list[tuple[np.ndarray, tuple[int
 class PairOperator:
     """Two displacements due to two tractions: a symmetric 2x2 matrix of convolutions on a box of cells.
 
-    The sums over cells of the paper's Eqs 3 and 10. `symbols`: `real_symbols` of xx, xy = yx, yy, with x first if
+    The sums over cells of the paper's Eq. 10. `symbols`: `real_symbols` of xx, xy = yx, yy, with x first if
     `plan` is a `ShiftedTransform`.
     """
 

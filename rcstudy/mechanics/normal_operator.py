@@ -74,7 +74,7 @@ class NormalOperator:
         return NormalOperator(padded, real, inverse, stiffness, coefficients)
 
     def displacement(self, p: np.ndarray) -> np.ndarray:
-        """u_z [nx, ny] (mm) by pressures `p` [nx, ny] (MPa)."""
+        """u_z [nx, ny] (mm) by pressures `p` [nx, ny] (MPa): the paper's Eq. 3."""
         return convolve(self.real, self.padded, p)
 
     def closing(self, gap: np.ndarray) -> np.ndarray:

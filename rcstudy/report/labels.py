@@ -102,7 +102,7 @@ def narrowed(lines_of: Callable[[int], list[str]], letters: int, width: float, *
     return lines
 
 
-def width_of(lines: Sequence[str], *, math: bool = False) -> float:
+def width_of(lines: Sequence[str], *, math: bool) -> float:
     """Width of the widest of these lines, with mathematics or without it, in a panel's title, inches."""
     from matplotlib import rcParams
     from matplotlib.font_manager import FontProperties

@@ -57,7 +57,7 @@ def layers_text(case: CaseView, *, math: bool = False, every: bool = False) -> s
     return ", ".join(filter(None, (moduli_text(case, math=math), ratios_text(case, math=math, every=every))))
 
 
-def moduli_text(case: CaseView, *, math: bool = False) -> str:
+def moduli_text(case: CaseView, *, math: bool) -> str:
     """The moduli of a case's layers: as the paper writes them, `E1 = 0.5 E2 = 0.25 Es`, or `no layer`.
 
     Each in MPa, `E1 = 3000 MPa, E2 = 105000 MPa`, where the study wrote them so or the cube does not give Es.
@@ -80,7 +80,7 @@ def moduli_text(case: CaseView, *, math: bool = False) -> str:
     return ", ".join(set_as(text, math=math) for text in texts)
 
 
-def ratios_text(case: CaseView, *, math: bool = False, every: bool = False) -> str:
+def ratios_text(case: CaseView, *, math: bool, every: bool) -> str:
     """Poisson's ratios of a case's layers, `nu = 0.49` or `nu1 = 0.3, nu2 = 0.49`; empty without layers.
 
     Empty, too, unless `every` is set, if all are the substrate's, or if that is not known because the study's text is

@@ -40,7 +40,7 @@ def pressures_show(mapped: Sequence[CaseView]) -> str:
     return f"Pressure $p$. In each panel: its largest value{own}."
 
 
-def tractions_show(body: str = "coated body", *, alike: bool = True) -> str:
+def tractions_show(body: str, *, alike: bool = True) -> str:
     """What maps of the traction on this body show, all with the same colours or not, without the last full stop."""
     own = "" if alike else f", and the largest $|q|$ of a cell{_OWN}"
     return (

@@ -29,6 +29,7 @@ from rcstudy.studyfile.written import starting_scene
 
 _WITH_UNIT = re.compile(r"([-+.\de]+) (mm|MPa)")
 _AS_ASKED = re.compile(r"([-+.\de]+) ?(mm|MPa)?")
+_EVEN = 1e-3  # relative difference of the steps between cells: rounding in single precision is less
 
 
 class GridView:
@@ -272,7 +273,12 @@ class CaseView:
     def _centres(self, dim: str) -> np.ndarray:
         # a grid whose cases have different meshes keeps centres per case, padded with NaN
         centres = self.at(f"{dim}_centre") if f"{dim}_centre" in self.grid else self.at(dim)
-        return centres[np.isfinite(centres)]
+        centres = centres[np.isfinite(centres)]
+        steps = np.diff(centres)
+        if steps.size and not (steps.min() > 0.0 and np.ptp(steps) < _EVEN * steps.max()):
+            hint = "as where cubes of different cells or windows were joined (docs/cube.md)"
+            raise UserError(f"{self.grid.name}: {self.label}: {dim} does not ascend in equal steps, {hint}")
+        return centres
 
     @property
     def spacing(self) -> tuple[float, float]:

@@ -252,7 +252,7 @@ def _most(stored: Mapping[Mesh, Region], k: int) -> int:
     return max(region[2 * k + 1] - region[2 * k] for region in stored.values())
 
 
-def regions(cases: Sequence[Case], cropped: Mapping[Mesh, Region] | None = None) -> dict[Mesh, Region]:
+def regions(cases: Sequence[Case], cropped: Mapping[Mesh, Region] | None) -> dict[Mesh, Region]:
     """The cells stored of each mesh among `cases`: all of them, or those that `cropped` names (if it names any)."""
     stored = {}
     for mesh in {case.scene.mesh for case in cases}:

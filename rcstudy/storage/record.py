@@ -250,7 +250,7 @@ def field_type(name: str, precision: str) -> str:
     return "f4" if dtype == "f8" and precision == "float32" else dtype
 
 
-def read_head(body: bytes, form: Form = FORM) -> tuple[Status, tuple[int, int], Keep]:
+def read_head(body: bytes, form: Form) -> tuple[Status, tuple[int, int], Keep]:
     """Status, number of cells and kept part of a record, from its head alone.
 
     Raises DamagedRecord if there is no valid head.

@@ -27,16 +27,23 @@ def adjugate(a: tuple[float, float, float, float]) -> tuple[tuple[float, float, 
 
 
 @jit
-def at_interface(sign: float, nu: float, h: float, y: tuple[float, float, float]) -> tuple[float, float, float, float]:
+def at_interface(
+    sign: float, nu: float, half_over_g: float, y: tuple[float, float, float]
+) -> tuple[float, float, float, float]:
     """Displacement of the modes of a layer plus what y yields under their stresses; a mode in each column.
 
     sign: 1 for the decaying modes A0, B0, -1 for the growing ones A1, B1, whose (U, W, X, Z) `layered.py` gives; nu and
-    h = 1/(2G) (1/MPa): of the layer; y: compliances a, b, c (1/MPa), times alpha, of what meets it there.
+    half_over_g = 1/(2G) (1/MPa): of the layer; y: compliances a, b, c (1/MPa), times alpha, of what meets it there.
     """
     a, b, c = y
     kappa, p, q = 3.0 - 4.0 * nu, 1.0 - 2.0 * nu, sign * 2.0 * (1.0 - nu)
-    # u = h U + c X - b Z, w = h W - b X + a Z, with A = (-1, -sign, sign, 1), B = (0, -kappa, p, q)
-    return -h + sign * c - b, c * p - b * q, -sign * h - sign * b + a, -kappa * h - b * p + a * q
+    # u = U/(2G) + c X - b Z, w = W/(2G) - b X + a Z, with A = (-1, -sign, sign, 1), B = (0, -kappa, p, q)
+    return (
+        -half_over_g + sign * c - b,
+        c * p - b * q,
+        -sign * half_over_g - sign * b + a,
+        -kappa * half_over_g - b * p + a * q,
+    )
 
 
 @jit
@@ -60,14 +67,14 @@ def tractions_at_top(nu: float, t: tuple[float, float, float, float]) -> tuple[f
 
 @jit
 def reflected(
-    nu: float, h: float, zeta: float, e2: float, below: tuple[float, float, float]
+    nu: float, half_over_g: float, zeta: float, e2: float, below: tuple[float, float, float]
 ) -> tuple[float, float, float, float]:
     """Growing modes at the top of a layer over the decaying ones, as what is below reflects them (the paper's Eq. 17).
 
-    nu, h = 1/(2G) (1/MPa): of the layer, zeta and e2: as of `carried_up`; below: as `y` of `at_interface`.
+    nu, half_over_g = 1/(2G) (1/MPa): of the layer, zeta and e2: as of `carried_up`; below: as `y` of `at_interface`.
     """
-    scaled_inverse, det = adjugate(at_interface(-1.0, nu, h, below))
-    r00, r01, r10, r11 = product(scaled_inverse, at_interface(1.0, nu, h, below))
+    scaled_inverse, det = adjugate(at_interface(-1.0, nu, half_over_g, below))
+    r00, r01, r10, r11 = product(scaled_inverse, at_interface(1.0, nu, half_over_g, below))
     return carried_up((-r00 / det, -r01 / det, -r10 / det, -r11 / det), zeta, e2)
 
 
@@ -94,7 +101,7 @@ def layered_response(
         for layer in range(young.size - 1, -1, -1):
             nu = poisson[layer]
             g = young[layer] / (2.0 * (1.0 + nu))
-            h = 0.5 / g
+            half_over_g = 0.5 / g
             own = homogeneous[layer, 0], homogeneous[layer, 1], homogeneous[layer, 2]
             zeta = alpha[i] * thickness[layer]
             e2 = math.exp(-2.0 * zeta)
@@ -103,9 +110,9 @@ def layered_response(
             dd = 2.0 / g * rho * e2 / (1.0 - rho * e2)
             d = homogeneous[layer, 3] + dd
             # in its plane (P-SV): what growing modes yield beyond a half-space of the layer under the same tractions
-            t = reflected(nu, h, zeta, e2, below)
+            t = reflected(nu, half_over_g, zeta, e2, below)
             scaled_inverse, det = adjugate(tractions_at_top(nu, t))
-            yielding = product(at_interface(-1.0, nu, h, own), t)
+            yielding = product(at_interface(-1.0, nu, half_over_g, own), t)
             c00, c01, c10, c11 = product(yielding, scaled_inverse)
             da, db, dc = -c11 / det, 0.5 * (c01 + c10) / det, -c00 / det
             below = own[0] + da, own[1] + db, own[2] + dc

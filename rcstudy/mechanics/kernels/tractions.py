@@ -2,7 +2,7 @@
 
 Vectors of unknowns have the shape [2 m] for m cells: entries 2 i and 2 i + 1 belong to cell i. In a stick cell they are
 (qx, qy); in a slip cell (a/unit, tau), a being the component along the direction n = (nx, ny) of the bound and tau that
-across it, along t = (-ny, nx) (called m in `rolling.py`). The equation of a/unit is the identity, as the size of the
+across it, along (-ny, nx) (called m in `rolling.py`). The equation of a/unit is the identity, as the size of the
 traction is known. cells [m, 2]: i, j in the box; places [m]: indices of the cells in flattened arrays.
 """
 
