@@ -131,10 +131,13 @@ def bound_line(ax: Axes, case: CaseView) -> None:
 def _on_axis(case: CaseView, name: str) -> tuple[np.ndarray, np.ndarray]:
     """x (mm) and the values of a field on the x-axis, with a cell of nothing at either end.
 
-    With `crop: contact` no cell may be stored beside the contact.
+    With `crop: contact` no cell may be stored beside the contact. Values have seven digits of the largest: PDFs would
+    differ from machine to machine by its rounding.
     """
     field, x = case.field(name), case.x  # in this order: without fields there is no x
-    return np.array([2.0 * x[0] - x[1], *x, 2.0 * x[-1] - x[-2]]), np.pad(on_x_axis(field, case.y), 1)
+    values = on_x_axis(field, case.y)
+    unit = 10.0 ** (math.floor(math.log10(np.abs(values).max(initial=0.0) or 1.0)) - 6)
+    return np.array([2.0 * x[0] - x[1], *x, 2.0 * x[-1] - x[-2]]), np.pad(np.round(values / unit) * unit, 1)
 
 
 def _with_edges(inside: np.ndarray) -> np.ndarray:
