@@ -98,13 +98,13 @@ def numbers(comparisons: Sequence[Comparison]) -> str:
     return f"changes from {min(changes):+.3g} to {max(changes):+.3g}"
 
 
-def remark(statement: Statement, cases: Sequence[PaperCase]) -> str:
-    """The statement's own note, what its rival reading would give, and why comparisons decided nothing."""
+def remark(statement: Statement, cases: Sequence[PaperCase], found: Iterable[Comparison]) -> str:
+    """The statement's own note, what its rival reading would give, and why comparisons `found` decided nothing."""
     parts = [statement.note] if statement.note else []
     rival = list(statement.instead(cases))
     if rival:
         parts.append(f"{statement.instead_of}: {verdict(rival)}.")
-    reasons = Counter(c.undecided for c in statement.judge(cases) if c.undecided)
+    reasons = Counter(c.undecided for c in found if c.undecided)
     if reasons:
         parts.append(f"Undecided: {'; '.join(f'{reason} ({n})' for reason, n in reasons.items())}.")
     return " ".join(parts)
@@ -132,7 +132,7 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
                 "criterion": statement.criterion,
                 "numbers": numbers(found),
                 "verdict": f"not tested: {statement.untestable}" if statement.untestable else verdict(found),
-                "remark": remark(statement, cases),
+                "remark": remark(statement, cases, found),
             }
         )
     without, counted = "", f" (slip ratios whose areas are counted in cells: by less than {CELLS:g} cells in each)"
