@@ -316,7 +316,7 @@ class CaseView:
         """Longitudinal, lateral creepage (-) and spin (rad/mm); NaN where the cube does not say."""
         return self.stored("longitudinal"), self.stored("lateral"), self.stored("spin")
 
-    @property
+    @cached_property
     def substrate_modulus(self) -> float:
         """Es in MPa, from the coating's modulus axis: the layer on the substrate has `modulus_ratio` times Es.
 
