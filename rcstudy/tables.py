@@ -18,7 +18,7 @@ from rcstudy.report.listed import CREEPAGES, listed_numbers, listed_pairs, liste
 from rcstudy.report.paper import MAPS, PaperCase, paper_cases, paper_grids, select
 from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.solver import cases_table, summary_table
-from rcstudy.report.statements import comparisons_table, statements_table
+from rcstudy.report.statements import comparisons_table, judged, statements_table
 from rcstudy.report.views import CaseView, GridView, creepage_text, grids
 from rcstudy.report.writers import write_table
 from rcstudy.result import VARIABLES
@@ -81,8 +81,9 @@ def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
             paths += write_table(out, "table_1", *layer_table(maps))
             paths += write_table(out, "table_2", *creepage_table(maps))
         paths += write_table(out, "results", *panel_table(cases))
-        paths += write_table(out, "statements", *statements_table(STATEMENTS, cases))
-        paths += write_table(out, "statements_comparisons", *comparisons_table(STATEMENTS, cases))
+        statements = judged(STATEMENTS, cases)
+        paths += write_table(out, "statements", *statements_table(statements, cases))
+        paths += write_table(out, "statements_comparisons", *comparisons_table(statements))
     if others:
         paths += write_table(out, "results_of_other_grids" if cases else "results", *without_empty(case_table(others)))
     paths += write_table(out, "solver", *without_empty(cases_table(found.values())))

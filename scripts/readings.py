@@ -19,7 +19,7 @@ from rcstudy import sweep
 from rcstudy.cube import open_cube
 from rcstudy.report.paper import PaperCase, paper_cases
 from rcstudy.report.paper_statements import STATEMENTS
-from rcstudy.report.statements import statements_table
+from rcstudy.report.statements import judged, statements_table
 from rcstudy.report.views import grids
 from rcstudy.report.writers import markdown_lines
 from rcstudy.study import study_from_text
@@ -65,7 +65,7 @@ def read_as(text: str, name: str) -> str:
 
 def verdicts(cases: list[PaperCase]) -> list[str]:
     """The verdict on each statement."""
-    _, _, rows = statements_table(STATEMENTS, cases)
+    _, _, rows = statements_table(judged(STATEMENTS, cases), cases)
     return [str(row["verdict"]) for row in rows]
 
 

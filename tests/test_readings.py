@@ -10,7 +10,7 @@ import pytest
 
 from rcstudy.cases import expand
 from rcstudy.report.paper_statements import STATEMENTS
-from rcstudy.report.statements import statements_table
+from rcstudy.report.statements import judged, statements_table
 from rcstudy.study import study_from_text
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -59,7 +59,7 @@ def test_published_readings_have_the_statements_numbers() -> None:
 @pytest.mark.parametrize("folder", ["paper", "paper/fine"])
 def test_published_statements_say_which_pairs_they_compare(folder: str) -> None:
     """All pairs of spins were said to be neighbours."""
-    caption, *_ = statements_table(STATEMENTS, [])
+    caption, *_ = statements_table(judged(STATEMENTS, []), [])
     assert "neighbouring values of the parameter named (of spin, at x < 0, any two)" in caption
     published = (ROOT / "results" / folder / "statements.md").read_text(encoding="utf-8")
     shared = "In all cases: load 100 N, friction 1, radius 50 mm, substrate E 210000 MPa, "

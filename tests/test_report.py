@@ -58,7 +58,7 @@ from rcstudy.report.overview import case_maps, overview_figure
 from rcstudy.report.paper import AXES, paper_cases
 from rcstudy.report.paper_figures import paper_figure
 from rcstudy.report.paper_statements import STATEMENTS
-from rcstudy.report.statements import Comparison, numbers, statements_table, verdict
+from rcstudy.report.statements import Comparison, judged, numbers, statements_table, verdict
 from rcstudy.report.style import LINES, save, style
 from rcstudy.report.views import CaseView, GridView, grids
 from rcstudy.report.writers import write_table
@@ -1342,7 +1342,8 @@ def test_verdicts_without_fields_are_by_estimated_errors_and_say_so(tree: xr.Dat
     made = papers()
     made.study.outputs.fields = False
     with synthetic_tree(tmp_path, made) as bare:
-        told = [statements_table(STATEMENTS, paper_cases(grids(opened)))[0] for opened in (tree, bare)]
+        found = [paper_cases(grids(opened)) for opened in (tree, bare)]
+        told = [statements_table(judged(STATEMENTS, cases), cases)[0] for cases in found]
     assert ["2 cells" in caption for caption in told] == [True, False]
     assert ["stored without the fields" in caption for caption in told] == [False, True]
 

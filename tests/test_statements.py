@@ -15,7 +15,7 @@ from synthetic import RADIUS, SUBSTRATE, TABLE_2, Synthetic, paper, synthetic_tr
 from rcstudy.mechanics.scene import Scene
 from rcstudy.report.paper import PaperCase, paper_cases
 from rcstudy.report.paper_statements import STATEMENTS
-from rcstudy.report.statements import comparisons_table, verdict
+from rcstudy.report.statements import comparisons_table, judged, verdict
 from rcstudy.report.views import grids
 from rcstudy.result import ESTIMATED, CellState
 
@@ -203,7 +203,7 @@ def test_contradicting_sentences_get_opposite_verdicts(
     """Each comparison of the one is one of the other, too, and holds for one of both."""
     assert STATEMENTS[CONTRADICTS - 1].quote.startswith("The slip zone ratios are decreasing with decreasing layer")
     assert STATEMENTS[51].quote.startswith("For hard coating layers, the slip zone ratios are increasing with decreas")
-    _, _, rows = comparisons_table(STATEMENTS, cases[name])
+    _, _, rows = comparisons_table(judged(STATEMENTS, cases[name]))
     one, other = ({row["cases"]: row["holds"] for row in rows if row["number"] == n} for n in (CONTRADICTS, 52))
     assert len(one) == 12
     assert {(held, other[pair]) for pair, held in one.items()} == {holds}

@@ -110,8 +110,17 @@ def remark(statement: Statement, cases: Sequence[PaperCase], found: Iterable[Com
     return " ".join(parts)
 
 
-def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]) -> Table:
-    """Caption, columns and rows: one row a statement with its verdict."""
+Judged = Sequence[tuple[Statement, Sequence[Comparison]]]
+"""Statements, each with the comparisons that judge it."""
+
+
+def judged(statements: Iterable[Statement], cases: Sequence[PaperCase]) -> Judged:
+    """The statements, judged by these cases."""
+    return [(statement, list(statement.judge(cases))) for statement in statements]
+
+
+def statements_table(statements: Judged, cases: Sequence[PaperCase]) -> Table:
+    """Caption, columns and rows: one row a statement, judged by these cases, with its verdict."""
     columns = (
         Column("number", "No."),
         Column("where", "Section", wide=0.07),
@@ -122,8 +131,7 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
         Column("remark", "Remark", wide=0.17),
     )
     rows: list[dict[str, Value]] = []
-    for number, statement in enumerate(statements, 1):
-        found = list(statement.judge(cases))
+    for number, (statement, found) in enumerate(statements, 1):
         rows.append(
             {
                 "number": number,
@@ -149,7 +157,7 @@ def statements_table(statements: Sequence[Statement], cases: Sequence[PaperCase]
     return caption, columns, rows
 
 
-def comparisons_table(statements: Sequence[Statement], cases: Sequence[PaperCase]) -> Table:
+def comparisons_table(statements: Judged) -> Table:
     """Caption, columns and rows: one row a comparison, with the number of its statement."""
     columns = (
         Column("number", "No."),
@@ -159,8 +167,8 @@ def comparisons_table(statements: Sequence[Statement], cases: Sequence[PaperCase
         Column("holds", "Holds", wide=0.2),
     )
     rows: list[dict[str, Value]] = []
-    for number, statement in enumerate(statements, 1):
-        for c in statement.judge(cases):
+    for number, (_, found) in enumerate(statements, 1):
+        for c in found:
             holds = f"undecided: {c.undecided}" if c.holds is None else ("yes" if c.holds else "no")
             in_math = r" $\to$ ".join(words(case, math=True) for case in c.cases)
             rows.append(
