@@ -224,7 +224,7 @@ def _result(
     hidden = _hidden(contact, scene, rolling, zone, unseen)
     scalars |= error_estimates(scene, contact.cells.shape[0], levels, hidden)
     if rolling is not None and scene.discretisation == "aligned":
-        # a difference of two large powers where little slips; only now, as its error is told by those of all meshes
+        # a difference of two larger powers where little slips; only now, as its error is told by those of all meshes
         scalars["friction_power"] = max(scalars["friction_power"], 0.0)
     missed = failures(proof, scene)
     if missed and status == Status.SOLVED:

@@ -193,7 +193,7 @@ def test_sums_of_cells_are_given_what_these_miss(
 def test_power_is_no_less_than_nothing_but_its_bar_is_what_it_was(
     solution: tuple[AlignedContact, RollingSolution], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On rubber covers it is the difference of two that are a hundred times as large, and was below zero."""
+    """On rubber covers it is the difference of two that are several times as large, and was below zero."""
     contact, rolling = solution
     bars, powers = [], []
     for lost in (0.0, 1.0):
