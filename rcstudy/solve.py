@@ -258,11 +258,12 @@ def _hidden(
     )
     if rolling is None or zone is None:
         return hidden
+    slip = rolling.s[contact.carrying]
     hidden = hidden._replace(
         unsettled=rolling.unsettled,
         slip=unseen,
-        least_slip=least_over_largest(rolling.s[contact.carrying]),
-        largest_slip=float(np.hypot(*rolling.s[contact.carrying].T).max(initial=0.0)),
+        least_slip=least_over_largest(slip),
+        largest_slip=float(np.hypot(*slip.T).max(initial=0.0)),
         slip_shown=bool(rolling.slip.any()),
         slips_at_top=contact.slips_at_top(rolling),
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),

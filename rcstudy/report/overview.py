@@ -287,6 +287,8 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator
 
     values = np.unique(values[np.isfinite(values)])
+    if not values.size:
+        return
     if not geometric(values):
         if values.any() and not _PLAIN[0] <= np.abs(values).max() < _PLAIN[1]:
             # Matplotlib's formatter would write a power of ten of all numbers into the axis's label
@@ -295,8 +297,8 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
             return
         whole = bool(np.all(values == np.round(values)))
         # ticks between short numbers may be long
-        usual = ax.xaxis.get_major_locator().tick_values(values[0], values[-1]) if values.size else ()
-        if values.size and (whole or _long(values) or _long(usual)):
+        usual = ax.xaxis.get_major_locator().tick_values(values[0], values[-1])
+        if whole or _long(values) or _long(usual):
             some = MaxNLocator(4 if _long(values) else 5, steps=[1, 2, 5, 10], integer=whole)
             few = MaxNLocator(3, steps=[1, 2, 5, 10], integer=whole)
             # the ticks' own numbers decide: those of a range in equal steps are long where the ticks' are not
