@@ -270,16 +270,20 @@ def _hidden(
         by_pressure=contact.influence.most_slip_under_pressure * contact.pressure_max,
         turning=abs(contact.influence.slip_by_pressure_over_tractions) / (math.pi * scene.friction),
         skin=contact.skin_at_edge,
+        edge_of_tractions=contact.edge_of_tractions,
+        moved_inwards=contact.moved_inwards,
     )
     if not scene.is_coupled:
         return hidden
-    of_pressure, of_traction = contact.cusps(zone, rolling, scene.friction)
+    cusps = contact.cusps(zone, rolling, scene.friction)
     pull = _pull(contact, scene)
     fractions = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
         lift=_lift(contact, rolling),
-        cusp_of_pressure=of_pressure,
-        cusp_of_traction=of_traction,
+        cusp_of_pressure=cusps.of_pressure,
+        cusp_of_traction=cusps.of_traction,
+        cusp_in_skin=scene.friction * contact.influence.cusp_in_skin(math.sqrt(contact.area / math.pi)),
+        at_borders=cusps.at_borders / zone.pressure,
         pull=pull,
         pull_under_skin=scene.friction * contact.influence.pull_under_skin,
         at_pole=rise_at_pole(contact.cells, contact.pressure, fractions, pull),

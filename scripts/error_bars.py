@@ -25,7 +25,9 @@ judged: `kalker` on cells four times finer still has a quarter of the error (`--
 - `pressed`: without creepage, contacts of `mild`, `films` and `rubber` whose surfaces pressure alone makes slip;
 - `long`: bodies without layers in contacts 2 to 12 times as long one way, the pole of spin inside;
 - `oblong`: bare and coated bodies in contacts 1.5 to 10 times as long one way, on 15 to 55 cells along either side of
-  the window, most of them without spin.
+  the window, most of them without spin;
+- `skinned`: skins 2 to 300 times as stiff as what they lie on, up to 1.2 cells thick, most of them far thinner: on
+  polymers, on soft layers and on metals; two in three fully coupled; against eight times as many cells.
 
 Published: results/error_bars.md.
 """
@@ -51,7 +53,8 @@ from rcstudy.study import scene_from_mapping
 from rcstudy.studyfile.build import fitted_size
 
 STEEL = Material(210000.0, 0.3)
-_FINER = {"few": 8, "coarse": 8, "between": 12}  # times as many cells along each side for the truth; 4 for the others
+# times as many cells along each side for the truth; 4 for the others
+_FINER = {"few": 8, "coarse": 8, "between": 12, "skinned": 8}
 _COUPLINGS: tuple[Coupling, Coupling] = ("one-way", "full")
 _ACROSS = 1, 2, 3, 4, 5, 6, 8, 10, 12  # cells across the contacts of `fewest`
 CREEPAGES = (
@@ -355,6 +358,40 @@ def rubber_scene(rng: np.random.Generator, discretisation: str) -> Scene:
         return _with_creepage(scene, size * [1.0, 1.0, 2.6 / scene.mesh.size[0]])
 
 
+def skinned_scene(rng: np.random.Generator, discretisation: str) -> Scene:
+    """A skin up to 1.2 cells thick, stiffer than what it lies on: a polymer, a soft layer on steel, or a metal.
+
+    At 0.06 to 2 times the creepage of full slip; window by `auto`, 20 to 36 cells along it.
+    """
+    cells, side = int(rng.integers(20, 37)), float(rng.choice([3.0, 10.0, 50.0]))
+    counterbody = (None, STEEL)[rng.integers(2)]
+    kind = rng.integers(3)
+    under: tuple[Layer, ...] = ()
+    below = (STEEL, Material(110000.0, 0.33), Material(70000.0, 0.33))[rng.integers(3)]
+    if kind == 0:
+        below = Material(_power(rng, 3.2, 3.8), rng.uniform(0.35, 0.42))
+    elif kind == 1:
+        under = (Layer(_power(rng, 3.0, 4.5), rng.uniform(0.3, 0.42), _power(rng, -2.0, -0.3)),)
+    modulus = (under[0] if under else below).E * _power(rng, 0.3, 1.0 if kind == 2 else 2.5)
+    scene = Scene(
+        below,
+        (side, side * (_power(rng, -0.5, 0.5) if rng.random() < 0.3 else 1.0)),
+        below.E * side**2 * _power(rng, -6.5, -4.5),
+        Mesh((1.0, 1.0), (cells, cells)),
+        (Layer(modulus, 0.22, 1e-3), *under),
+        counterbody,
+        _power(rng, -1.3, -0.1),
+        coupling="full" if rng.random() < 0.67 else "one-way",
+        discretisation=discretisation,  # type: ignore[arg-type]
+        tolerance=Tolerance(1e-6, 1e-6),
+    )
+    dx = fitted_size(scene, 1.4, (cells, cells))[0] / cells
+    skin = replace(scene.layers[0], thickness=dx * _power(rng, -3.0 if kind == 1 else -1.7, 0.08))
+    scene = replace(scene, layers=(skin, *under))
+    scene = replace(scene, mesh=Mesh(fitted_size(scene, 1.4, (cells, cells)), (cells, cells)))
+    return _creeping(scene, _direction(rng, 0.4), _power(rng, -1.2, 0.3))
+
+
 def few_scene(rng: np.random.Generator, discretisation: str) -> Scene:
     """A contact of `mild` or `engineering` on 5 to 18 cells along the longer side of its window."""
     scene = (mild_scene if rng.random() < 0.5 else engineering_scene)(rng, discretisation)
@@ -550,11 +587,12 @@ CONTACTS: dict[str, Callable[[np.random.Generator, str], Scene]] = {
     "pressed": pressed_scene,
     "long": long_scene,
     "oblong": oblong_scene,
+    "skinned": skinned_scene,
 }
 
 
 def main() -> None:
-    """Solve each contact on its own mesh and on one four (`few`, `coarse`: eight; `between`: twelve) times finer.
+    """Solve each contact on its own mesh and on one four times finer (`_FINER`: eight or twelve times).
 
     Eight times as many cells as `fewest` have may be too few for the truth. Its window fits the contact.
     """

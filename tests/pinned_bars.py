@@ -18,12 +18,12 @@ from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
 from rcstudy.mechanics.subcell.unseen import Unseen
 
 REFERENCE = Path(__file__).parent / "reference" / "bars.json"
-CASES = 600
+CASES = 1000
 
 
 def bars_of(seed: int) -> dict[str, float]:
     """Error bars of one of these solutions."""
-    rng = np.random.default_rng([seed, 56])
+    rng = np.random.default_rng([seed, 66])
     scene, area = _scene(rng)
     finest = _scalars(rng, scene, area)
     meshes = int(rng.integers(1, 4))
@@ -39,6 +39,8 @@ def _scene(rng: np.random.Generator) -> tuple[Scene, float]:
     cells = int(rng.integers(1, 14) if rng.random() < 0.5 else rng.integers(14, 90))
     width = float(rng.choice([1.0, 0.3, 3.0, 0.05, 20.0], p=[0.5, 0.15, 0.15, 0.1, 0.1]))
     rows = max(1, int(cells * rng.choice([1.0, width, 0.5], p=[0.5, 0.4, 0.1])))
+    spin = rng.choice([0.01, 0.1])
+    creepages = (rng.choice([0.0, 1e-5, 1.0], 3, p=[0.4, 0.1, 0.5]) * [0.002, 0.001, spin]).tolist()
     scene = Scene(
         Material(210000.0, float(rng.choice([0.3, 0.5]))),
         (50.0, 50.0 * float(rng.choice([1.0, 0.4, 8.0]))),
@@ -46,7 +48,7 @@ def _scene(rng: np.random.Generator) -> tuple[Scene, float]:
         Mesh((1.0, width), (cells, min(rows, 120))),
         counterbody=None if rng.random() < 0.5 else Material(210000.0, 0.3),
         friction=float(rng.uniform(0.05, 1.5)),
-        creepage=Creepage(*(rng.choice([0.0, 1.0], 3) * [0.002, 0.001, rng.choice([0.01, 0.1])]).tolist()),
+        creepage=Creepage(*creepages),
         coupling=rng.choice(["one-way", "full"]),
         discretisation=rng.choice(["kalker", "aligned"]),
     )
@@ -104,6 +106,10 @@ def _hidden(rng: np.random.Generator, finest: dict[str, float], *, hardly: bool)
         top_at_border=bool(rng.random() < 0.4),
         missed=Missed(some(0.2), some(0.1), some(0.05), some(0.1)),
         largest_slip=some(0.01),
+        cusp_in_skin=some(0.5),
+        at_borders=some(1.0),
+        edge_of_tractions=some(0.02),
+        moved_inwards=some(0.03),
     )
 
 

@@ -329,7 +329,7 @@ def test_estimate_where_all_cells_slip(
     scene = steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003), counterbody=counterbody)
     scene = replace(scene, discretisation=discretisation)
     levels = [MIDDLING | {"slip_area": 1.0, "force_x": -90.0, "force_y": 1.0, "friction_power": 0.2}] * 2
-    scene = replace(scene, creepage=Creepage(0.003, 1e-9))  # no force vanishes by symmetry
+    scene = replace(scene, creepage=Creepage(0.003, 1e-4))  # no force vanishes by symmetry
     plain, found = (error_estimates(scene, round(100 * np.pi), levels, Hidden(least_slip=n)) for n in (1.0, least))
     strip, forces = left * 10.0**-1.5, 0.03 if discretisation == "aligned" and counterbody is None else 0.0
     assert plain["slip_area_error"] == plain["contact_area_error"]
@@ -917,7 +917,7 @@ def test_bars_of_forces_across_and_moments_fall_with_the_creepages() -> None:
     mesh = Mesh((1.0, 1.0), (24, 24))
     for counterbody, falls in ((None, True), (STEEL, False)):
         bars = []
-        for lateral in (1e-2, 1e-6, 1e-6 / 8.0):
+        for lateral in (1e-2, 1e-4, 1e-4 / 8.0):
             scene = steel(mesh, creepage=Creepage(0.0, lateral), counterbody=counterbody, discretisation="aligned")
             scene = replace(scene, tolerance=Tolerance(1e-12, 1e-12))
             bars.append(error_estimates(scene, 314, [MIDDLING | FORCES | {"slip_area": 0.36}] * 3))

@@ -45,7 +45,7 @@ OF_TURNS = {"Panagiotopoulos 1975", "Anderson 1965", "Walker and Ni 2011"}
         (replace(PRESSURE, layers=(SOFT, replace(SOFT, E=70.0))), OF_STIFF),
         (
             replace(ROLLING, coupling="full", counterbody=None, layers=(STIFF,)),
-            OF_NEWTON | OF_STIFF | OF_TURNS | {"Alart and Curnier 1991"},
+            OF_NEWTON | OF_STIFF | OF_TURNS | {"Alart and Curnier 1991", "Rice 1968"},
         ),
         (
             replace(ROLLING, coupling="full", counterbody=None, discretisation="aligned"),

@@ -18,12 +18,7 @@ STORED: list[dict[str, float]] = json.loads(REFERENCE.read_text(encoding="utf-8"
 MODULES = coverage, elongated, estimate, few, films, fits, narrow, peaks, pressed, pulled, thin_layers
 
 UNSEEN = {
-    "elongated._WITHIN_CELL",
     "estimate._ROUNDING",
-    # contacts that are smaller than a cell have none so large
-    "few.KALKER_ALIKE[force_x].most",
-    # the bound of `bounds.py` is less
-    "few.KALKER_ALIKE[traction_max].most",
     # there is no noise that could fall
     "fits.FITS[contact_area].order",
     "fits.FITS[slip_area].order",

@@ -115,9 +115,8 @@ def cells_per_radius(scene: Scene, counted: float) -> float:
     return min(counted, *semi_axes_in_cells(scene))
 
 
-def sticking_force(scene: Scene, radius: float) -> float:
-    """Force (N), about, that the creepages cause on a contact of `radius` (mm) if all of it sticks."""
-    slip = (scene.creepage or Creepage()).fastest(radius)
+def sticking_force(scene: Scene, radius: float, slip: float) -> float:
+    """Force (N), about, that creepages of this rigid `slip` cause on a contact of `radius` (mm) if all of it sticks."""
     return scene.load * slip * math.sqrt(math.prod(scene.radius)) / radius
 
 
@@ -139,7 +138,7 @@ def scales(scene: Scene, found: dict[str, float], largest: float, by_pressure: f
         return result
     creepage = scene.creepage or Creepage()
     mean = BY_TRACTION * min(found["traction_max"], largest) * found["contact_area"]
-    force = min(scene.friction * scene.load, max(mean, sticking_force(scene, size)))
+    force = min(scene.friction * scene.load, max(mean, sticking_force(scene, size, creepage.fastest(size))))
     slip = creepage.fastest(found["contact_radius"]) + BY_PRESSURE * by_pressure * pressure / found["pressure_max"]
     traction = max(found["traction_max"], force / result["contact_area"])
     return result | {

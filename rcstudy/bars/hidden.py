@@ -71,6 +71,16 @@ class Hidden(NamedTuple):
     top_at_border: bool = False
     # what cells miss of the bodies' responses (`mechanics/missed.py`)
     missed: Missed = Missed()
+    # by how much pressures may rise at borders of stick within a skin thinner than a cell, over mu p0
+    # (`Influence.cusp_in_skin`), times friction, and the largest pressure at such a border over the largest one (full
+    # coupling)
+    cusp_in_skin: float = 0.0
+    at_borders: float = 0.0
+    # how far within the edge tractions begin under skins, over the contact's radius
+    # (`AlignedContact.edge_of_tractions`)
+    edge_of_tractions: float = 0.0
+    # second moments of the pressure that rows lack, over load times the radius squared (`AlignedContact.moved_inwards`)
+    moved_inwards: float = 0.0
 
 
 def least_over_largest(slip: np.ndarray) -> float:

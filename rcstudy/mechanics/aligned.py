@@ -20,6 +20,7 @@ the bound in stick cells, the direction of the traction and the slip in slip cel
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +44,7 @@ from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Creepage
 from rcstudy.mechanics.slip_operator import SlipOperator
 from rcstudy.mechanics.subcell import leading_zone
+from rcstudy.mechanics.subcell.cusps import Cusps
 from rcstudy.mechanics.subcell.edges import Outline
 from rcstudy.mechanics.subcell.local_slip import by_pressure_at_centres, local_slip
 from rcstudy.mechanics.subcell.moved_rows import MovedRows
@@ -320,6 +322,27 @@ class AlignedContact(NormalContact):
         """Layers thinner than a cell beside the edge (`Influence.skin_at_edge`)."""
         return self.influence.skin_at_edge
 
+    @property
+    def edge_of_tractions(self) -> float:
+        """How far within the edge tractions begin under skins thinner than a cell, over the contact's radius."""
+        dx = self.scene.mesh.spacing[0]
+        return max(-self.influence.half_line_of_tractions(dx).shift, 0.0) * dx / math.sqrt(self.area / math.pi)
+
+    @property
+    def moved_inwards(self) -> float:
+        """Difference of the pressure's second moments on rows and on the mesh's own cells, over load times radius^2.
+
+        Hardly anything where pressure ends like a root. Under skins that bear load along the rim rows lack it there.
+        """
+        if not self.influence.layered:
+            return 0.0
+        x, y = self.scene.mesh.centres
+        own, p = self.rows.own
+        of_cells = x[self.box.i0 + own[:, 0]] ** 2 + y[self.box.j0 + own[:, 1]] ** 2
+        of_rows = self.levers[0] ** 2 + self.levers[1] ** 2
+        on_rows, on_cells = of_rows @ self.pressure / self.pressure.sum(), of_cells @ p / p.sum()
+        return float(abs(on_rows - on_cells)) * math.pi / self.area
+
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """Effects of slip zones at the leading edge that are narrower than a cell (`unseen.py`)."""
         if not self.scene.moves_by_pressure:
@@ -350,9 +373,9 @@ class AlignedContact(NormalContact):
         """Area of the slip zone (mm^2), largest traction and pressure (MPa), all found between cells."""
         return self.slip_zones.zone(rolling, friction)
 
-    def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Fractions of themselves by which cusps changed the largest pressure and traction of `zone`."""
-        return zone.cusp_of_pressure, zone.cusp_of_traction
+    def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> Cusps:
+        """What cusps changed of the largest pressure and traction of `zone`."""
+        return Cusps(zone.cusp_of_pressure, zone.cusp_of_traction, zone.at_borders)
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell closest to the largest pressure slips."""

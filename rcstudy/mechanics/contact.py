@@ -43,7 +43,7 @@ from rcstudy.mechanics.plates import beyond_rim, missing_at_rim, most_by_plate
 from rcstudy.mechanics.rolling import RollingSolution, rigid_slip, solve_tractions, within
 from rcstudy.mechanics.scene import Creepage, Scene
 from rcstudy.mechanics.slip_operator import SlipOperator
-from rcstudy.mechanics.subcell.cusps import difference, pressure_at_borders
+from rcstudy.mechanics.subcell.cusps import Cusps, difference, pressure_at_borders
 from rcstudy.mechanics.subcell.slip_zone import SlipZone
 from rcstudy.mechanics.subcell.trailing import Ending
 from rcstudy.mechanics.subcell.unseen import Unseen
@@ -306,7 +306,7 @@ class NormalContact:
         scene, pressures = self.scene, self.solution.p[self.touched.slices]
         coating = scene.layers, scene.substrate
         radius = 0.5 * min(count * side for count, side in zip(pressures.shape, scene.mesh.spacing, strict=True))
-        return min(missing_at_rim(pressures, *coating, min(scene.mesh.spacing)), most_by_plate(*coating, radius))
+        return min(missing_at_rim(pressures, *coating, max(scene.mesh.spacing)), most_by_plate(*coating, radius))
 
     @cached_property
     def beyond_rim(self) -> float:
@@ -323,6 +323,16 @@ class NormalContact:
         """Layers thinner than a cell beside the edge: none, as bars of aligned cells alone need them."""
         return 0.0, 0.0
 
+    @property
+    def edge_of_tractions(self) -> float:
+        """Where tractions begin under skins: nothing, as bars of aligned cells alone need it."""
+        return 0.0
+
+    @property
+    def moved_inwards(self) -> float:
+        """Second moments that rows lack: nothing, as these are the mesh's own cells."""
+        return 0.0
+
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """Effects of slip zones narrower than a cell: none, known on aligned cells only (`unseen.py`)."""
         return Unseen()
@@ -336,15 +346,15 @@ class NormalContact:
         dx, dy = self.scene.mesh.spacing
         return SlipZone(float(rolling.slip.sum()) * dx * dy, float(np.hypot(*rolling.q.T).max()), self.pressure_max)
 
-    def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> tuple[float, float]:
-        """Fractions that cusps would add to the largest pressure of `zone`, and change of its largest traction."""
+    def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> Cusps:
+        """What cusps would add to the largest pressure of `zone`, and change of its largest traction."""
         pull = friction * self.influence.most_slip_by_pressure_over_tractions
         slip = self.spread(rolling.slip)
         at_borders = pressure_at_borders(self.solution.p[self.box.slices], slip[self.box.slices], pull)
         if at_borders == 0.0:
-            return 0.0, 0.0
+            return Cusps(0.0, 0.0, 0.0)
         of_pressure = difference(max(at_borders, zone.pressure), zone.pressure)
-        return of_pressure, difference(friction * at_borders, zone.traction)
+        return Cusps(of_pressure, difference(friction * at_borders, zone.traction), at_borders)
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell with the largest pressure slips; of mirror images, which differ by rounding, either does."""

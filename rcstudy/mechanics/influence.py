@@ -34,6 +34,7 @@ from rcstudy.mechanics.layered import frequency_response, half_space_response, r
 from rcstudy.mechanics.missed import Missed, missed
 from rcstudy.mechanics.numerics.hankel import hankel_transforms, running_integral
 from rcstudy.mechanics.scene import Layer, Material
+from rcstudy.mechanics.skins import rise_at_cusp
 
 T = TypeVar("T")
 
@@ -318,6 +319,16 @@ class Influence:
             return float(difference[most]), float(scale[most])
 
         return self._known("skin at edge", made)
+
+    def cusp_in_skin(self, radius: float) -> float:
+        """By how much pressure rises at borders of stick within layers, unseen by cells, over mu p0: `skins.py`.
+
+        `radius` (mm): of the contact.
+        """
+        if not self.layered:
+            return 0.0
+        thinnest = min(layer.thickness for layer in self._layers)
+        return rise_at_cusp(self._responses, self.spacing[0], radius, thinnest)
 
     def missed(self, radius: float) -> Missed:
         """What these cells miss of the responses of thin layers, in a contact of this radius (mm): `missed.py`.

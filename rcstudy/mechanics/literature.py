@@ -150,6 +150,13 @@ PUBLICATIONS = (
         lambda need: need.newton or need.aligned,
     ),
     Publication(
+        "Rice 1968",
+        "J. R. Rice, A path independent integral and the approximate analysis of strain concentration by notches and"
+        " cracks. Journal of Applied Mechanics 35, 379-386 (1968)",
+        "how pressure rises within skins behind what sticks, for the error bars",
+        lambda need: need.coupled and need.stiffened,
+    ),
+    Publication(
         "Alart and Curnier 1991",
         "P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution"
         " methods. Computer Methods in Applied Mechanics and Engineering 92, 353-375 (1991)",

@@ -41,7 +41,7 @@ _BY_PLATE = 3.0  # see above
 def missing_at_rim(p: np.ndarray, layers: Sequence[Layer], substrate: Material, side: float) -> float:
     """Fraction of itself by which the largest of pressures `p` [nx, ny] (MPa) may be too small; 0 without a stiff skin.
 
-    `side`: the shorter side of a cell (mm).
+    `side`: the longer side of a cell (mm).
     """
     thickness = skin(layers, substrate, side)
     if thickness == 0.0:

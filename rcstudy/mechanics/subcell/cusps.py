@@ -21,6 +21,7 @@ mean square without this limit, 0.008 with it; on 1145 others under full couplin
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,18 @@ from rcstudy.mechanics.kernels import cusps
 # Cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured).
 NARROW_BEHIND_CUSP = 5.0
 _REACH = 0.5
+
+
+class Cusps(NamedTuple):
+    """Cusps behind a stick zone, for the error bars.
+
+    `of_pressure`, `of_traction`: by which fractions of themselves they change the largest pressure and traction, or
+    would; `at_borders`: largest pressure (MPa) at such borders, 0 without one.
+    """
+
+    of_pressure: float
+    of_traction: float
+    at_borders: float
 
 
 def difference(one: float, other: float) -> float:

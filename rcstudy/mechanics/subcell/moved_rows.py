@@ -149,14 +149,14 @@ class MovedRows:
         Interpolated along each row from `q` [m, 2], `s` [m, 2], `slip` [m] on the moved cells: in stick cells the
         traction over its bound, in slip cells the traction's direction and the size of slip. Zero outside the contact.
         """
-        (own, pressure), corner = self._own, (self._box.i0, self._box.j0)
+        (own, pressure), corner = self.own, (self._box.i0, self._box.j0)
         window, states = np.zeros((4, *self._window.shape)), np.zeros(self._window.shape, dtype=np.bool_)
         of_cells = q, s, slip, friction * self.pressure, self.cells, self.held, self.shift
         row_fields.to_window(*of_cells, own, friction * pressure, corner, window, states)
         return window[:2], window[2:], states
 
     @cached_property
-    def _own(self) -> tuple[np.ndarray, np.ndarray]:
+    def own(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices [m, 2] in the box of the mesh's own cells in contact, and their pressures [m] (MPa)."""
         p = self._outline.p
         own = np.ascontiguousarray(np.argwhere(p > 0.0))

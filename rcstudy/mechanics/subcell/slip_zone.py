@@ -36,7 +36,8 @@ class SlipZone(NamedTuple):
     """A slip zone and the largest values of the contact.
 
     `area` (mm^2); largest `traction` and `pressure` (MPa); `cusp_of_traction`, `cusp_of_pressure`: by which fractions
-    of themselves cusps changed these (`aligned`; those of `kalker` are values of cells).
+    of themselves cusps changed these (`aligned`; those of `kalker` are values of cells); `at_borders`: largest pressure
+    (MPa) at borders behind what sticks (`aligned`; 0 without such a border).
     """
 
     area: float
@@ -44,6 +45,7 @@ class SlipZone(NamedTuple):
     pressure: float
     cusp_of_traction: float = 0.0
     cusp_of_pressure: float = 0.0
+    at_borders: float = 0.0
 
 
 class SlipZones:
@@ -93,7 +95,7 @@ class SlipZones:
         else:
             dx, dy = outline.spacing
             area = min(float(np.nansum(widths)) * dx * dy, outline.within)
-        return SlipZone(area, peak, top, difference(peak, smooth), difference(top, summit))
+        return SlipZone(area, peak, top, difference(peak, smooth), difference(top, summit), with_cusps)
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell closest to the largest pressure slips."""
