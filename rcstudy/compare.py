@@ -26,7 +26,14 @@ from rcstudy.errors import UserError
 from rcstudy.progress import counted
 from rcstudy.result import VARIABLES, CellState, Status
 from rcstudy.storage.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, SETTINGS, as_floats
-from rcstudy.structure import COORDINATE_RTOL, align, holds_windows, in_order, variables_in_both
+from rcstudy.structure import (
+    COORDINATE_RTOL,
+    align,
+    holds_windows,
+    in_order,
+    settings_that_differ,
+    variables_in_both,
+)
 from rcstudy.studyfile.yamltree import suggest
 from rcstudy.tolerances import TOLERABLE, Tolerances
 
@@ -78,7 +85,8 @@ class Comparison:
 
     `structure`: differences other than in numbers, in words; `bad`: differences beyond their tolerance; `worst`: the
     largest difference of each variable by name; `cases`: number of cases compared; `flips`: cells whose states were
-    allowed to differ; `unmatched`: patterns of tolerances that match no case.
+    allowed to differ; `unmatched`: patterns of tolerances that match no case; `settings`: where these differ, settings
+    that the studies differ in, in words.
     """
 
     structure: list[str] = field(default_factory=list)
@@ -87,6 +95,7 @@ class Comparison:
     cases: int = 0
     flips: int = 0
     unmatched: list[str] = field(default_factory=list)
+    settings: list[str] = field(default_factory=list)
 
     @property
     def same(self) -> bool:
@@ -106,6 +115,7 @@ class Comparison:
         lines = [f"structure: {text}" for text in self.structure[:limit]]
         if len(self.structure) > limit:
             lines.append(f"structure: {len(self.structure) - limit} more differences")
+        lines += self.settings[:limit]
         if self.bad:
             lines.append("differences beyond their tolerance, worst first:")
             ordered = sorted(self.bad, key=lambda d: -d.excess)
@@ -155,12 +165,8 @@ def compare(
             raise UserError(f"a tolerance is given for {name}, which the reference does not have: {there}")
         if name not in TOLERABLE:
             raise UserError(f"a tolerance is given for {name}; only these have one: {', '.join(TOLERABLE)}")
-    for name in theirs:
-        if name not in ours:
-            outcome.structure.append(f"{name}: missing in the cube")
-    for name in ours:
-        if name not in theirs:
-            outcome.structure.append(f"{name}: not in the reference")
+    outcome.structure += [f"{name}: missing in the cube" for name in theirs if name not in ours]
+    outcome.structure += [f"{name}: not in the reference" for name in ours if name not in theirs]
     outcome.unmatched = tolerances.unmatched([f"{n}/{label}" for n in theirs for label in theirs[n][LABEL].values.flat])
     slack: dict[str, float] = {}
     whole = functools.cache(lambda: holds_windows(cube) and holds_windows(reference))
@@ -179,6 +185,9 @@ def compare(
     elif GRID in cube.dataset and not outcome.structure and not outcome.bad:
         # it repeats the grids' scalars: it is compared only once these agree, else differences would be listed twice
         compared(TABLE, _table(cube), _table(reference))
+    if not outcome.same:
+        found = {name: settings_that_differ(cube, reference, name) for name in theirs if name in ours}
+        outcome.settings = [f"{name}: the studies differ in {', '.join(keys)}" for name, keys in found.items() if keys]
     return outcome
 
 

@@ -12,6 +12,7 @@ from rcstudy.cube import unit_text
 from rcstudy.errors import UserError
 from rcstudy.settings import unit_as_written
 from rcstudy.storage.layout import LAYER
+from rcstudy.studyfile.written import starting_scene
 from rcstudy.studyfile.yamlfile import parse
 from rcstudy.studyfile.yamltree import Problems, find
 
@@ -32,6 +33,19 @@ def holds_windows(tree: xr.DataTree) -> bool:
     except UserError:
         return False
     return root.is_mapping and find(root, ("outputs", "crop")).value != "contact"
+
+
+def settings_that_differ(ours: xr.DataTree, theirs: xr.DataTree, name: str) -> list[str]:
+    """Keys of the scene that grid `name` starts from whose values differ between the study files in two cubes.
+
+    For instance a counterbody, of which cubes hold no number. Not those that cases set themselves; none where a study
+    file cannot be read.
+    """
+    (one, here), (other, there) = (starting_scene(str(t.attrs.get("study_text", "")), name) for t in (ours, theirs))
+    if one is None or other is None:
+        return []
+    keys = type(one).model_fields.keys() - here - there
+    return sorted(key for key in keys if getattr(one, key) != getattr(other, key))
 
 
 def align(

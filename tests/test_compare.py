@@ -262,6 +262,24 @@ def test_cropped_and_whole_fields(tmp_path: Path, size: str) -> None:
     assert (bad.variable, bad.label, bad.note.startswith("in 1 of ")) == ("pressure", "load=50, friction=0.4", True)
 
 
+def test_settings_that_cubes_have_no_number_of(tmp_path: Path) -> None:
+    """Where numbers differ, what the studies differ in comes first; not what cases set, nor where numbers agree."""
+    grid = "  g: {axes: {load: [50, 100]}}\n  h: {axes: {counterbody: [rigid, {E: 70000, nu: 0.3}]}}\n"
+    texts = {"rigid": BASE, "same": BASE + "# as it was\n"}
+    texts["steel"] = BASE.replace("grids:", "  counterbody: {E: 210000, nu: 0.3}\n  discretisation: aligned\ngrids:")
+    for name, text in texts.items():
+        study = text.replace("grids:\n", f"grids:\n{grid}")
+        run(load_text(tmp_path, study), tmp_path / f"{name}.nc", workers=1)
+    found = outcome(tmp_path / "steel.nc", tmp_path / "rigid.nc")
+    assert found.settings == [
+        "g: the studies differ in counterbody, discretisation",
+        "h: the studies differ in discretisation",
+    ]
+    assert found.text().splitlines()[:2] == found.settings
+    same = outcome(tmp_path / "same.nc", tmp_path / "rigid.nc")
+    assert (same.same, same.settings) == (True, [])
+
+
 def test_windows_of_other_sizes(tmp_path: Path) -> None:
     """Fields were said to be cropped in another way where none is; the cells that both have are compared as before."""
     for name, size, cells in (("small", "[1, 1]", "[16, 16]"), ("large", "[2, 2]", "[32, 32]")):

@@ -299,7 +299,7 @@ def test_text_that_only_its_quotes_tell_from_what_is_allowed(tmp_path):
         ("spin_point: ¶0.6", "scene.spin_point: 0.6: a number from -0.5 to 0.5"),
         ("creepage: {spin: ¶x}", "scene.creepage.spin: x: a number from -1000 to 1000, in rad/mm"),
         ("creepage: {lateral: ¶2}", "scene.creepage.lateral: 2: a number from -1 to 1"),
-        ("creepage: ¶off", "scene.creepage: off: none or {longitudinal, lateral, spin}"),
+        ("creepage: ¶off", "scene.creepage: off: the word none, or {longitudinal, lateral, spin}"),
         ("counterbody: ¶soft", "scene.counterbody: soft: rigid or {E, nu}"),
         ("¶counterbody: {E: 1}", "scene.counterbody.nu: missing: a number from 0 to 0.5"),
         ("coupling: ¶both", "scene.coupling: both: one of one-way, full"),
@@ -314,6 +314,10 @@ def test_text_that_only_its_quotes_tell_from_what_is_allowed(tmp_path):
         (
             "¶coating: {thickness: 1}",
             "scene.coating: unknown key: a coating belongs to a grid or a case of its list, a",
+        ),
+        (
+            "counterbody: {E: 1, nu: 0.3, ¶layers: []}",
+            "scene.counterbody.layers: unknown key: layers are a key of the scene, they lie on the substrate; allowed:",
         ),
         (
             "creepage: {¶label: a, spin: 0.1}",

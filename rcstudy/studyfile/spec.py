@@ -200,7 +200,7 @@ class SceneSpec(Spec):
     load: Annotated[float, PlainValidator(positive(f", in {unit_of('load')}"))]
     friction: Annotated[float, PlainValidator(positive())] = Scene.friction
     creepage: Annotated[
-        CreepageSpec | None, BeforeValidator(_WordOr("none", "none or {longitudinal, lateral, spin}"))
+        CreepageSpec | None, BeforeValidator(_WordOr("none", "the word none, or {longitudinal, lateral, spin}"))
     ] = None
     mesh: MeshSpec
     coupling: Coupling = Scene.coupling
@@ -425,6 +425,8 @@ def _unknown(model: type[Spec], word: str, own: Sequence[str]) -> tuple[str, str
         if "coating" in own:
             return "coating", f"did you mean coating: {{{word}: ...}}? {suggest('', keys)}"
         return "", f"a coating belongs to a grid or a case of its list, a scene has layers; {suggest('', keys)}"
+    if model in (SubstrateSpec, MaterialSpec) and word == "layers":
+        return "", f"layers are a key of the scene, they lie on the substrate; {suggest('', keys)}"
     if model is CreepageSpec and word == "label":  # close to lateral
         return "", f"a label belongs to values of an axis and to cases of a list; {suggest('', keys)}"
     return closest(word, keys), suggest(word, keys)
