@@ -70,6 +70,7 @@ CONTACTS = {
     "pressed": "no creepage: slip by pressure alone, films and up to three layers",
     "long": "2 to 12 times as long one way, no layers, pole of spin inside",
     "oblong": "1.5 to 10 times as long one way, up to two layers, long cells",
+    "skinned": "skins thinner than a cell, stiffer than what they lie on",
 }
 
 
