@@ -321,9 +321,9 @@ class Influence:
         return self._known("skin at edge", made)
 
     def cusp_in_skin(self, radius: float) -> float:
-        """By how much pressure rises at borders of stick within layers, unseen by cells, over mu p0: `skins.py`.
+        """By how much pressure rises at borders of stick within layers that cells do not see, over mu p0 (Rice 1968).
 
-        `radius` (mm): of the contact.
+        See `skins.py`; `radius` (mm): of the contact.
         """
         if not self.layered:
             return 0.0
