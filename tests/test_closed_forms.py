@@ -767,3 +767,12 @@ def test_papers_method_is_reported_honestly(creepage: Creepage) -> None:
     np.testing.assert_array_equal(result.fields["pressure"], exact.fields["pressure"])
     # it does keep the bound
     assert result.scalars["proof_bound"] <= 1e-12
+
+
+@pytest.mark.heavy
+def test_papers_method_without_slip() -> None:
+    """There is nothing to refer the change of tractions to."""
+    radius = hertz_of().radius
+    result = solved(steel(window((radius, radius), (8, 8)), creepage=Creepage(0.0), method="paper-cg"))
+    assert not result.fields["traction_x"].any()
+    assert not result.fields["traction_y"].any()

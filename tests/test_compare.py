@@ -16,7 +16,7 @@ from studies import BASE, load_text
 from workers import made_up
 
 from rcstudy.cases import Case
-from rcstudy.compare import TABLE, Comparison, Difference, _natural_scales, _shared_scales, compare
+from rcstudy.compare import TABLE, Comparison, Difference, _natural_scales, _same_words, _shared_scales, compare
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import CellState, Result, Status
@@ -940,3 +940,35 @@ def test_cases_that_are_missing_may_have_had_the_most_layers(
         found = outcome(ours, theirs)
         assert found.structure == [f"g: case {lost}: {where}"]
         assert found.cases == compared and not found.bad
+
+
+@pytest.mark.parametrize("lacking", ["pressure", "traction_y"])
+def test_cells_may_not_stick_here_and_slip_there_where_nothing_tells_of_the_bound(tmp_path: Path, lacking: str) -> None:
+    lower, change = flip(1)
+    stick, slip = changed(tmp_path / "stick.nc", change), changed(tmp_path / "slip.nc", lower)
+    with open_cube(stick) as ours, open_cube(slip) as theirs:
+        found = compare(xr.DataTree(ours.to_dataset().drop_vars(lacking)), theirs)
+    (note,) = [d.note for d in found.bad if d.variable == "state"]
+    assert note.endswith("there, 0 at the bound (allowed 2)")
+
+
+def test_what_exceeds_its_tolerance_most_is_told_first() -> None:
+    found = Comparison()
+    for label, value in (("a", 0.02), ("b", 0.03), ("c", 0.01)):
+        found.add(Difference("grid", label, "force_x", value, 0.001, 1.0))
+    lines = found.text(limit=2).splitlines()
+    assert [line.split("grid: ")[-1] for line in lines[1:3]] == ["b]", "a]"]
+    assert lines[3] == "  1 more"
+
+
+def test_words_of_labels_are_compared_as_words() -> None:
+    assert _same_words("load=50, a", "load=50.00000000001, a")
+    assert not _same_words("load=50, a", "load=50, b")
+
+
+def test_cells_in_both_grids_of_cases_with_padding() -> None:
+    whole = np.array([[0.0, 0.1, 0.2, 0.3, 0.4], [0.0, 0.1, 0.2, 0.3, np.nan]])
+    crop = np.array([[0.1, 0.2, 0.3, 0.4], [0.1, 0.2, 0.3, np.nan]])
+    assert _common(whole, crop) == (slice(1, 5), slice(0, 4), True)  # behind them is padding in both
+    assert _common(crop, whole) == (slice(0, 4), slice(1, 5), True)
+    assert _common(whole, whole[:1]) is None  # the cells of the one vary from case to case

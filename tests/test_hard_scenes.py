@@ -942,3 +942,24 @@ def test_bars_of_what_is_largest_at_the_stick_zones_border(cells):
     found, fine = (solved(replace(scene, mesh=Mesh((1.1, 3.5), (n, n)))).scalars for n in (cells, 320))
     for name in ("pressure_max", "traction_max"):
         assert abs(found[name] - fine[name]) <= found[f"{name}_error"]
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_no_window_grows_beyond_what_is_allowed(side: int) -> None:
+    """Of a contact that reaches two sides of any window."""
+    sizes = []
+
+    def pressure(scene: Scene) -> np.ndarray:
+        sizes.append(scene.mesh.size[side])
+        assert len(sizes) < 50
+        p = np.zeros(scene.mesh.cells)
+        p[(slice(None), 12) if side == 0 else (12, slice(None))] = 1.0
+        return p
+
+    assert _extent(steel(Mesh((1.0, 1.0), (8, 8))), (1.0, 1.0), pressure, (4.0, 4.0)) == (0.0, 0.0)
+    assert sizes == [1.0, 1.5, 2.25, 3.375]
+
+
+def test_no_contact_has_no_extent() -> None:
+    scene = steel(Mesh((1.0, 1.0), (8, 8)))
+    assert _extent(scene, (1.0, 1.0), lambda s: np.zeros(s.mesh.cells), (4.0, 4.0)) == (0.0, 0.0)

@@ -9,6 +9,7 @@ import struct
 import tempfile
 import tracemalloc
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +28,10 @@ from rcstudy import cli, cube
 from rcstudy.cases import expand
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
+from rcstudy.mechanics.scene import Mesh
 from rcstudy.report import overview
 from rcstudy.result import Result, Status
-from rcstudy.storage.earlier import other_study, refuse_foreign
+from rcstudy.storage.earlier import EarlierCube, other_study, refuse_foreign
 from rcstudy.storage.heaps import damaged_heap
 from rcstudy.storage.screen import foreign_content
 from rcstudy.study import load_study
@@ -380,6 +382,8 @@ def test_zeros_among_texts_are_damage(good: Path, tmp_path: Path) -> None:
         with pytest.raises(UserError, match="not a readable rcstudy cube: it is no file of HDF5, or damaged"):
             open_cube(path)
         assert other_study(path, "of another name") is None  # so that it may be replaced
+        with pytest.raises(ValueError, match="damaged"):
+            EarlierCube(path)  # no case is taken from it
 
 
 @pytest.mark.parametrize(
@@ -539,3 +543,14 @@ def test_mutated_cubes(good: Path, tmp_path: Path, capsys: pytest.CaptureFixture
         assert "Traceback" not in said.out + said.err
         assert code != 2 or str(path) in said.err
     assert {entry.name for entry in folder.iterdir()} <= {"c.nc", "tables"}
+
+
+def test_fields_of_many_unsolved_cases_take_no_room(tmp_path: Path) -> None:
+    """21 MB of each field are declared, and none stored: this is no sign of a hostile cube."""
+    scene = replace(synthetic.SCENE, mesh=Mesh((2.0, 2.0), (256, 256)), creepage=None)
+    grid = synthetic.make_grid("g", synthetic.number_axis("load", [float(n) for n in range(1, 42)], "N"))
+    cases = synthetic.grid_cases(grid, scene)
+    failing = {case.key: Status.REFUSED for case in cases}
+    made = synthetic.assemble(synthetic.make_study(), (grid, cases), failing=failing)
+    with open_cube(synthetic.write(tmp_path / "c.nc", made)) as tree:
+        assert tree.to_dataset().pressure.nbytes > 21e6

@@ -8,6 +8,7 @@ import workers
 
 from rcstudy.__main__ import workers_wanted
 from rcstudy.cases import expand
+from rcstudy.result import Status
 from rcstudy.study import study_from_text
 from rcstudy.workers import pool
 from rcstudy.workers.batch import make_batches
@@ -125,3 +126,18 @@ def test_scenes_to_warm_up_with_are_solved_one_by_one(batches, tmp_path, monkeyp
 )
 def test_workers_that_a_command_line_asks_for(words, wanted):
     assert workers_wanted(words.split()) == wanted
+
+
+def test_the_case_that_was_being_solved_is_blamed_not_the_batch_sent_ahead(monkeypatch):
+    """Each result is sent at once, as after a death; the worker that dies is quick, and holds two batches."""
+    monkeypatch.setattr(pool, "_PATIENCE", 0.0)
+    text = STUDY.replace("[16, 16]", "[18, 16]").replace("40, 50", "60, 50")
+    text = text.replace("{longitudinal: 0.003}", "{lateral: 1}")
+    batches = make_batches(expand(study_from_text(text, "pool.yaml")).cases, 1)
+    told = []
+    with pool.Pool() as those:
+        found = {case.key: result for case, result in those.solve(batches, 1, workers.dies, told.append)}
+    assert len(found) == 24
+    (failed,) = [result for result in found.values() if result.status != Status.SOLVED]
+    assert "died 2 times at this case" in failed.reason
+    assert len(told) == 2

@@ -1072,6 +1072,7 @@ def test_results_are_those_of_the_fields(tree: xr.DataTree, tables: Path) -> Non
         "contact_radius_mm": np.sqrt((p > 0).sum() * cell / np.pi),
         "pressure_max_MPa": p.max(),
         "pressure_ratio": p.max() / float(data.hertz_pressure),
+        "pressure_ratio_error": 1e-6 * p.max() / float(data.hertz_pressure),
         "slip_ratio": (state == 2).sum() / (p > 0).sum(),
         "force_x_N": qx.sum() * cell,
         "force_y_N": qy.sum() * cell,

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from studies import BASE, CONFIGS, refusal
+from studies import BASE, CONFIGS, load_text, refusal
 
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
@@ -254,3 +254,9 @@ def test_a_merge_key_stands_for_the_keys_that_are_missing(refused):
     (told,) = refused(f"{scene}grids: {{g: {{axes: {{load: [1]}}}}}}\n")
     assert "scene.counterbody.<<: merge keys are not part of YAML 1.2" in told
     assert "*name alone gives a whole mapping" in told
+
+
+def test_an_empty_list_may_be_an_alias(tmp_path):
+    text = BASE.replace("  load: 100\n", "  load: 100\n  layers: &none []\n")
+    study = load_text(tmp_path, text + "  g: {scene: {layers: *none}, axes: {load: [1, 2]}}\n")
+    assert len(study.grids) == 1

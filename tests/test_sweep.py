@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 import workers
 import xarray as xr
-from studies import CASES, OLD, SWEPT
+from studies import CASES, OLD, SWEPT, load_text
 
 from rcstudy import plan, provenance, store, sweep, threads
 from rcstudy.cases import Case, expand
@@ -624,3 +624,27 @@ def test_how_a_process_died() -> None:
 
 def test_one_case_is_no_cases() -> None:
     assert [counted(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
+
+
+def test_the_time_that_a_sweep_took_is_told(tmp_path: Path) -> None:
+    begun = time.monotonic()
+    done = sweep.run(load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    assert 0.0 < done.seconds <= time.monotonic() - begun
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_revision_of_a_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changed: bool) -> None:
+    def git(*words: str) -> str:
+        who = ("-c", "user.name=n", "-c", "user.email=n@example.org", "-c", "commit.gpgsign=false")
+        return subprocess.run(["git", *who, *words], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+
+    own = tmp_path / "provenance.py"
+    own.write_text("one\n")
+    git("init")
+    git("add", own.name)
+    git("commit", "-m", "first")
+    own.write_text("two\n" if changed else "one\n")
+    (tmp_path / "untracked").touch()
+    monkeypatch.setattr(provenance, "__file__", str(own))
+    expected = git("rev-parse", "HEAD").strip() + ("+changes" if changed else "")
+    assert provenance.collect()["git_revision"] == expected
