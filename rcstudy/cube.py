@@ -224,7 +224,7 @@ def _problem_of_grid(name: str, grid: xr.Dataset, any_order: bool = False) -> st
     dims = case_dims(grid)
     if gone := [dim for dim in dims if dim not in grid.dims and dim in grid.coords]:
         return f"{gone[0]} is no dimension any more; a list of one value keeps it: ds.sel({gone[0]}=[...])"
-    if not set(dims) <= set(grid.dims) or not _along(grid[LABEL], dims, any_order):
+    if not _along(grid[LABEL], dims, any_order):
         return "its cases have no labels"
     for key, variable in VARIABLES.items():
         if key not in grid.variables:

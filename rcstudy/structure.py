@@ -217,7 +217,7 @@ def _common(ours: np.ndarray, theirs: np.ndarray) -> _Common | None:
     Where meshes differ from case to case the last centres of some are NaN; all are where the window is not known.
     """
     n, m = ours.shape[1], theirs.shape[1]
-    if ours.shape[0] != theirs.shape[0] or not n or not m:
+    if ours.shape[0] != theirs.shape[0]:
         return None
     found: set[tuple[int, int]] = set()
     alike = True

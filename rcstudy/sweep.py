@@ -408,8 +408,7 @@ def _results(pending: Sequence[Case], means: _Means) -> Generator[tuple[Case, Re
     batches = make_batches(cases, wanted)
     if means.workers is None or wanted == 1:
         batches = yield from _solved_here(batches, means.solve, hand_over=wanted > 1)
-    if batches:
-        yield from means.processes.solve(batches, wanted, means.solve, means.say)
+    yield from means.processes.solve(batches, wanted, means.solve, means.say)
 
 
 def _solved_here(

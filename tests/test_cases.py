@@ -681,3 +681,15 @@ def test_plan_says_what_layers_are(study):
     assert "0.3 mm of 300000 MPa, 1 more), none (no layers) load 2 50 N, 100 N" in words
     relative = text.replace("thickness: 0.02", "thickness: 0.5 a")  # and a depends on the load
     assert "layers 3 a, graded (0.1 mm" in " ".join(plan_report(study(relative)).split())
+
+
+def test_plan_indents_what_goes_on_in_the_next_line(tmp_path):
+    loads = [1000 + k for k in range(40)]
+    grid = f"  g: {{axes: {{load: {loads}, radius: [[50.5, 80.25], [60.75, 90.125]]}}}}\n"
+    lines = plan_report(load_text(tmp_path, BASE + grid)).splitlines()
+    begin = lines.index("grid g")
+    first, second, radius, other, cases, contact, more, empty = lines[begin + 1 : begin + 9]
+    column = first.index("1000")
+    assert radius.startswith("  radius") and cases.startswith("  80 cases")
+    assert all(line[:column].isspace() and line[column].isdigit() for line in (second, other))
+    assert contact.startswith("  contact after Hertz") and more.startswith("    ") and not empty

@@ -28,6 +28,7 @@ from rcstudy.errors import EXIT_BAD_INPUT, EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, U
 from rcstudy.report import overview
 from rcstudy.report.quantities import CHOICES
 from rcstudy.result import Status
+from rcstudy.sweep import Failure, Summary
 
 ROOT = Path(__file__).parent.parent
 
@@ -675,3 +676,21 @@ def test_figures_along_another_axis(folder: Path, monkeypatch: pytest.MonkeyPatc
     ):
         done = run("figures", "c.nc", "--along", *words)
         assert (done.exit_code, done.output) == (EXIT_BAD_INPUT, said)
+
+
+def test_without_a_command_all_are_listed() -> None:
+    found = CliRunner().invoke(cli.app, [])
+    assert found.exit_code == 2
+    assert "Commands" in found.output and "sweep" in found.output
+
+
+@pytest.mark.parametrize(("failed", "shown", "rest"), [(10, 10, []), (12, 10, ["... and 2 more that are not solved"])])
+def test_ten_failures_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], failed: int, shown: int, rest: list[str]
+) -> None:
+    (tmp_path / "c.nc").touch()
+    failures = [Failure("g", f"case {k}", Status.ERROR, "made up") for k in range(failed)]
+    assert cli._outcome(Summary(tmp_path / "c.nc", failed, 1.0, failures)) == cli.EXIT_FAILED_CASES
+    told = capsys.readouterr().err.splitlines()
+    assert told[:shown] == [f"g: case {k}: {Status.ERROR.words}: made up" for k in range(shown)]
+    assert told[shown:-1] == rest

@@ -418,3 +418,15 @@ def test_results_are_taken_one_at_a_time(tmp_path: Path) -> None:
     expansion = synthetic.assemble(study, (grid, cases)).expansion
     write_cube(tmp_path / "c.nc", study, expansion, results(), {})
     assert len(alive) == 20
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_fill_values_are_of_their_variables_types(tmp_path: Path, precision: str) -> None:
+    """As netCDF asks."""
+    path = synthetic.write(tmp_path / "c.nc", synthetic.small(precision=precision))
+    with h5py.File(path) as file:
+        filled = {name: node for name, node in file.items() if "_FillValue" in node.attrs}
+        assert "pressure" in filled
+        assert {name: node.attrs["_FillValue"].dtype for name, node in filled.items()} == {
+            name: node.dtype for name, node in filled.items()
+        }

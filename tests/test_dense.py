@@ -36,7 +36,7 @@ from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import NewtonSystem, rigid_slip, solve_tractions
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.slip_operator import SlipOperator, from_leading_edge
-from rcstudy.mechanics.wrapped import positive_tractions
+from rcstudy.mechanics.wrapped import _principal, _responses, positive_tractions
 
 STEEL = Material(210000.0, 0.3)
 SOFT = Material(70000.0, 0.2)
@@ -1032,3 +1032,17 @@ def test_papers_method(name: str, tolerance: float, monkeypatch: pytest.MonkeyPa
     slip = w + (((here - ahead) / dx) @ found.q.T.reshape(-1)).reshape(2, -1).T
     assert np.abs(found.s - slip).max() <= 1e-6 * np.abs(w).max()
     np.testing.assert_array_equal(found.slip, np.hypot(*found.q.T) >= bound * (1.0 - 1e-12))
+
+
+def test_principal_values() -> None:
+    xx, xy, yy = pair = np.random.default_rng(1).normal(size=(3, 7))
+    expected = np.linalg.eigvalsh(np.stack([xx, xy, xy, yy], axis=-1).reshape(-1, 2, 2))
+    np.testing.assert_allclose(np.stack(_principal(pair), axis=-1), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("padded", [(1, 8), (8, 1), (1, 1)])
+def test_responses_along_one_row_of_cells(padded: tuple[int, int]) -> None:
+    influence = Influence(STEEL, (Layer(1e7, 0.3, 0.1),), STEEL, (0.125, 0.125), 4.0)
+    found = _responses(influence, padded, influence.normal_response)
+    assert found.shape == (1, padded[1] // 2 + 1, padded[0])
+    assert np.all(np.isfinite(found) & (found > 0.0))

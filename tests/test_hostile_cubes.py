@@ -26,7 +26,7 @@ from synthetic import write
 
 from rcstudy import cli, cube
 from rcstudy.cases import expand
-from rcstudy.cube import open_cube
+from rcstudy.cube import engine, open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Mesh
 from rcstudy.report import overview
@@ -554,3 +554,20 @@ def test_fields_of_many_unsolved_cases_take_no_room(tmp_path: Path) -> None:
     made = synthetic.assemble(synthetic.make_study(), (grid, cases), failing=failing)
     with open_cube(synthetic.write(tmp_path / "c.nc", made)) as tree:
         assert tree.to_dataset().pressure.nbytes > 21e6
+
+
+def test_the_netcdf_library_reads_no_cube_that_others_signed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = synthetic.write(tmp_path / "own.nc", synthetic.small())
+    with xr.open_dataset(path) as own:
+        own.load().to_netcdf(tmp_path / "saved.nc", engine="h5netcdf")
+    opened, engines = xr.open_datatree, []
+
+    def noted(path: Path, engine: Any = None, **how: Any) -> xr.DataTree:
+        engines.append(engine)
+        return opened(path, engine=engine, **how)
+
+    monkeypatch.setattr(xr, "open_datatree", noted)
+    for name in ("own", "saved"):
+        with open_cube(tmp_path / f"{name}.nc"):
+            pass
+    assert engines == [engine(), "h5netcdf"]

@@ -15,7 +15,7 @@ import synthetic
 from studies import BASE, load_text
 from typer.testing import CliRunner
 
-from rcstudy import cli
+from rcstudy import check, cli
 from rcstudy.check import _cells_among
 from rcstudy.cube import grids as grids_of
 from rcstudy.cube import open_cube
@@ -383,3 +383,15 @@ def test_cells_that_are_stored_are_neighbours(
     for row, start, count in zip(stored, starts, counts, strict=True):
         row[:count] = np.arange(start, start + count)
     assert _cells_among(stored, whole, [mesh.encode() for mesh in meshes], 1e-12) == among
+
+
+@pytest.mark.parametrize(("faults", "shown", "rest"), [(20, 20, []), (22, 20, ["  2 more"])])
+def test_twenty_faults_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, faults: int, shown: int, rest: list[str]
+) -> None:
+    path = synthetic.write(tmp_path / "c.nc", synthetic.small())
+    monkeypatch.setattr(check, "illegible", lambda path: [f"field {k}" for k in range(faults)])
+    with open_cube(path) as tree:
+        lines = check.damage(path, tree, [])
+    first = lines.index(f"{path}: damaged, cannot be read:") + 1
+    assert lines[first:-1] == [f"  field {k}" for k in range(shown)] + rest

@@ -161,7 +161,7 @@ def _numbers(grid: GridView) -> list[str]:
         def text(case: CaseView, name: str = name, unit: str = unit) -> str:
             return number_text(case.stored(name)) + unit
 
-        if name in grid and _differs_along(grid, text) and (words := _shared_text(grid, text)):
+        if _differs_along(grid, text) and (words := _shared_text(grid, text)):
             told.append(f"{symbol} of {words}")
     return told
 
