@@ -31,6 +31,7 @@ from functools import cached_property
 from rcstudy.bars import bounds, coverage, elongated, few, films, narrow, peaks, pressed, pulled, skins, thin_layers
 from rcstudy.bars.fits import ALIGNED, ALIKE, COUPLED, FITS, Fit
 from rcstudy.bars.hidden import Hidden
+from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.scene import Creepage, Scene
 
 # With fewer cells per radius and only one coarser mesh the estimate by meshes is too small, as that mesh, of three to
@@ -55,8 +56,9 @@ _BY_CREEPAGE, _FALLING = 2.0, 1.0 / 3.0
 _ASYMMETRY = 0.15
 # Largest error of forces by a small creepage, over the force, about, that it causes where all sticks. (Of 600 forces
 # across and moments of 300 random contacts under lateral creepage and spin of 1e-6 to 0.03 times the others none is off
-# by more than half of that force; without it bars are up to 1e5 times the error.)
-_STICKING = 2.0
+# by more than half of that force, some on one to four cells by more than twice; bars are up to 1e5 times the error
+# without it.)
+_STICKING = 4.0
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
 
@@ -230,8 +232,9 @@ class _Case:
         slip = self.odd_creepage(name)
         if slip is None:
             return math.inf
-        radius = self.finest["contact_radius"]
-        sticking = _STICKING * few.sticking_force(self.scene, radius, slip) * (radius if name == "moment_z" else 1.0)
+        radius = self.finest["contact_radius"]  # of contacts smaller than a cell far too large
+        smaller = min(radius, math.sqrt(math.prod(estimated_contact(self.scene))))
+        sticking = _STICKING * few.sticking_force(self.scene, smaller, slip) * (radius if name == "moment_z" else 1.0)
         return sticking + self.tolerance(name) + _ASYMMETRY * self.hidden.unsettled * abs(self.scales[name])
 
     def tolerance(self, name: str) -> float:
