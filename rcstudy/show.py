@@ -86,7 +86,7 @@ def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame, text: str) -> 
         if variable in grid and len(values := solved[variable].dropna()):
             nil = _NIL * _scale(variable, solved)
             low, high = (0.0 if abs(value) <= nil else float(value) for value in (values.min(), values.max()))
-            found = f"{low:.5g} to {high:.5g}" if low != high else f"{low:.5g}"
+            found = " to ".join(dict.fromkeys(f"{end:.5g}" for end in (low, high)))  # one number if as written
             yield f"  {variable:<16} {found} {VARIABLES[variable].units}{_error(solved, variable)}"
 
 

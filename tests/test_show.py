@@ -132,6 +132,12 @@ def test_rounding_is_shown_as_nothing(tmp_path: Path) -> None:
     assert moments == ["moment_z 0 to 3e-08 N mm", "moment_z 0 N mm"]
 
 
+def test_numbers_that_are_written_alike_are_no_range(tmp_path: Path) -> None:
+    """-30 to -30 N, it said."""
+    lines = shown(tmp_path, "  g: {axes: {load: [100, 100.0001, 100.0002]}}\n", solve=as_large_as_loads)
+    assert line(lines, "pressure_max") == "pressure_max 100 MPa"
+
+
 def rounded(scenes: Sequence[Scene]) -> Iterator[Result]:
     """Results whose lateral force and moment are rounding wherever there is no lateral creepage."""
     for scene, result in zip(scenes, solve_group(scenes), strict=True):
