@@ -186,8 +186,7 @@ def compare(
         # it repeats the grids' scalars: it is compared only once these agree, else differences would be listed twice
         compared(TABLE, _table(cube), _table(reference))
     if not outcome.same:
-        found = {name: settings_that_differ(cube, reference, name) for name in theirs if name in ours}
-        outcome.settings = [f"{name}: the studies differ in {', '.join(keys)}" for name, keys in found.items() if keys]
+        outcome.settings = settings_that_differ(cube, reference, [name for name in theirs if name in ours])
     return outcome
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -35,17 +35,24 @@ def holds_windows(tree: xr.DataTree) -> bool:
     return root.is_mapping and find(root, ("outputs", "crop")).value != "contact"
 
 
-def settings_that_differ(ours: xr.DataTree, theirs: xr.DataTree, name: str) -> list[str]:
-    """Keys of the scene that grid `name` starts from whose values differ between the study files in two cubes.
+def settings_that_differ(ours: xr.DataTree, theirs: xr.DataTree, names: Iterable[str]) -> list[str]:
+    """In which settings of the scenes that grids `names` start from the study files in two cubes differ, in words.
 
-    For instance a counterbody, of which cubes hold no number. Not those that cases set themselves; none where a study
-    file cannot be read.
+    For instance a counterbody, of which cubes hold no number. Not those that cases set themselves, nor where a study
+    file cannot be read. Grids that differ in the same are in one line.
     """
-    (one, here), (other, there) = (starting_scene(str(t.attrs.get("study_text", "")), name) for t in (ours, theirs))
-    if one is None or other is None:
-        return []
-    keys = type(one).model_fields.keys() - here - there
-    return sorted(key for key in keys if getattr(one, key) != getattr(other, key))
+    found: dict[str, list[str]] = {}
+    for name in names:
+        (one, here), (other, there) = (starting_scene(str(t.attrs.get("study_text", "")), name) for t in (ours, theirs))
+        if one is not None and other is not None:
+            keys = type(one).model_fields.keys() - here - there
+            differ = sorted(key for key in keys if getattr(one, key) != getattr(other, key))
+            found.setdefault(", ".join(differ), []).append(name)
+    lines = []
+    for keys, grids in found.items():
+        more = f" and {len(grids) - _SHOWN} more" if len(grids) > _SHOWN else ""
+        lines += [f"{', '.join(grids[:_SHOWN])}{more}: the studies differ in {keys}"] if keys else []
+    return lines
 
 
 def align(

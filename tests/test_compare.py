@@ -21,7 +21,7 @@ from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.result import CellState, Result, Status
 from rcstudy.storage.layout import MISSING
-from rcstudy.structure import _common, _matches
+from rcstudy.structure import _common, _matches, settings_that_differ
 from rcstudy.studyfile.build import scene_hertz
 from rcstudy.sweep import run
 from rcstudy.tolerances import Rule, Tolerances, load_tolerances, parse_flips, parse_option
@@ -276,6 +276,10 @@ def test_settings_that_cubes_have_no_number_of(tmp_path: Path) -> None:
         "h: the studies differ in discretisation",
     ]
     assert found.text().splitlines()[:2] == found.settings
+    with open_cube(tmp_path / "steel.nc") as ours, open_cube(tmp_path / "rigid.nc") as theirs:
+        assert settings_that_differ(ours, theirs, ["h"] * 7) == [
+            "h, h, h, h, h and 2 more: the studies differ in discretisation"
+        ]
     same = outcome(tmp_path / "same.nc", tmp_path / "rigid.nc")
     assert (same.same, same.settings) == (True, [])
 

@@ -16,8 +16,8 @@ _CLOSE = 5  # square of a distance in cells: two cells away and one aside
 class Hidden(NamedTuple):
     """Errors that differences between meshes do not show.
 
-    With `kalker` `unsettled`, `by_layers`, `slip`, `skin`, `edge_of_tractions` and `moved_inwards` are 0, with `aligned`
-    `moved` is.
+    With `kalker` `unsettled`, `by_layers`, `slip`, `skin`, `edge_of_tractions` and `moved_inwards` are 0, with
+    `aligned` `moved` is.
     """
 
     # deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`)

@@ -14,9 +14,9 @@ _ANY_BODY = {"E": 1, "nu": 0}
 _ANY = {"substrate": _ANY_BODY, "radius": 1, "load": 1, "mesh": {"size": "auto", "cells": [4, 4]}}
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _read(text: str) -> Node | None:
-    """The tree of a study's text, remembered for its many grids; None if it cannot be parsed."""
+    """The tree of a study's text, remembered, as of another, for its many grids; None if it cannot be parsed."""
     try:
         return parse(text, Problems(""))
     except UserError:
