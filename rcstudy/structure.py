@@ -49,9 +49,9 @@ def settings_that_differ(ours: xr.DataTree, theirs: xr.DataTree, names: Iterable
             differ = sorted(key for key in keys if getattr(one, key) != getattr(other, key))
             found.setdefault(", ".join(differ), []).append(name)
     lines = []
-    for keys, grids in found.items():
+    for settings, grids in found.items():
         more = f" and {len(grids) - _SHOWN} more" if len(grids) > _SHOWN else ""
-        lines += [f"{', '.join(grids[:_SHOWN])}{more}: the studies differ in {keys}"] if keys else []
+        lines += [f"{', '.join(grids[:_SHOWN])}{more}: the studies differ in {settings}"] if settings else []
     return lines
 
 
