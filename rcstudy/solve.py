@@ -127,7 +127,7 @@ class _Shared:
         if _normal_failure(self._normal) is None:
             self._normal, self.proof = _polished_pressure(self._normal, scene)
             self.contact = _on_rows(self._normal)
-        self._series = Series(math.sqrt(self.contact.area / math.pi)) if series else None
+        self._series = Series(self.contact.contact_radius) if series else None
         self._sharper: dict[float, tuple[NormalContact, dict[str, float]] | None] = {}  # by tolerance
 
     def result(self, scene: Scene) -> Result:
@@ -282,7 +282,7 @@ def _hidden(
         lift=_lift(contact, rolling),
         cusp_of_pressure=cusps.of_pressure,
         cusp_of_traction=cusps.of_traction,
-        cusp_in_skin=scene.friction * contact.influence.cusp_in_skin(math.sqrt(contact.area / math.pi)),
+        cusp_in_skin=scene.friction * contact.influence.cusp_in_skin(contact.contact_radius),
         at_borders=cusps.at_borders / zone.pressure,
         pull=pull,
         pull_under_skin=scene.friction * contact.influence.pull_under_skin,
@@ -365,7 +365,7 @@ def _normal_numbers(contact: NormalContact) -> dict[str, float]:
     return {
         "pressure_max": contact.pressure_max,
         "contact_area": contact.area,
-        "contact_radius": math.sqrt(contact.area / math.pi),
+        "contact_radius": contact.contact_radius,
         "approach": solution.approach,
         "residual_normal": solution.residual,
         "iterations_normal": solution.iterations,

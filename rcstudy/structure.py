@@ -44,14 +44,15 @@ def settings_that_differ(ours: xr.DataTree, theirs: xr.DataTree, names: Iterable
     found: dict[str, list[str]] = {}
     for name in names:
         (one, here), (other, there) = (starting_scene(str(t.attrs.get("study_text", "")), name) for t in (ours, theirs))
-        if one is not None and other is not None:
-            keys = type(one).model_fields.keys() - here - there
-            differ = sorted(key for key in keys if getattr(one, key) != getattr(other, key))
+        if one is None or other is None:
+            continue
+        keys = type(one).model_fields.keys() - here - there
+        if differ := sorted(key for key in keys if getattr(one, key) != getattr(other, key)):
             found.setdefault(", ".join(differ), []).append(name)
     lines = []
     for settings, grids in found.items():
         more = f" and {len(grids) - _SHOWN} more" if len(grids) > _SHOWN else ""
-        lines += [f"{', '.join(grids[:_SHOWN])}{more}: the studies differ in {settings}"] if settings else []
+        lines.append(f"{', '.join(grids[:_SHOWN])}{more}: the studies differ in {settings}")
     return lines
 
 

@@ -528,7 +528,7 @@ def test_borders_of_stick_zones_raise_no_pressure_that_tractions_do_not_change(m
     scene, contact, rolling = sticks_in_front()
     monkeypatch.setattr(slip_zone.rows, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
     zone = contact.slip_zone(rolling, scene.friction)
-    assert (zone.pressure, zone.cusp_of_pressure) == (contact.pressure_max, 0.0)
+    assert (zone.pressure, zone.cusps.of_pressure) == (contact.pressure_max, 0.0)
     assert zone.traction == pytest.approx(scene.friction * contact.pressure_max, rel=1e-12)
 
 

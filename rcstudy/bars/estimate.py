@@ -264,15 +264,17 @@ class _Case:
     def besides_meshes(self, name: str) -> float:
         """What is added in quadrature: to areas, the force along x and the power on films, to others on stiff skins."""
         hidden, scale = self.hidden, abs(self.scales[name])
-        under_skins = skins.at_edges(hidden, name, self.slipping, self.per_radius) * scale
+        if name == "friction_power" and not self.aligned:
+            return 0.0
         if name == "force_x":
-            return math.hypot(self.lost_force, under_skins)
-        if name == "friction_power":
-            return math.hypot(self.lost_force * self.fastest, under_skins) if self.aligned else 0.0
-        off = films.of_moved_edges(hidden, name)
-        if self.aligned and hidden.pull_under_skin:
-            off = pulled.under_skins(name, hidden.pull_under_skin, self.per_radius, self.slipping)
-        return math.hypot(off * scale, under_skins)
+            off = self.lost_force
+        elif name == "friction_power":
+            off = self.lost_force * self.fastest
+        elif self.aligned and hidden.pull_under_skin:
+            off = pulled.under_skins(name, hidden.pull_under_skin, self.per_radius, self.slipping) * scale
+        else:
+            off = films.of_moved_edges(hidden, name) * scale
+        return math.hypot(off, skins.at_edges(hidden, name, self.slipping, self.per_radius) * scale)
 
     def add_squeezed_films(self, bars: dict[str, float]) -> None:
         """Add, in quadrature, what the largest pressure is off by where the approach is, on incompressible films."""

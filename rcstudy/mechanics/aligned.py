@@ -326,7 +326,7 @@ class AlignedContact(NormalContact):
     def edge_of_tractions(self) -> float:
         """How far within the edge tractions begin under skins thinner than a cell, over the contact's radius."""
         dx = self.scene.mesh.spacing[0]
-        return max(-self.influence.half_line_of_tractions(dx).shift, 0.0) * dx / math.sqrt(self.area / math.pi)
+        return max(-self.influence.half_line_of_tractions(dx).shift, 0.0) * dx / self.contact_radius
 
     @property
     def moved_inwards(self) -> float:
@@ -375,7 +375,7 @@ class AlignedContact(NormalContact):
 
     def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> Cusps:
         """What cusps changed of the largest pressure and traction of `zone`."""
-        return Cusps(zone.cusp_of_pressure, zone.cusp_of_traction, zone.at_borders)
+        return zone.cusps
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell closest to the largest pressure slips."""

@@ -264,6 +264,11 @@ class NormalContact:
         return len(self.cells) * dx * dy
 
     @property
+    def contact_radius(self) -> float:
+        """Radius (mm) of a circle with the contact's area."""
+        return math.sqrt(self.area / math.pi)
+
+    @property
     def area_by_layers(self) -> float:
         """Area (mm^2) that thin layers add at the contact's edge: 0, known on aligned cells only."""
         return 0.0
@@ -284,7 +289,7 @@ class NormalContact:
     @cached_property
     def squeezed(self) -> float:
         """How far the layers respond like an incompressible film in this contact (`Influence.squeezed`)."""
-        return self.influence.squeezed(math.sqrt(self.area / math.pi))
+        return self.influence.squeezed(self.contact_radius)
 
     @cached_property
     def peak_by_layers(self) -> float:
@@ -316,7 +321,7 @@ class NormalContact:
     @cached_property
     def missed(self) -> Missed:
         """What the cells miss of the responses of layers thinner than themselves (`missed.py`)."""
-        return self.influence.missed(math.sqrt(self.area / math.pi))
+        return self.influence.missed(self.contact_radius)
 
     @property
     def skin_at_edge(self) -> tuple[float, float]:
@@ -352,7 +357,7 @@ class NormalContact:
         slip = self.spread(rolling.slip)
         at_borders = pressure_at_borders(self.solution.p[self.box.slices], slip[self.box.slices], pull)
         if at_borders == 0.0:
-            return Cusps(0.0, 0.0, 0.0)
+            return Cusps()
         of_pressure = difference(max(at_borders, zone.pressure), zone.pressure)
         return Cusps(of_pressure, difference(friction * at_borders, zone.traction), at_borders)
 

@@ -39,9 +39,9 @@ class Cusps(NamedTuple):
     would; `at_borders`: largest pressure (MPa) at such borders, 0 without one.
     """
 
-    of_pressure: float
-    of_traction: float
-    at_borders: float
+    of_pressure: float = 0.0
+    of_traction: float = 0.0
+    at_borders: float = 0.0
 
 
 def difference(one: float, other: float) -> float:

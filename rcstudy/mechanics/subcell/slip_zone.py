@@ -17,7 +17,7 @@ import numpy as np
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import rows, slip_width, stick
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.subcell.cusps import difference, squares_with_cusps
+from rcstudy.mechanics.subcell.cusps import Cusps, difference, squares_with_cusps
 from rcstudy.mechanics.subcell.edges import Outline
 from rcstudy.mechanics.subcell.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.subcell.trailing import NARROW
@@ -35,17 +35,14 @@ _NOT_KNOWN = np.full(2, np.nan)  # position of the tips of a zone
 class SlipZone(NamedTuple):
     """A slip zone and the largest values of the contact.
 
-    `area` (mm^2); largest `traction` and `pressure` (MPa); `cusp_of_traction`, `cusp_of_pressure`: by which fractions
-    of themselves cusps changed these (`aligned`; those of `kalker` are values of cells); `at_borders`: largest pressure
-    (MPa) at borders behind what sticks (`aligned`; 0 without such a border).
+    `area` (mm^2); largest `traction` and `pressure` (MPa); `cusps`: how these changed them (`aligned`; those of
+    `kalker` are values of cells).
     """
 
     area: float
     traction: float
     pressure: float
-    cusp_of_traction: float = 0.0
-    cusp_of_pressure: float = 0.0
-    at_borders: float = 0.0
+    cusps: Cusps = Cusps()
 
 
 class SlipZones:
@@ -95,7 +92,7 @@ class SlipZones:
         else:
             dx, dy = outline.spacing
             area = min(float(np.nansum(widths)) * dx * dy, outline.within)
-        return SlipZone(area, peak, top, difference(peak, smooth), difference(top, summit), with_cusps)
+        return SlipZone(area, peak, top, Cusps(difference(top, summit), difference(peak, smooth), with_cusps))
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell closest to the largest pressure slips."""
