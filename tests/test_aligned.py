@@ -532,6 +532,37 @@ def test_borders_of_stick_zones_raise_no_pressure_that_tractions_do_not_change(m
     assert zone.traction == pytest.approx(scene.friction * contact.pressure_max, rel=1e-12)
 
 
+def test_cusps_raise_the_largest_pressure_as_far_as_tractions_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In each row by its second stick cell ahead of the border; and by no more between rows."""
+    scene, contact, rolling = sticks_in_front()
+    rows, mu, raised = contact.rows, scene.friction, []
+    middle = int(np.argmax(rows.count))
+    rolling.slip[rows.index[1 : rows.count[middle], middle]] = True  # a row with no second stick cell
+
+    def cusped(*arguments: Any) -> np.ndarray:
+        (last, _, borders), smooth, rise = arguments[-3:]
+        raised.append((last.copy(), borders.copy(), rise))
+        return (np.sqrt(smooth) + np.where(np.isfinite(rise.by_room), 1.0, 0.0)) ** 2
+
+    monkeypatch.setattr(slip_zone, "squares_with_cusps", cusped)
+    monkeypatch.setattr(slip_zone.rows, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
+    zones = slip_zone.SlipZones(rows, contact.outline, contact.influence, cusped=True)
+    zone = zones.zone(rolling, mu)
+    assert zone.pressure == zone.cusps.at_borders == pytest.approx(contact.pressure_max + 1.0)
+    ((last, borders, rise),) = raised
+    assert rise.pull == pytest.approx(mu * 0.2 / 0.7)
+    expected = np.full(len(borders), np.inf)
+    for j in np.flatnonzero(last >= 0):
+        numbers = rows.index[: rows.count[j], j]
+        distances = rows.start[j] - np.arange(len(numbers)) - borders[last[j], 0]
+        second = np.flatnonzero(distances >= 0.0)[-2:][0]
+        if distances[second] >= 1.0:
+            room = mu * rows.pressure[numbers[second]] - np.hypot(*rolling.q[numbers[second]])
+            expected[last[j]] = 0.2 / 0.7 * max(room, 0.0) / np.sqrt(distances[second])
+    assert np.isfinite(expected).sum() > 5 and np.isinf(expected).sum() == 1
+    np.testing.assert_allclose(rise.by_room, expected, rtol=1e-12)
+
+
 def test_slip_under_pressure_is_what_a_long_contact_shows():
     """Between neighbouring cells, behind the leading ones: what is not on the spot hardly changes there."""
     scene = steel(Mesh((0.8, 6.0), (60, 61)), counterbody=None, radius=(50.0, 1000.0), load=1000.0, creepage=SLOPING)

@@ -10,7 +10,14 @@ import pytest
 from contacts import STEEL, solved, steel
 
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
-from rcstudy.mechanics.subcell.cusps import difference, pressure_at_borders, squares_with_cusps, within_reach
+from rcstudy.mechanics.subcell.cusps import (
+    Rise,
+    by_room,
+    difference,
+    pressure_at_borders,
+    squares_with_cusps,
+    within_reach,
+)
 
 
 def test_differences_are_over_the_larger_value() -> None:
@@ -46,28 +53,53 @@ def test_pressure_at_borders_of_cells() -> None:
     x, y = np.meshgrid(np.arange(24.0), np.arange(24.0), indexing="ij")
     p = np.sqrt(np.maximum(1.0 - ((x - 11.5) / 10.3) ** 2 - ((y - 11.2) / 10.3) ** 2, 0.0))
     touched = p > 0.0
+
+    def largest(slip: np.ndarray) -> float:
+        return pressure_at_borders(p, np.full_like(p, math.inf), slip & touched, 1.0, math.inf)
+
     for first in (6.0, 8.0, 13.0):
         expected = 1.0 - ((first - 0.5 - 11.5) / 10.3) ** 2 - (0.2 / 10.3) ** 2
-        assert pressure_at_borders(p, (x < first) & touched) ** 2 == pytest.approx(expected, rel=1e-12)
-    assert pressure_at_borders(p, np.zeros_like(touched)) == 0.0  # all sticks
-    assert pressure_at_borders(p, touched) == 0.0  # all slips
-    assert pressure_at_borders(p, (x > 15.0) & touched) == 0.0  # slip ahead of the stick zone only
-    assert pressure_at_borders(p, (y > 15.0) & touched) == 0.0  # beside it
+        assert largest(x < first) ** 2 == pytest.approx(expected, rel=1e-12)
+    assert largest(x < 0.0) == 0.0  # all sticks
+    assert largest(x >= 0.0) == 0.0  # all slips
+    assert largest(x > 15.0) == 0.0  # slip ahead of the stick zone only
+    assert largest(y > 15.0) == 0.0  # beside it
 
 
 def test_cusps_are_no_larger_than_coupling_makes_them() -> None:
-    """p^2 changes by no more than p does by half of the pull; nothing does where nothing is coupled."""
+    """p changes by no more than 0.4 of the rise within a cell; nothing does where nothing is coupled."""
     smooth = np.array([4.0, 4.0, 4.0, 4.0])
     cusped = np.array([4.1, 9.0, 3.9, 0.0])
-    assert within_reach(cusped, smooth, 0.0) == pytest.approx(smooth)
-    assert within_reach(cusped, smooth, 0.2) == pytest.approx([4.1, 4.0 * 1.1**2, 3.9, 4.0 * 0.9**2])
-    assert within_reach(cusped, smooth, 3.0) == pytest.approx(cusped)
+    inside = np.full(4, math.inf)
+    assert within_reach(cusped, smooth, Rise(0.0, inside)) == pytest.approx(smooth)
+    assert within_reach(cusped, smooth, Rise(0.2, inside)) == pytest.approx([4.1, 4.0 * 1.08**2, 3.9, 4.0 * 0.92**2])
+    assert within_reach(cusped, smooth, Rise(3.0, inside)) == pytest.approx(cusped)
+    assert within_reach(cusped, smooth, Rise(3.0, np.zeros(4))) == pytest.approx(smooth)
+    by_cells = Rise(0.2, np.array([0.01, 0.3, math.inf, 0.25]))
+    assert within_reach(cusped, smooth, by_cells) == pytest.approx([2.004**2, 2.12**2, 3.9, 1.9**2])
+
+
+def test_a_cusp_rises_as_tractions_grow_in_the_stick_zone() -> None:
+    """By C beta per root of a cell, from whichever cell C is taken; by nothing where that cell slips."""
+    distance = np.array([1.0, 1.5, 1.9])
+    assert by_room(3.0 * np.sqrt(distance), distance, 0.25) == pytest.approx(0.75)
+    assert by_room(np.array([0.0, -1e-9]), np.array([1.5, 1.5]), 0.25).tolist() == [0.0, 0.0]
+
+
+def test_cusps_of_cells_reach_as_far_as_tractions_say() -> None:
+    """By the room of the second stick cell, 1.5 cells ahead of the border."""
     p = np.tile(np.array([0.4, 1.0, 1.4, 1.3, 1.2, 1.0, 0.9, 0.6, 0.3])[:, None], (1, 3))
     slip = np.arange(9)[:, None] < np.array([2, 2, 2])
-    whole, none = pressure_at_borders(p, slip), math.sqrt(0.5 * (1.0 + 1.4**2))
-    assert abs(whole - none) > 0.01 * none
-    assert pressure_at_borders(p, slip, 0.0) == pytest.approx(none)
-    assert pressure_at_borders(p, slip, 10.0) == pytest.approx(whole)
+    whole = math.sqrt(np.polyval(np.polyfit([1.5, 2.5, 3.5], p[3:6, 0] ** 2, 2), 0.0))
+    none = math.sqrt(0.5 * (1.0 + 1.4**2))
+    assert whole > none + 0.01
+    room = np.full_like(p, 1e9)
+    for beta, expected in ((0.0, none), (10.0, whole)):
+        assert pressure_at_borders(p, room, slip, 1.0, beta) == pytest.approx(expected)
+    room[3] = 0.0
+    assert pressure_at_borders(p, room, slip, 1.0, 10.0) == pytest.approx(none)
+    room[3, 1] = 0.3
+    assert pressure_at_borders(p, room, slip, 1.0, 0.2) == pytest.approx(none + 0.4 * 0.2 * 0.3 / math.sqrt(1.5))
 
 
 @pytest.mark.parametrize(("width", "expected"), [(4.9, 4.0), (5.1, 0.5 * (4.0 + 1.0))])
@@ -77,7 +109,7 @@ def test_cusps_that_point_downwards_count_behind_wide_slip_zones_only(width: flo
     p = np.sqrt(1.0 + 0.2 * np.abs(np.arange(20.0) - border))[:, None]
     edges = np.array([[border - width], [19.5]])
     zone = np.array([0]), np.array([12.0]), np.array([[border, 0.0]])
-    found = squares_with_cusps(p, np.array([19]), edges, zone, np.array([4.0]), 10.0)
+    found = squares_with_cusps(p, np.array([19]), edges, zone, np.array([4.0]), Rise(10.0, np.array([math.inf])))
     assert found == pytest.approx([expected])
 
 

@@ -353,9 +353,10 @@ class NormalContact:
 
     def cusps(self, zone: SlipZone, rolling: RollingSolution, friction: float) -> Cusps:
         """What cusps would add to the largest pressure of `zone`, and change of its largest traction."""
-        pull = friction * self.influence.most_slip_by_pressure_over_tractions
-        slip = self.spread(rolling.slip)
-        at_borders = pressure_at_borders(self.solution.p[self.box.slices], slip[self.box.slices], pull)
+        beta = self.influence.most_slip_by_pressure_over_tractions
+        room = friction * self.pressure - np.hypot(*rolling.q.T)
+        p, rooms, slip = (a[self.box.slices] for a in (self.solution.p, self.spread(room), self.spread(rolling.slip)))
+        at_borders = pressure_at_borders(p, rooms, slip, friction, beta)
         if at_borders == 0.0:
             return Cusps()
         of_pressure = difference(max(at_borders, zone.pressure), zone.pressure)

@@ -17,7 +17,7 @@ import numpy as np
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import rows, slip_width, stick
 from rcstudy.mechanics.rolling import RollingSolution
-from rcstudy.mechanics.subcell.cusps import Cusps, difference, squares_with_cusps
+from rcstudy.mechanics.subcell.cusps import Cusps, Rise, by_room, difference, squares_with_cusps
 from rcstudy.mechanics.subcell.edges import Outline
 from rcstudy.mechanics.subcell.moved_rows import TIE, MovedRows
 from rcstudy.mechanics.subcell.trailing import NARROW
@@ -76,9 +76,11 @@ class SlipZones:
             squares = rows.squares_at_borders(*cells.profiles, borders)
             at_borders = with_cusps = rows.peak_at_borders(squares, borders)
             if self._cusped:
-                of_zone = (last, length, borders), squares, friction * self._most
+                of_zone = (last, length, borders), squares, self._rise(borders, last, rolling, friction)
                 cusped = squares_with_cusps(outline.p, outline.high, outline.far_field_ends, *of_zone)
-                with_cusps = rows.peak_at_borders(cusped, borders)
+                # between rows, too, no border has more than what a cusp adds to the largest pressure without
+                rise = float((np.sqrt(cusped) - np.sqrt(squares)).max())
+                with_cusps = min(rows.peak_at_borders(cusped, borders), outline.summit[0] + max(rise, 0.0))
         # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
         summit = outline.summit[0]
         of_cells_alone = friction * summit if self.slips_at_top(rolling) else largest
@@ -93,6 +95,18 @@ class SlipZones:
             dx, dy = outline.spacing
             area = min(float(np.nansum(widths)) * dx * dy, outline.within)
         return SlipZone(area, peak, top, Cusps(difference(top, summit), difference(peak, smooth), with_cusps))
+
+    def _rise(self, borders: np.ndarray, last: np.ndarray, rolling: RollingSolution, friction: float) -> Rise:
+        """How far pressures rise behind `borders` [n, 2]; last [ny]: as from `stick.stick_rows`."""
+        cells, found = self._cells, np.full(len(borders), math.inf)
+        j = np.flatnonzero(last >= 0)
+        ahead = cells.start[j] - borders[last[j], 0]  # of the border, the row's leading cell (cells)
+        step = np.floor(ahead).astype(np.int64) - 1
+        j, ahead, step = j[step >= 0], ahead[step >= 0], step[step >= 0]
+        second = cells.index[step, j]
+        room = friction * cells.pressure[second] - np.hypot(*rolling.q[second].T)
+        found[last[j]] = by_room(room, ahead - step, self._most)
+        return Rise(friction * self._most, found)
 
     def slips_at_top(self, rolling: RollingSolution) -> bool:
         """Whether a cell closest to the largest pressure slips."""
