@@ -1,5 +1,6 @@
 """Kernels on the disk: several processes that miss one do not all compile it."""
 
+import gc
 import multiprocessing
 import os
 import subprocess
@@ -171,3 +172,28 @@ def test_time_of_kernels_that_kernels_call_counts_once(monkeypatch):
     with clock.running():
         pass
     assert clock.seconds == 9.0
+
+
+def test_no_garbage_is_collected_while_a_kernel_is_compiled():
+    """But afterwards as before, also where a kernel that it calls is compiled meanwhile or compiling fails."""
+    seen = []
+
+    def failing(signature):
+        seen.append(gc.isenabled())
+        raise ValueError(signature)
+
+    def calling(signature):
+        with pytest.raises(ValueError, match="inner"):
+            jit._in_turn(failing, None)("inner")
+        seen.append(gc.isenabled())
+        return signature
+
+    assert gc.isenabled()
+    assert jit._in_turn(calling, None)("outer") == "outer"
+    assert (seen, gc.isenabled()) == ([False, False], True)
+    gc.disable()
+    try:
+        jit._in_turn(calling, None)("outer")
+        assert not gc.isenabled()
+    finally:
+        gc.enable()

@@ -89,7 +89,8 @@ def interpolated_pressure(p: np.ndarray, window: tuple[int, int]) -> np.ndarray:
     """
     mask = p > 0.0
     box = _reached(Box.around(mask), p.shape, window)
-    cells = np.array([box.i0, box.j0]) + np.argwhere(np.ones(box.shape, dtype=np.bool_))
+    # contiguous like the cells of a contact: the kernel is compiled once
+    cells = np.ascontiguousarray(np.array([box.i0, box.j0]) + np.argwhere(np.ones(box.shape, dtype=np.bool_)))
     squares, weight = interpolate((p * p)[None], mask, cells, place_among_coarser(window, p.shape))
     guess = np.zeros(window)
     guess[box.slices] = np.where(weight >= 0.5, np.sqrt(squares[:, 0]), 0.0).reshape(box.shape)

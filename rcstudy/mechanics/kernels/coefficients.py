@@ -282,7 +282,8 @@ def far_cells(
         for j in range(skip_y if i < skip_x else 0, ny):
             mirrored = dx == dy and j > i
             if mirrored and j < nx and (j >= skip_x or i >= skip_y):
-                found[:] = out[:, j, i]
+                for f in range(6):
+                    found[f] = out[f, j, i]
             else:
                 x, y = (j * dx, i * dy) if mirrored else (i * dx, j * dy)
                 rule = 0
@@ -292,7 +293,8 @@ def far_cells(
                 far_cell(kernel, log_r0, step, x, y, dx, dy, nodes, weights, value, found)
             if mirrored:
                 found[1], found[2], found[4], found[5] = found[2], found[1], found[5], found[4]
-            out[:, i, j] = found
+            for f in range(6):
+                out[f, i, j] = found[f]
 
 
 @jit

@@ -69,7 +69,8 @@ def area_within(rows: np.ndarray, columns: np.ndarray, dx: float, dy: float) -> 
     In coordinates scaled by the outline's half widths it is nearly a circle. Its area there is half the integral of r^2
     over the angle, r^2 being linear between crossings.
     """
-    u, v = np.zeros((2, 2 * (rows.shape[1] + columns.shape[1])))
+    most = 2 * (rows.shape[1] + columns.shape[1])
+    u, v = np.zeros(most), np.zeros(most)
     n, _, width, _, height = accurate_crossings(rows, columns, dx, dy, u, v)
     if n == 0:
         return 0.0

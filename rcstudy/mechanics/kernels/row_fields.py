@@ -109,7 +109,8 @@ def to_window(
     By `on_box` (q, s, slip, bound, cells), `to_centres` (held, shift, and own [n, 2] for cells) and `by_law` (own_bound
     [n] for bound, corner).
     """
-    values, flags = np.zeros((4, *held.shape)), np.zeros(held.shape, dtype=np.bool_)
+    nx, ny = held.shape
+    values, flags = np.zeros((4, nx, ny)), np.zeros((nx, ny), dtype=np.bool_)
     on_box(q, s, slip, bound, cells, values, flags)
     n = own.shape[0]
     found, nearest, slips = np.zeros((n, 4)), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_)

@@ -338,7 +338,9 @@ def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray
     out = np.zeros(borders.shape[0])
     for k in range(out.size):
         x, j = borders[k, 0], int(borders[k, 1])
-        m = np.searchsorted(knots[j, : known[j]], x)  # of the first knot that is not below x
+        m = 0  # of the first knot that is not below x
+        while m < known[j] and knots[j, m] < x:
+            m += 1
         if m == 0 or m == known[j]:
             out[k] = squares[j, min(m, known[j] - 1)]
         else:
@@ -371,7 +373,7 @@ def peak_at_borders(squares: np.ndarray, borders: np.ndarray) -> float:
                 if borders[k, 1] == target and nearer:
                     best = k
             reached[side] = best
-        if reached.min() < 0:
+        if reached[0] < 0 or reached[1] < 0:
             break
         for side in range(2):
             y[found], value[found] = row if side == 1 else -row, squares[reached[side]]
@@ -393,7 +395,10 @@ def top_of_parabola(y: np.ndarray, value: np.ndarray) -> float:
     s2, s4 = np.sum(y**2), np.sum(y**4)
     v0, v1, v2 = np.sum(value), np.sum(y * value), np.sum(y**2 * value)
     bend, slope = (n * v2 - s2 * v0) / (n * s4 - s2 * s2), v1 / s2
-    if bend >= 0.0 or abs(slope) > -2.0 * bend * np.max(y):
+    furthest = 0.0
+    for k in range(n):
+        furthest = max(furthest, y[k])
+    if bend >= 0.0 or abs(slope) > -2.0 * bend * furthest:
         return value[0]
     return (v0 - bend * s2) / n - slope * slope / (4.0 * bend)
 
