@@ -12,10 +12,23 @@ from typing import Any
 import pytest
 from pinned_bars import CASES, REFERENCE, bars_of
 
-from rcstudy.bars import coverage, elongated, estimate, few, films, fits, narrow, peaks, pressed, pulled, thin_layers
+from rcstudy.bars import (
+    coverage,
+    elongated,
+    estimate,
+    few,
+    films,
+    fits,
+    narrow,
+    peaks,
+    pressed,
+    pulled,
+    skins,
+    thin_layers,
+)
 
 STORED: list[dict[str, float]] = json.loads(REFERENCE.read_text(encoding="utf-8"))
-MODULES = coverage, elongated, estimate, few, films, fits, narrow, peaks, pressed, pulled, thin_layers
+MODULES = coverage, elongated, estimate, few, films, fits, narrow, peaks, pressed, pulled, skins, thin_layers
 
 UNSEEN = {
     "estimate._ROUNDING",

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from contacts import MIDDLING, solved, steel
 
+from rcstudy.bars import peaks
 from rcstudy.bars.elongated import shape
 from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.hidden import Hidden
@@ -101,6 +102,15 @@ def test_bars_hold_where_pressures_do_not_end_like_roots(cells: int) -> None:
         assert 0.0 < off < found[f"{name}_error"] < 5.0 * off, name
 
 
+def test_a_border_of_stick_may_have_more_pressure_than_the_largest_that_cells_show() -> None:
+    """By its cusp, which grows with the root of the cells' length; nothing without a border or where nothing pulls."""
+    hidden = Hidden(at_borders=0.99, pull=0.5)
+    assert peaks.at_border(hidden, 16.0) == pytest.approx(0.99 * (1.0 + 0.16 * 0.5 / 4.0) - 1.0, rel=1e-9)
+    assert peaks.at_border(hidden._replace(at_borders=0.98), 16.0) == 0.0
+    assert peaks.at_border(hidden._replace(at_borders=0.0), 0.01) == 0.0
+    assert peaks.at_border(Hidden(at_borders=1.0), 16.0) == 0.0
+
+
 def test_least_bars_of_peaks_beside_the_stick_zone() -> None:
     """Of `kalker` alone, where the largest pressure is there: 12 and 40 % of pull over the root of N, if not more."""
     least = beside_cusp(0.5, 16.0)
@@ -122,6 +132,16 @@ def test_least_bars_of_peaks_beside_the_stick_zone() -> None:
     assert floor[1] > 1.1 * by_chance[1]
     assert bars("kalker", 50.0, beside) == bars("kalker", 50.0, inside)  # meshes that differ say more
     assert bars("aligned", 100.0, beside) == bars("aligned", 100.0, inside)
+    for discretisation, part in (
+        ("kalker", 0.7),
+        ("aligned", 0.9),
+    ):  # what a cusp at a border may add
+        rises = bars(discretisation, 100.0, inside._replace(at_borders=1.0))
+        same = inside._replace(cusp_of_pressure=0.16 * 0.5 / (804 / math.pi) ** 0.25 / part)
+        assert rises == pytest.approx(bars(discretisation, 100.0, same), rel=1e-6)
+        assert rises[0] > 2.0 > bars(discretisation, 100.0, inside)[0]
+        cusped = inside._replace(cusp_of_pressure=0.1)
+        assert bars(discretisation, 100.0, cusped._replace(at_borders=1.0)) == bars(discretisation, 100.0, cusped)
 
 
 # --- stiff skins on soft layers ---

@@ -249,9 +249,10 @@ class _Case:
         lift = _LIFT[discretisation] / self.per_radius * abs(hidden.lift)
         between = 0.0 if self.aligned else peaks.between_cells(self.peaked, self.per_radius)
         pressure_in_skin, traction_in_skin = skins.at_cusp(hidden, discretisation)
+        at_border = max(cusp_of_pressure + pressure_in_skin, peaks.at_border(hidden, self.per_radius))
         missed = hidden.at_rim + peaks.beyond_rim(hidden, discretisation) + hidden.at_pole + between
         return {
-            "pressure_max": cusp_of_pressure + pressure_in_skin + thin_layers.of_peak(hidden) + missed,
+            "pressure_max": at_border + thin_layers.of_peak(hidden) + missed,
             "traction_max": cusp_of_traction + traction_in_skin,
             "approach": lift + thin_layers.of_approach(hidden),
         }
