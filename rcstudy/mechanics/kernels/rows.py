@@ -338,9 +338,13 @@ def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray
     out = np.zeros(borders.shape[0])
     for k in range(out.size):
         x, j = borders[k, 0], int(borders[k, 1])
-        m = 0  # of the first knot that is not below x
-        while m < known[j] and knots[j, m] < x:
-            m += 1
+        m, end = 0, known[j]  # m becomes that of the first knot that is not below x
+        while m < end:
+            middle = (m + end) // 2
+            if knots[j, middle] < x:
+                m = middle + 1
+            else:
+                end = middle
         if m == 0 or m == known[j]:
             out[k] = squares[j, min(m, known[j] - 1)]
         else:
