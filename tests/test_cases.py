@@ -515,6 +515,11 @@ def test_estimated_size_is_that_of_the_fields(study):
     assert bytes_of("outputs: {fields: false}\n") == 0
 
 
+def test_estimated_size_of_padded_fields_is_that_of_the_largest_mesh_along_each_axis(study):
+    plan = study("  g: {axes: {mesh.cells: [[16, 64], [32, 32]]}}\n")
+    assert estimate(plan, expand(plan)).field_bytes == 2 * (32 * 64) * 8
+
+
 def test_estimated_size_of_cropped_fields_is_that_of_a_box_around_the_contacts(study):
     """That of the whole window was given, and of a wide one ten times the size of the cube."""
     plan = study(
@@ -667,6 +672,12 @@ def test_estimated_memory_is_about_what_a_worker_takes(study, coupling):
 def test_long_axes_are_shortened(study):
     report = plan_report(study(f"  g: {{axes: {{friction: {list(range(1, 101))}}}}}\n"))
     assert "1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, ..., 100" in report
+
+
+def test_a_label_longer_than_a_line_is_not_broken(study):
+    long = "x" * 100
+    report = plan_report(study(f"  g: {{cases: [{{label: short}}, {{label: {long}}}, {{label: last}}]}}\n"))
+    assert f" {long}," in report
 
 
 def test_plan_says_what_layers_are(study):

@@ -503,6 +503,22 @@ def test_a_case_whose_parcel_failed_has_met_no_death(study: Study) -> None:
     assert [result.reason for _, result in deal.given] == ["the worker process died 2 times at this case: how"]
 
 
+def test_cases_whose_worker_came_back_too_often_have_met_a_death_each(study: Study) -> None:
+    """As Dask tells of a parcel that ended its worker as often as it allows; they are tried again one by one."""
+
+    class KilledWorker(Exception):
+        pass
+
+    (batch, *_) = sweep.make_batches(expand(study).cases, 1)
+    deal = cluster._Distribution(FakeClient({}), workers.made_up, [], print)
+    deal._failed(cluster._Parcel([batch], future=SimpleNamespace(status="error", key="k")), KilledWorker("made up"))
+    assert [(parcel.cases, parcel.deaths) for parcel in deal.suspects] == [([case], 1) for case in batch]
+    deal._failed(deal.suspects.popleft(), KilledWorker("made up"))
+    ((case, result),) = deal.given
+    assert case == batch[0]
+    assert result.reason == "the worker process died 2 times at this case: its worker came back and died again"
+
+
 @pytest.mark.parametrize("status", ["error", "finished"])
 def test_a_time_limit_that_the_task_itself_ran_into_is_its_error(study: Study, status: str) -> None:
     """Put back, as results lost with their worker are, it would be tried for ever."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -429,6 +430,47 @@ def test_a_contact_that_did_not_converge_is_not_refused_for_its_window(monkeypat
     assert (contact.solution.p > 0.0).all()
     assert not contact.solution.edge
     assert solve_scene(BALL).status == Status.NOT_CONVERGED
+
+
+def test_products_of_turns_are_those_of_pressures_and_tractions(monkeypatch: pytest.MonkeyPatch) -> None:
+    spent = []
+
+    def counted(solve: Callable[..., Any]) -> Callable[..., Any]:
+        def counting(*args: Any) -> Any:
+            found = solve(*args)
+            spent.append(found.products)
+            return found
+
+        return counting
+
+    scene = replace(BALL, tolerance=Tolerance(1e-6, 1e-6))
+    stress = np.stack([*np.zeros((2, 9, 9)), solve_normal(scene).solution.p])
+    for name in ("solve_pressure", "solve_rolling"):
+        monkeypatch.setattr(coupled, name, counted(getattr(coupled, name)))
+    *_, turns, products = coupled._in_turn(scene, influence_of(scene), stress, 1e9)
+    assert (len(spent), min(spent) > 0) == (2 * turns, True)
+    assert products == sum(spent)
+
+
+@pytest.mark.heavy
+def test_the_last_turn_may_settle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many turns as are needed are enough: the state after the last one counts, too; one turn fewer is not."""
+    scene = replace(BALL, mesh=Mesh((0.7, 0.7), (16, 16)), discretisation="aligned")
+    began = aligned_coupled._from_own_cells(scene, influence_of(scene))
+    assert isinstance(began, aligned_coupled._State)
+    turns = []
+    following = aligned_coupled._following
+
+    def noted(*args: Any) -> Any:
+        turns.append(1)
+        return following(*args)
+
+    monkeypatch.setattr(aligned_coupled, "_following", noted)
+    assert aligned_coupled._turns(scene, influence_of(scene), began).error == 0.0
+    needed = len(turns)
+    for most, settles in ((needed, True), (needed - 1, False)):
+        monkeypatch.setattr(aligned_coupled, "_MAX_TURNS", most)
+        assert (aligned_coupled._turns(scene, influence_of(scene), began).error == 0.0) == settles
 
 
 @pytest.mark.heavy

@@ -172,6 +172,15 @@ def test_centres_are_stored_for_each_case_if_a_single_one_has_another_mesh(odd: 
             assert np.isnan(values[case.index][centres.size :]).all()
 
 
+def test_centres_are_stored_once_if_all_cases_have_the_same_mesh() -> None:
+    grid = synthetic.make_grid("loads", synthetic.number_axis("load", [50.0, 100.0], "N"))
+    found = layout.grid_layout(grid, synthetic.grid_cases(grid, synthetic.SCENE), fields=True, precision="float64")
+    for dim, centres in zip("xy", synthetic.SCENE.mesh.centres, strict=True):
+        assert found[dim].values is not None
+        np.testing.assert_array_equal(found[dim].values, centres)
+        assert f"{dim}_centre" not in {item.name for item in found.items}
+
+
 def test_cells_of_centres() -> None:
     """Neighbours among the window's, to a part of themselves and of the cells' length, which is 1/4 here."""
     window, off = np.linspace(-1.0, 1.0, 9), 1e-8
@@ -346,6 +355,8 @@ def test_chunks_need_dask(several: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(cube_module, "find_spec", lambda name: None if name == "dask" else True)
     with pytest.raises(UserError, match="install dask"):
         rcstudy.open(several, chunked=True)
+    with rcstudy.open(several) as tree:  # and nothing else does
+        assert list(grids(tree)) == ["product", "pressure_only", "listed"]
 
 
 def test_grids_come_in_the_order_of_the_study(several: Path, single: Path) -> None:

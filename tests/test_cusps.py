@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from contacts import STEEL, solved, steel
 
+from rcstudy.mechanics import contact
+from rcstudy.mechanics.contact import solve_normal, solve_rolling
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.subcell.cusps import (
     Rise,
@@ -100,6 +102,20 @@ def test_cusps_of_cells_reach_as_far_as_tractions_say() -> None:
     assert pressure_at_borders(p, room, slip, 1.0, 10.0) == pytest.approx(none)
     room[3, 1] = 0.3
     assert pressure_at_borders(p, room, slip, 1.0, 0.2) == pytest.approx(none + 0.4 * 0.2 * 0.3 / math.sqrt(1.5))
+
+
+def test_cusps_of_cells_never_lower_the_largest_pressure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That of cells elsewhere may be larger than the one at the border."""
+    scene = steel(Mesh((0.7, 0.7), (12, 12)), counterbody=None, friction=0.3, creepage=Creepage(0.001))
+    cells = solve_normal(scene)
+    rolling = solve_rolling(cells, scene)
+    zone = cells.slip_zone(rolling, scene.friction)
+    for part, expected in ((2.0, 0.5), (0.8, 0.0)):
+        monkeypatch.setattr(contact, "pressure_at_borders", lambda *_, part=part: part * zone.pressure)
+        found = cells.cusps(zone, rolling, scene.friction)
+        assert found.of_pressure == pytest.approx(expected, abs=1e-15)
+        border = part * scene.friction * zone.pressure
+        assert found.of_traction == pytest.approx(difference(border, zone.traction))
 
 
 @pytest.mark.parametrize(("width", "expected"), [(4.9, 4.0), (5.1, 0.5 * (4.0 + 1.0))])

@@ -163,6 +163,21 @@ def test_a_factor_that_is_known() -> None:
     np.testing.assert_allclose(phase, np.arctan(k) - np.arctan(0.5 * k), atol=2e-4)
 
 
+@pytest.mark.parametrize("end", [0, -1])
+def test_a_factor_that_is_constant_beyond_an_end_only(end: int) -> None:
+    """It changes up to there: the phase is int (f(v + t) - f(v - t))/sinh t dt/(2 pi), f being its logarithm."""
+    v, side = edge_slip._V, 1.0 if end == 0 else -1.0
+    t = 0.002 * (np.arange(10_000) + 0.5)
+
+    def logarithm(at: np.ndarray) -> np.ndarray:
+        return np.asarray(np.exp(-0.5 * np.maximum(side * (at - v[end]), 0.0) ** 2))
+
+    phase = edge_slip._PHASE @ logarithm(v)
+    for n in (2, 3, 6, 9) if end == 0 else (-3, -4, -7, -10):
+        expected = np.sum((logarithm(v[n] + t) - logarithm(v[n] - t)) / np.sinh(t)) * 0.001 / np.pi
+        assert phase[n] == pytest.approx(expected, abs=2e-3)
+
+
 @pytest.mark.parametrize("name", ["film", "incompressible film", "skin", "soft"])
 def test_the_shift_of_the_tractions_edge_counts_in_part(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Waves about as long as a cell keep it, longer ones do not: the slip is between those with all and none of it."""

@@ -206,7 +206,8 @@ def test_rows_that_stick_to_their_end(seed: int) -> None:
     counts[4] = 0  # no contact there
     index, cells = numbered(counts)
     pressure, x, y = rng.uniform(1.0, 5.0, (3, cells))
-    ends = np.array([np.zeros(9), counts + rng.uniform(-0.5, 0.5, 9)])
+    back = rng.uniform(0.2, 5.0, 9)
+    ends = np.array([back, back + counts + rng.uniform(-0.5, 0.5, 9)])
     q, slip = rng.normal(size=(cells, 2)), rng.random(cells) < 0.4
     widths, expected = np.zeros(9), np.full(9, np.nan)
     stick.hidden_widths(index, counts, ends, q, slip, pressure, 0.3, widths)

@@ -234,6 +234,14 @@ def test_correct_leading_cells() -> None:
     np.testing.assert_array_equal(normals[:, [0, 5, 6]].T, [[1.0, 0.0]] * 3)  # no cells, or a row alone
 
 
+def test_the_very_first_cell_may_be_a_leading_one() -> None:
+    """Cells are numbered from the back, so that cell 0 leads a row of one cell behind all others."""
+    _, _, index = numbered(np.array([2, 3]), np.array([1, 1]), 5)
+    s = np.ones((2, 2))
+    row_cells.correct_leading_cells(np.array([[1.0, 0.6], [0.0, 0.8]]), index, np.array([2.0, 1.0]), 0.3, s)
+    np.testing.assert_allclose(s, [[1.0 - 0.6, 1.0], [1.0 - 0.3 * 0.36, 1.0 - 0.3 * 0.48]], atol=1e-15)
+
+
 def test_normals_of_edges_in_a_contact_that_reaches_both_sides_of_the_window() -> None:
     """The outermost rows have one neighbour each: the row at the other side of the window is none."""
     front = np.array([4.0, 4.6, 4.9, 3.7])
@@ -467,6 +475,17 @@ def test_row_bounds_of_a_row_whose_only_cell_is_ahead_of_the_contact() -> None:
     profiles = found_profiles(p, one, one, edges)
     rows.row_pressures(p.sum(axis=0), *profiles, np.array([2.3]), one, np.zeros((1, 1), dtype=np.int64), *found)
     assert found[:2, 0] == pytest.approx([0.7, 1.0], rel=1e-12)
+
+
+def test_row_bounds_of_a_row_all_of_which_is_in_the_last_cell() -> None:
+    """The cell before begins where the contact ends, or ahead of that: it carries nothing."""
+    p, index = np.array([[0.0], [0.7], [0.0]]), np.array([[0], [1]])
+    one, two, edges = np.array([1]), np.array([2]), np.array([[0.6], [1.4]])
+    profiles = found_profiles(p, one, one, edges)
+    for start in (1.9, 2.3):
+        found = np.full((3, 2), np.nan)
+        rows.row_pressures(p.sum(axis=0), *profiles, np.array([start]), two, index, *found)
+        np.testing.assert_allclose(found[:2], [[0.0, 0.7], [start, 1.0]], rtol=1e-12)
 
 
 def test_carry_on() -> None:

@@ -158,3 +158,13 @@ def test_ends_of_an_ellipse(height: float) -> None:
     np.testing.assert_allclose(ends[:, inside], [7.2 - half, 7.2 + half], atol=1e-12)
     expected = (8.0 / height) ** 2 * (j[inside] - 6.3) / np.maximum(half, 0.25)
     np.testing.assert_allclose(slopes[inside], expected, rtol=1e-12)
+
+
+def test_ends_of_a_smooth_outline_of_another_size() -> None:
+    """Whatever its terms are relative to: a circle of 1.1 in units of half axes has axes 1.1 times as long."""
+    found = []
+    for size in (1.0, 1.1):
+        ends, slopes = np.zeros((2, 12)), np.zeros(12)
+        tips = smooth_outline.smooth_ends(size**2 * outline(), 6.1, 4.4 / size, 5.3, 5.5 / size, ends, slopes)
+        found.append(np.array([*tips, *ends[0], *ends[1], *slopes]))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-12)

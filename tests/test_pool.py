@@ -1,7 +1,14 @@
 """Which worker holds what: one batch that it solves, and the next one where batches are short."""
 
+import multiprocessing
+import os
+import socket
+import sys
+import threading
 import time
+from collections import deque
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import workers
@@ -49,6 +56,59 @@ def test_the_next_batch_waits_in_the_worker(batches):
     most, order = held(batches, 1, workers.made_up)
     assert most == 2
     assert order == [case for batch in batches for case in batch]
+
+
+@pytest.mark.parametrize(("part", "quick"), [(0.9, True), (1.1, False)])
+def test_time_counts_from_a_batch_to_its_last_result(part, quick, monkeypatch):
+    """Of a worker without a batch from when it is given one, else from the last result of the one before."""
+    now = 1000.0
+    monkeypatch.setattr(pool, "time", SimpleNamespace(monotonic=lambda: now))
+    worker = pool._Worker(None, None)
+    worker.give(pool._Batch(deque("ab"), False))
+    now += 0.5 * part * pool._AHEAD_SECONDS
+    worker.give(pool._Batch(deque("c"), False))
+    assert (worker.solved(), worker.quick) == ("a", False)
+    for case in "bc":
+        worker.quick = not quick
+        now += (0.5 if case == "b" else 1.0) * part * pool._AHEAD_SECONDS
+        assert (worker.solved(), worker.quick) == (case, quick)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="as far as the system allows")
+def test_results_need_not_wait_until_they_are_read():
+    """The buffer of a connection is enlarged."""
+    ours, theirs = multiprocessing.Pipe()
+    with ours, theirs, socket.socket(fileno=os.dup(ours.fileno())) as end:
+        before = end.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF)
+        pool._widen(ours)
+        assert end.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF) > before
+
+
+class Sent(list):
+    """What a worker's results are sent into: a list of all messages."""
+
+    def send(self, results):
+        self.append(results)
+
+
+def test_results_wait_for_those_that_come_soon(monkeypatch):
+    """As long as they may; one that may not wait takes those before it along."""
+    sent, asleep, awake, waits = Sent(), threading.Event(), threading.Event(), []
+
+    def sleep(seconds):
+        waits.append(seconds)
+        asleep.set()
+        awake.wait(10.0)
+
+    monkeypatch.setattr(pool, "time", SimpleNamespace(sleep=sleep))
+    outbox = pool._Outbox(sent)
+    outbox.add("a", 0.25)
+    assert asleep.wait(10.0)
+    outbox.add("b", 0.25)
+    assert (sent, waits) == ([], [0.25])
+    outbox.add("c", 0.0)
+    assert sent == [["a", "b", "c"]]
+    awake.set()
 
 
 def test_a_long_batch_is_not_sent_ahead(batches, monkeypatch):

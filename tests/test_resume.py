@@ -1412,6 +1412,14 @@ def test_failures_are_listed_with_a_study_each(sweeps: Sweeps, tmp_path: Path) -
         assert alone.key == cases[index_].key
 
 
+def test_studies_of_failures_are_not_written_into_a_file(sweeps: Sweeps, tmp_path: Path) -> None:
+    """What is wrong is said of the folder that was asked for, not of the first study in it."""
+    sweeps.run(fails=(40.0,))
+    (tmp_path / "studies").touch()
+    with pytest.raises(UserError, match=r"studies: is a file, not a folder$"):
+        write_studies(failed_cases(sweeps.output), tmp_path / "studies")
+
+
 def test_failures_of_every_kind_of_scene_are_ready_to_run(tmp_path: Path) -> None:
     text = """
 study: kinds

@@ -64,6 +64,17 @@ def test_of_two_units_with_a_case_the_later_one_counts(tmp_path: Path, monkeypat
         assert found.index.record(cases[0].key).scalars["force_x"] == 7.0
 
 
+def test_less_than_a_unit_waits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a full unit's write finds left of it, once the one before has ended, is not written by itself."""
+    monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))
+    with opened(tmp_path) as (found, cases, results):
+        found.add(cases[0].key, results[0])
+        found._write(1.0)
+        assert not unit_paths(found.folder)
+        found._write(found._waiting)
+        assert len(unit_paths(found.folder)) == 1
+
+
 def happens(condition: Callable[[], object]) -> bool:
     """Whether the condition holds within half a minute."""
     end = monotonic() + 30.0

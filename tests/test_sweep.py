@@ -503,9 +503,9 @@ def test_lines_come_now_and_then() -> None:
     assert told[1] == "1/4 cases, 0 failed"
 
 
-def told_of(total: int, waits: Iterable[float], monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def told_of(total: int, waits: Iterable[float], monkeypatch: pytest.MonkeyPatch, *, begun: float = 0.0) -> list[str]:
     """Lines of progress of a sweep of `total` cases, of which one is solved after each of `waits` (s)."""
-    now = 0.0
+    now = begun
     monkeypatch.setattr(time, "monotonic", lambda: now)
     stream = io.StringIO()
     lines = Lines(stream, interval=1.0)
@@ -522,6 +522,11 @@ def test_the_time_left_is_told_once_it_is_known(monkeypatch: pytest.MonkeyPatch)
     assert told[1] == "1/6000 cases, 0 failed"
     assert not any("left" in line for line in told[:4])
     assert told[-1] == "401/6000 cases, 100.0 cases/s, 56 s left, 0 failed"
+
+
+def test_the_last_line_tells_the_rate_of_all_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With what came before the first one."""
+    assert told_of(4, [5.0, 0.5, 0.5, 2.0], monkeypatch, begun=1000.0)[-1] == "4/4 cases, 2.0 s/case, 0 failed"
 
 
 def test_the_time_left_is_not_told_after_few_cases(monkeypatch: pytest.MonkeyPatch) -> None:
