@@ -149,7 +149,7 @@ class GridReader:
         sound = self.coating is None or (self.coating.is_mapping and self.coating.value)  # else each case told of it
         if sound and self.axes is not None and self.axes.is_mapping and self.axes.value:
             plan = self._product(spec)
-        elif sound and self.cases is not None and self.cases.is_list and self.cases.value:
+        elif sound and self.cases is not None and self.cases.is_list:
             plan = self._list(spec)
         self._tell_lacks()
         return plan if len(self.problems.found) == before else None
