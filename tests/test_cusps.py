@@ -92,7 +92,7 @@ def test_cusps_of_cells_reach_as_far_as_tractions_say() -> None:
     """By the room of the second stick cell, 1.5 cells ahead of the border."""
     p = np.tile(np.array([0.4, 1.0, 1.4, 1.3, 1.2, 1.0, 0.9, 0.6, 0.3])[:, None], (1, 3))
     slip = np.arange(9)[:, None] < np.array([2, 2, 2])
-    whole = math.sqrt(np.polyval(np.polyfit([1.5, 2.5, 3.5], p[3:6, 0] ** 2, 2), 0.0))
+    whole = math.sqrt(np.polyval(np.polyfit([1.5, 2.5, 3.5, 4.5], p[3:7, 0] ** 2, 2), 0.0))
     none = math.sqrt(0.5 * (1.0 + 1.4**2))
     assert whole > none + 0.01
     room = np.full_like(p, 1e9)
@@ -160,7 +160,7 @@ STIFF = replace(
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(("scene", "rel"), [(COMBINED, 3e-3), (STRAIGHT, 8e-3), (STIFF, 4e-3)])
+@pytest.mark.parametrize(("scene", "rel"), [(COMBINED, 2e-3), (STRAIGHT, 4e-3), (STIFF, 6e-3)])
 def test_largest_values_at_the_cusp_are_those_of_fine_meshes(scene: Scene, rel: float) -> None:
     """And equal the bound there. Those of cells are 0.8 to 3 % too small on 48 cells, as bars say."""
     found = solved(scene).scalars

@@ -5,7 +5,7 @@ import pytest
 
 from rcstudy.mechanics.kernels import cusps
 
-NARROW = 5.0
+NARROW, LEAST, PER_ROOT = 5.0, 5, 2.0
 
 
 def extrapolated(p: np.ndarray, high: int, edges: tuple[float, float], x: float, length: float, known: float) -> float:
@@ -14,6 +14,10 @@ def extrapolated(p: np.ndarray, high: int, edges: tuple[float, float], x: float,
     inner = [i for i in ahead if i <= high - 2]
     if x < 0.0 or len(inner) < 2 or inner[1] > x + length:
         return known
+    wanted = max(LEAST, round(PER_ROOT * length**0.5))
+    in_stick = [i for i in range(inner[0], high - 1) if i <= x + length][:wanted]
+    if len(in_stick) > 3:
+        inner = in_stick
     places, squares = [float(i) for i in inner], [p[i] ** 2 for i in inner]
     if len(inner) == 2:
         places, squares = [*places, edges[1]], [*squares, 0.0]
@@ -47,7 +51,7 @@ def test_squares_from_stick(seed: int) -> None:
             of_row = p[:, j], int(high[j]), (float(edges[0, j]), float(edges[1, j]))
             expected[k] = extrapolated(*of_row, borders[k][0], float(length[j]), squares[k])
     found = np.array(squares)
-    cusps.squares_from_stick(p, high, edges, last, length, NARROW, np.array(borders), found)
+    cusps.squares_from_stick(p, high, edges, last, length, NARROW, LEAST, PER_ROOT, np.array(borders), found)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
     changed = found != np.array(squares)
     assert changed.sum() > 3
@@ -63,7 +67,9 @@ def test_hertz_pressure_is_found_exactly() -> None:
         pressures[: int(np.ceil(x)) + 1] = 0.1
         found = np.zeros(1)
         of_row = np.array([17]), edges, np.array([0]), np.array([9.0])
-        cusps.squares_from_stick(pressures[:, None].copy(), *of_row, NARROW, np.array([[x, 0.0]]), found)
+        cusps.squares_from_stick(
+            pressures[:, None].copy(), *of_row, NARROW, LEAST, PER_ROOT, np.array([[x, 0.0]]), found
+        )
         assert found[0] == pytest.approx(1.0 - ((x - centre) / radius) ** 2, rel=1e-9)
 
 
@@ -71,3 +77,16 @@ def test_at_origin() -> None:
     for x in ((1.0, 2.0, 3.0), (1.4, 2.4, 2.9), (-1.0, 0.5, 4.0)):
         near, middle, far = (2.0 - 3.0 * place + 0.7 * place * place for place in x)
         assert cusps.at_origin(x, near, middle, far) == pytest.approx(2.0, rel=1e-12)
+
+
+def test_fitted_at_origin() -> None:
+    """Parabolas are found exactly; of other rows it is the one with the least squares."""
+    rng = np.random.default_rng(3)
+    p = rng.uniform(1.0, 2.0, (16, 2))
+    for first, n, t in ((2, 3, 1.2), (2, 4, 1.7), (4, 9, 1.0)):
+        places = t + np.arange(n)
+        expected = np.polynomial.Polynomial.fit(places, p[first : first + n, 1] ** 2, 2)(0.0)
+        assert cusps.fitted_at_origin(p, 1, first, n, t) == pytest.approx(expected, rel=1e-9)
+        smooth = np.sqrt(2.0 - 0.3 * (np.arange(16.0) - first + t) + 0.05 * (np.arange(16.0) - first + t) ** 2)
+        found = cusps.fitted_at_origin(np.stack([p[:, 0], smooth], axis=1), 1, first, n, t)
+        assert found == pytest.approx(2.0, rel=1e-9)

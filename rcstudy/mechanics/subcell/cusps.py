@@ -33,6 +33,10 @@ from rcstudy.mechanics.kernels import cusps
 # Cells: in slip zones less wide, what is behind a cusp that points downwards is not known (measured).
 NARROW_BEHIND_CUSP = 5.0
 _REACH = 0.4
+# Cells of the stick zone from which the pressure is extrapolated: so many, or this multiple of the root of the zone's
+# length in cells. Beside the border pressures of cells alternate about a smooth line, on any mesh, by as little as
+# 1e-3 of themselves, which a parabola through the first three of these multiplies by six to ten.
+_LEAST_CELLS, _PER_ROOT = 5, 1.3
 
 
 class Cusps(NamedTuple):
@@ -97,7 +101,8 @@ def squares_with_cusps(
     """
     last, length, borders = zone
     cusped = smooth.copy()
-    cusps.squares_from_stick(p, high, edges, last, length, NARROW_BEHIND_CUSP, borders, cusped)
+    taken = NARROW_BEHIND_CUSP, _LEAST_CELLS, _PER_ROOT
+    cusps.squares_from_stick(p, high, edges, last, length, *taken, borders, cusped)
     return within_reach(cusped, smooth, rise)
 
 
