@@ -6,7 +6,6 @@ they come from: code that walks the cases in order can keep what is shared and d
 
 from __future__ import annotations
 
-import gc
 import hashlib
 import itertools
 import math
@@ -19,6 +18,7 @@ import numpy as np
 from pydantic_core import to_json
 
 from rcstudy.mechanics import SOLVER_VERSION
+from rcstudy.mechanics.collecting import nothing_collected
 from rcstudy.mechanics.scene import Layer, Material, Scene
 from rcstudy.settings import DESCRIPTIONS, LENGTH, MODULUS, ratio_name
 from rcstudy.study import Study
@@ -141,18 +141,9 @@ def layer_set(scene: Scene) -> Hashable:
     return (scene.substrate, scene.joined.layers, scene.counterbody, scene.mesh)
 
 
+@nothing_collected()
 def expand(study: Study) -> Expansion:
     """All grids and cases of `study`."""
-    collecting = gc.isenabled()
-    gc.disable()  # nothing that is made here is garbage, and looking for some takes a third of the time
-    try:
-        return _expanded(study)
-    finally:
-        if collecting:
-            gc.enable()
-
-
-def _expanded(study: Study) -> Expansion:
     ordered: dict[Hashable, dict[Hashable, list[Case]]] = {}
     grids = []
     for plan in study.grids:

@@ -99,7 +99,8 @@ OUTSIDE = {"numpy", "scipy", "numba", "pyfftw"} | {"__future__", "collections", 
 OUTSIDE |= {"itertools", "math", "operator", "threading", "typing"}
 # Files are of compiled kernels only, which are kept on the disk; imports by name only those that are put off.
 OUTSIDE_OF = {
-    "jit.py": {"contextlib", "fcntl", "gc", "hashlib", "logging", "os", "pathlib", "pickle", "time"},
+    "collecting.py": {"contextlib", "gc"},
+    "jit.py": {"contextlib", "fcntl", "hashlib", "logging", "os", "pathlib", "pickle", "time"},
     "later.py": {"contextlib", "importlib", "sys", "types"},
 }
 

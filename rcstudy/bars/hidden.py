@@ -83,6 +83,10 @@ class Hidden(NamedTuple):
     # second moments of the pressure that rows lack, over load times the radius squared (`AlignedContact.moved_inwards`)
     moved_inwards: float = 0.0
 
+    def beyond_largest(self, rise: float) -> float:
+        """By which fraction the pressure at borders of stick, with this relative `rise`, exceeds the largest one."""
+        return max(self.at_borders * (1.0 + rise) - 1.0, 0.0)
+
 
 def least_over_largest(slip: np.ndarray) -> float:
     """The smallest magnitude of slips [m, 2] over the largest; 1 if all of them are zero."""

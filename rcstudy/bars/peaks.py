@@ -43,7 +43,7 @@ def at_cusp(pressures: tuple[float, float]) -> float:
 
 def at_border(hidden: Hidden, per_radius: float) -> float:
     """By which fraction the pressure at the border of the stick zone may exceed the largest one; `per_radius`: N."""
-    return max(hidden.at_borders * (1.0 + _UNSEEN_CUSP * hidden.pull / math.sqrt(per_radius)) - 1.0, 0.0)
+    return hidden.beyond_largest(_UNSEEN_CUSP * hidden.pull / math.sqrt(per_radius))
 
 
 def beyond_rim(hidden: Hidden, discretisation: str) -> float:

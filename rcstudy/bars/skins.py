@@ -37,8 +37,7 @@ def at_cusp(hidden: Hidden, discretisation: str) -> tuple[float, float]:
     if hidden.at_borders == 0.0:
         return 0.0, 0.0
     of_pressure, of_traction = _OF_CUSP[discretisation]
-    there = hidden.at_borders * (1.0 + of_pressure * hidden.cusp_in_skin)
-    return max(there - 1.0, 0.0), of_traction * hidden.cusp_in_skin
+    return hidden.beyond_largest(of_pressure * hidden.cusp_in_skin), of_traction * hidden.cusp_in_skin
 
 
 def at_edges(hidden: Hidden, name: str, slipping: float, per_radius: float) -> float:

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import gc
 import hashlib
 import logging
 import os
@@ -25,6 +24,8 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.runtime import rtsys
+
+from rcstudy.mechanics.collecting import nothing_collected
 
 log = logging.getLogger("rcstudy")
 
@@ -184,21 +185,6 @@ class _Clock:
 _clock = _Clock()
 
 
-@contextlib.contextmanager
-def _no_collection() -> Iterator[None]:
-    """Keep Python's garbage collector from running in the block: for the compiler's many objects it takes an eighth.
-
-    Those of one kernel stay until the next collection: 10 MB more than else in a process that compiles all kernels.
-    """
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
-
-
 def seconds_of_compiling() -> float:
     """Wall time (s) that this process has spent so far on loading or compiling kernels: no part of any solve."""
     return _clock.seconds
@@ -213,7 +199,7 @@ def _in_turn(compiling: Callable[[Any], Any], files: _CheckedFiles | None) -> Ca
 
     def compiling_in_turn(signature: Any) -> Any:
         try:
-            with _clock.running(), _no_collection():
+            with _clock.running(), nothing_collected():
                 return compiling(signature)
         finally:
             if files is not None:
