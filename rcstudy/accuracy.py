@@ -495,5 +495,5 @@ def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Pa
     }
     nodes["/"] = xr.Dataset(attrs=attrs)
     with replacing(path) as temporary:
-        xr.DataTree.from_dict(nodes).to_netcdf(temporary, engine=engine())
+        xr.DataTree.from_dict(nodes).to_netcdf(temporary, engine=engine(temporary))
     return path

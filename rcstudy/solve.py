@@ -14,7 +14,6 @@ from rcstudy.bars.hidden import Hidden, close_to_border, least_over_largest
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
-from rcstudy.mechanics.convolution import ONE_AT_A_TIME
 from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.jit import seconds_of_compiling
 from rcstudy.mechanics.kernels import arrays
@@ -28,6 +27,7 @@ from rcstudy.mechanics.stopping import pressure_tolerance
 from rcstudy.mechanics.subcell.pole import rise_at_pole
 from rcstudy.mechanics.subcell.slip_zone import SlipZone
 from rcstudy.mechanics.subcell.unseen import Unseen
+from rcstudy.mechanics.turns import one_at_a_time
 from rcstudy.result import VARIABLES, CellState, Result, Status, expected_scalars
 
 _NOTHING = 1e-6  # tractions over their bounds that count as none: no pressure is sharp enough for them
@@ -57,7 +57,7 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
     """
     shared: _Shared | None = None
     for scene in (scene.joined for scene in scenes):
-        with ONE_AT_A_TIME:
+        with one_at_a_time():
             start = time.perf_counter() - seconds_of_compiling()
             try:
                 if scene.conflicts:

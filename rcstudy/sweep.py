@@ -85,6 +85,10 @@ class Interrupted(KeyboardInterrupt):
         self.solved = solved
         self.cases = cases
 
+    def __reduce__(self) -> tuple[type[Interrupted], tuple[int, int]]:
+        """With both numbers, so that it can be sent to another process."""
+        return Interrupted, (self.solved, self.cases)
+
 
 @dataclass(frozen=True)
 class _Means:
@@ -100,7 +104,7 @@ class _Means:
     @property
     def most_at_once(self) -> int:
         """How many processes of this machine may solve."""
-        return self.workers or threads.available_cores()
+        return self.workers or (threads.available_cores() if pool.may_start() else 1)
 
     def patiently(self, text: str) -> contextlib.AbstractContextManager[None]:
         """Say `text` if the block is slow, but only if progress is reported."""
@@ -132,10 +136,11 @@ def run(
     :func:`rcstudy.merge.merge`; no cube is written. `take_over`: go on even if another machine left its lock.
 
     `workers` is the number of processes that solve; 1 is this process alone. By default this process begins, and hands
-    over to one worker per processor if what is left is worth starting them; with `scheduler` the workers of a Dask
-    cluster solve all cases instead. `processes`: a pool whose workers may have been started already. `progress` is told
-    of each case, `tell` is called with messages for the user; `solve` takes the place of
-    :func:`rcstudy.workers.batch.solve_batch`. A case that fails gets its status and reason, and the batch goes on.
+    over to one worker per processor if what is left is worth starting them and it is not a daemonic process, which can
+    have none; with `scheduler` the workers of a Dask cluster solve all cases instead. `processes`: a pool whose workers
+    may have been started already. `progress` is told of each case, `tell` is called with messages for the user; `solve`
+    takes the place of :func:`rcstudy.workers.batch.solve_batch`. A case that fails gets its status and reason, and the
+    batch goes on.
 
     Raises UserError when the cube cannot be written or another process is at work on it, Interrupted when
     interrupted. A cube that was there before then stays as it was, and the results so far are kept beside it.

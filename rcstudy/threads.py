@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import threading
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
@@ -17,6 +18,7 @@ _GROUP = Path("/sys/fs/cgroup")  # limits of groups of processes, such as a cont
 _MEMBERSHIP = Path("/proc/self/cgroup")  # which groups this process is in
 _NO_LIMIT = 2**62  # bytes: version 1 writes about 2**63 where there is no limit
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_LIMITING = threading.RLock()
 
 
 def available_cores() -> int:
@@ -77,14 +79,15 @@ def limit_threads() -> None:
 
 @contextlib.contextmanager
 def limited_threads() -> Iterator[None]:
-    """Set the variables for processes started inside the block."""
-    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
-    limit_threads()
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+    """Set the variables for processes started inside the block; other threads wait with theirs."""
+    with _LIMITING:
+        before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
+        limit_threads()
+        try:
+            yield
+        finally:
+            for name, value in before.items():
+                if value is None:
+                    os.environ.pop(name, None)
+                else:
+                    os.environ[name] = value

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def leftovers(folder: Path) -> list[str]:
 @pytest.fixture(params=ENGINES)
 def engine_in_use(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """`open_cube` with either engine."""
-    monkeypatch.setattr(cube_module, "engine", lambda: request.param)
+    monkeypatch.setattr(cube_module, "engine", lambda path: request.param)
     return request.param
 
 
@@ -440,6 +441,25 @@ def test_changing_a_dataset_changes_no_other() -> None:
     with pytest.raises(ValueError, match="read-only"):
         one.state.attrs["flag_values"][0] = 9
     xr.testing.assert_identical(to_dataset(synthetic.SCENE, failed), untouched)
+
+
+def test_threads_and_odd_paths_open_cubes_with_h5netcdf(tmp_path: Path, single: Path) -> None:
+    """netCDF4 crashes where two threads open files, and does not find those whose names are not valid."""
+    assert cube_module.engine(single) == "netcdf4"
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(cube_module.engine, single).result() == "h5netcdf"
+        with pool.submit(open_cube, single).result() as tree:
+            assert len(grids(tree)) == 1
+    odd = tmp_path / os.fsdecode(b"gr\xf6n")
+    try:
+        odd.mkdir()
+    except OSError:
+        pytest.skip("this file system has no such names")
+    path = odd / "single.nc"
+    path.write_bytes(single.read_bytes())
+    assert cube_module.engine(path) == "h5netcdf"
+    with open_cube(path) as tree:
+        assert len(grids(tree)) == 1
 
 
 def test_the_package_is_light_and_its_functions_stay_functions() -> None:

@@ -281,6 +281,25 @@ def test_coarser_influence(name: str) -> None:
     np.testing.assert_array_equal(base.quadrant(3, 3), influence_of(bodies).quadrant(3, 3))
 
 
+class Interrupting:
+    """Components whose number is asked for in vain: Ctrl-C comes first."""
+
+    def __len__(self) -> int:
+        raise KeyboardInterrupt
+
+
+def test_an_interrupt_leaves_no_coarser_influence_half_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would be taken for whole, and belong to cells of two sizes."""
+    base = influence_of(BODIES["layered, unequal"])
+    base.quadrant(5, 4)
+    with monkeypatch.context() as interrupted, pytest.raises(KeyboardInterrupt):
+        interrupted.setattr(influence, "COMPONENTS", Interrupting())
+        base.coarser()
+    expected = influence_of(BODIES["layered, unequal"]).coarser().quadrant(5, 4)
+    np.testing.assert_array_equal(base.coarser().quadrant(5, 4), expected)
+    assert base.coarser() is base.coarser()
+
+
 # --- Krylov ---
 
 

@@ -570,4 +570,4 @@ def test_the_netcdf_library_reads_no_cube_that_others_signed(tmp_path: Path, mon
     for name in ("own", "saved"):
         with open_cube(tmp_path / f"{name}.nc"):
             pass
-    assert engines == [engine(), "h5netcdf"]
+    assert engines == [engine(path), "h5netcdf"]

@@ -102,6 +102,7 @@ OUTSIDE_OF = {
     "collecting.py": {"contextlib", "gc"},
     "jit.py": {"contextlib", "fcntl", "hashlib", "logging", "os", "pathlib", "pickle", "time"},
     "later.py": {"contextlib", "importlib", "sys", "types"},
+    "turns.py": {"contextlib", "os"},
 }
 
 

@@ -13,8 +13,10 @@ from types import SimpleNamespace
 import pytest
 import workers
 
+from rcstudy import sweep
 from rcstudy.__main__ import workers_wanted
 from rcstudy.cases import expand
+from rcstudy.errors import UserError
 from rcstudy.result import Status
 from rcstudy.study import study_from_text
 from rcstudy.workers import pool
@@ -201,3 +203,17 @@ def test_the_case_that_was_being_solved_is_blamed_not_the_batch_sent_ahead(monke
     (failed,) = [result for result in found.values() if result.status != Status.SOLVED]
     assert "died 2 times at this case" in failed.reason
     assert len(told) == 2
+
+
+def test_daemonic_processes_have_no_workers(monkeypatch, tmp_path):
+    """Python allows them none: what asks for some is told so, what leaves the choice goes on in the process itself."""
+    monkeypatch.setitem(multiprocessing.current_process()._config, "daemon", True)
+    assert not pool.may_start()
+    with pool.Pool() as those, pytest.raises(UserError, match="do not start in daemonic processes"):
+        those.start(1)
+    study = study_from_text(STUDY, "pool.yaml")
+    with pytest.raises(UserError, match="daemonic"):
+        sweep.run(study, tmp_path / "two.nc", workers=2, solve=workers.made_up)
+    monkeypatch.setattr(sweep, "_SECONDS_TO_JUDGE", 0.0)
+    monkeypatch.setattr(sweep, "_SECONDS_WORTH_WORKERS", 0.0)
+    assert sweep.run(study, tmp_path / "own.nc", solve=workers.made_up).solved == 24

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -64,3 +67,17 @@ def test_every_pixel_has_the_nearest_colour_of_the_palette(tmp_path: Path) -> No
     for row, expected in zip(found, before.astype(int), strict=True):
         away = ((expected[:, None] - palette) ** 2).sum(axis=2)
         np.testing.assert_array_equal(row, palette[np.argmin(away, axis=1)])
+
+
+def test_threads_draw_in_turns_and_leave_the_users_settings() -> None:
+    before = matplotlib.rcParams["svg.hashsalt"]
+
+    def draw(first: float) -> str:
+        time.sleep(first)
+        with style():
+            time.sleep(0.1)
+            return str(matplotlib.rcParams["svg.hashsalt"])
+
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(draw, (0.0, 0.05))) == ["rcstudy"] * 2
+    assert matplotlib.rcParams["svg.hashsalt"] == before != "rcstudy"

@@ -8,6 +8,7 @@ import importlib
 import io
 import multiprocessing
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -252,6 +253,12 @@ def test_what_was_taken_away_meanwhile_is_not_kept(
     for told, count in ((Interrupting(), 5), (Moving(), 0)):
         with pytest.raises(sweep.Interrupted, match=f"^{count} of {CASES} cases are kept"):
             sweep.run(study, tmp_path / "c.nc", workers=1, progress=told, solve=workers.made_up, fresh=True)
+
+
+def test_interrupts_can_be_sent_to_other_processes() -> None:
+    sent = pickle.loads(pickle.dumps(sweep.Interrupted(3, 8)))
+    assert isinstance(sent, sweep.Interrupted)
+    assert (str(sent), sent.solved, sent.cases) == ("3 of 8 cases are kept", 3, 8)
 
 
 def test_an_interrupt_that_is_lost_on_the_way_still_counts(study: Study, tmp_path: Path) -> None:

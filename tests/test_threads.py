@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import os
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -118,3 +120,24 @@ def test_memory_is_that_of_the_machine_or_of_a_container(group: Path, monkeypatc
     assert threads.available_memory() == math.inf
     monkeypatch.delattr(os, "sysconf")
     assert threads.available_memory() == math.inf
+
+
+def test_threads_that_limit_at_once_leave_the_variables_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in threads.THREAD_VARIABLES:
+        monkeypatch.setenv(name, "3")
+    inside, seen = threading.Barrier(2), []
+
+    def limit_at_once(first: float, then: float) -> None:
+        inside.wait()
+        time.sleep(first)
+        with threads.limited_threads():
+            seen.append([os.environ[name] for name in threads.THREAD_VARIABLES])
+            time.sleep(then)
+
+    both = [threading.Thread(target=limit_at_once, args=times) for times in ((0.0, 0.1), (0.05, 0.1))]
+    for thread in both:
+        thread.start()
+    for thread in both:
+        thread.join()
+    assert seen == [["1"] * 4] * 2
+    assert [os.environ[name] for name in threads.THREAD_VARIABLES] == ["3"] * 4

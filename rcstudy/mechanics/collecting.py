@@ -14,10 +14,12 @@ def nothing_collected() -> Iterator[None]:
     To look through all objects again and again takes an eighth of the time of compiling kernels, a third of that of
     making cases. What garbage there is stays until the next collection.
     """
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
+    resume = gc.enable if gc.isenabled() else gc.disable
+    try:  # twice, as an interrupt may come where the first one ends
+        try:
+            gc.disable()
+            yield
+        finally:
+            resume()
     finally:
-        if collecting:
-            gc.enable()
+        resume()

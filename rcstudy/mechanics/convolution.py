@@ -7,7 +7,6 @@ same bits in every process. A plan owns its buffers; plans are cached by shape, 
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -22,9 +21,6 @@ from rcstudy.mechanics.numerics.keeping import keep_within
 
 PLAN_BYTES = 256 * 2**20
 """Most bytes held by cached plans of each kind: enough for one solve on 512 x 512 cells, and for all smaller meshes."""
-
-ONE_AT_A_TIME = threading.RLock()
-"""Lock held during a solve: the buffers for transforms and for linear systems are shared by the whole process."""
 
 COMPONENTS = ("zz", "xx", "yy", "xy", "xp", "yp")
 """Components of an array of influence coefficients, in this order.

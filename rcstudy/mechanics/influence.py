@@ -221,10 +221,11 @@ class Influence:
     def coarser(self) -> Influence:
         """The coefficients for cells of twice the size; the tables of the radial functions are shared."""
         if self._coarser is None:
-            self._coarser = other = copy(self)
+            other = copy(self)
             other.spacing = 2.0 * self.spacing[0], 2.0 * self.spacing[1]
             other._quadrant = other._layer_part = np.zeros((len(COMPONENTS), 0, 0))
             other._made, other._numbers = {}, {}
+            self._coarser = other  # once it is complete, as an interrupt may end this at any line
         return self._coarser
 
     @property

@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 
 from rcstudy.mechanics.contact import NormalContact, influence_of
-from rcstudy.mechanics.convolution import ONE_AT_A_TIME, Box
+from rcstudy.mechanics.convolution import Box
 from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
 from rcstudy.mechanics.numerics.mixing import Mixing
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
+from rcstudy.mechanics.turns import one_at_a_time
 
 _CELLS = 24
 _WIDER = 1.5  # width of the first window over the estimated contact, and of each window over the one that was too small
@@ -59,7 +60,7 @@ def reached_sides(scene: Scene) -> tuple[bool, bool]:
     mesh = scene.mesh
     cells = min(mesh.cells[0], _CHECKED), min(mesh.cells[1], _CHECKED)
     x, y = (size * (1.0 - 1.0 / n) / (1.0 - 1.0 / m) for size, n, m in zip(mesh.size, mesh.cells, cells, strict=True))
-    with ONE_AT_A_TIME:
+    with one_at_a_time():
         touched = _pressure(replace(scene, mesh=Mesh((x, y), cells))) > 0.0
     return bool(touched[[0, -1]].any()), bool(touched[:, [0, -1]].any())
 
@@ -76,7 +77,7 @@ def _extent(
     """
     while size[0] <= most[0] and size[1] <= most[1]:
         trial = replace(scene, mesh=Mesh((size[0], size[1]), (_CELLS, _CELLS)), tolerance=Tolerance(1e-4, 1e-4))
-        with ONE_AT_A_TIME:
+        with one_at_a_time():
             squares = pressure(trial) ** 2
         if not squares.any():
             break

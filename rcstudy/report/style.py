@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
+import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -73,14 +74,18 @@ _METADATA: dict[str, dict[str, None]] = {
 FORMATS = ("png", *_METADATA)
 _PASSES = 10  # of the layout, at most
 _MOVED = 2e-3  # part of the figure's size by which its panels may still move in the last pass
+_DRAWING = threading.RLock()
 
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Set Matplotlib's defaults and this style, whatever the user's settings, which are restored at the end."""
+    """Set Matplotlib's defaults and this style, whatever the user's settings, which are restored at the end.
+
+    Threads take turns, as Matplotlib's settings are those of the process.
+    """
     import matplotlib
 
-    with matplotlib.rc_context():
+    with _DRAWING, matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
         with _missing_letters_told():

@@ -166,6 +166,10 @@ class Pool:
             self._give_all()
 
     def _start(self) -> None:
+        if not may_start():
+            raise UserError(
+                "worker processes do not start in daemonic processes (multiprocessing.Pool's): use one worker"
+            )
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         _widen(theirs)
@@ -221,7 +225,7 @@ class Pool:
             self._failed_starts += 1
             if self._failed_starts >= _FAILED_STARTS and not any(w.ready for w in self._workers):
                 killed = (worker.process.exitcode or 0) < 0
-                in_script = 'in a script, call rcstudy under if __name__ == "__main__"'
+                in_script = 'in a script, which must be a file, call rcstudy under if __name__ == "__main__"'
                 hint = "perhaps out of memory: use fewer workers" if killed else f"{in_script}, or use one worker"
                 raise UserError(f"worker processes do not start ({how}); {hint}")
         if worker.batches and worker.batches[0].at_once:
@@ -240,6 +244,11 @@ class Pool:
             worker.process.join()
             worker.connection.close()
         self._workers.clear()
+
+
+def may_start() -> bool:
+    """Whether this process may start others: those of `multiprocessing.Pool`, which are daemonic, may not."""
+    return not multiprocessing.current_process().daemon
 
 
 def _widen(connection: Connection) -> None:
