@@ -58,6 +58,28 @@ def test_leading_cells(flags: str, expected: tuple[int, int]) -> None:
     assert leading_slip.leading_cells(np.arange(slip.size)[::-1].copy(), slip) == expected
 
 
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        (["--", "s-", "s--", "ss-", "--"], 3),
+        (["s-", "s-", "s-"], 1),  # nothing is known beyond the first and the last row
+        (["--", "s-", "ss", "s-", "--"], 0),  # each has a row beside it in which nothing sticks
+        (["--", "s-", "", "ss", "-s", "s-s", "--"], 1),
+        (["-s", "-s", "-s"], 0),
+        (["s-"], 0),
+    ],
+)
+def test_detached_rows(rows: list[str], expected: int) -> None:
+    """s: slips, from the leading edge on."""
+    index, cells = numbered(np.array([len(row) for row in rows]))
+    slip = np.array([flag == "s" for flag in "".join(rows)], dtype=np.bool_)
+    counts = np.array([len(row) for row in rows])
+    assert leading_slip.detached_rows(index, counts, slip) == expected
+    sticks = [0, *("-" in row for row in rows), 0]
+    beside = [leading_slip.sticks_beside(index, counts, slip, j) for j in range(len(rows))]
+    assert beside == [bool(sticks[j] and sticks[j + 2]) for j in range(len(rows))]
+
+
 @pytest.mark.parametrize("k", [-0.6, 0.2, 1.1])
 def test_at_bound(k: float) -> None:
     """Where v + t k n meets the unit circle, farther ahead; where v is at its bound and along the edge, at once."""
@@ -107,8 +129,9 @@ def sums_over_rows(
     dx: float,
 ) -> np.ndarray:
     """As `leading_slip.hidden_leading_slip`, row by row with vectors."""
-    total = np.zeros(7)
-    for column, (back, front), normal in zip(index.T, ends.T, normals.T, strict=True):
+    total = np.zeros(8)
+    sticking = np.array([0, *[not slip[column[column >= 0]].all() for column in index.T], 0])
+    for j, (column, (back, front), normal) in enumerate(zip(index.T, ends.T, normals.T, strict=True)):
         cells = column[column >= 0]
         if not cells.size or slip[cells].all():
             continue
@@ -137,13 +160,16 @@ def sums_over_rows(
         total[3] += force @ mean_slip(cells[:sticks], by_pressure, length)
         total[4] += abs(k) * friction * largest * (THETA * past**4 if slips else width)
         total[5] += past**2 if slips else width
-        total[6] += -(past**2) if slips else width
+        if slips and growth < 0.1:
+            total[7] += sticking[j] * sticking[j + 2]
+        else:
+            total[6] += -(past**2) if slips else width
     return total
 
 
-@pytest.mark.parametrize("seed", [*range(6), 9, 19, 53])
+@pytest.mark.parametrize("seed", [*range(6), 9, 19, 53, 79, 190])
 def test_sums_over_rows(seed: int) -> None:
-    """9 and 19 have rows of three and of four slip cells, 53 tractions that hardly grow towards the edge."""
+    """9 and 19 have rows of three and of four slip cells, 53 and those that follow tractions that hardly grow there."""
     rng = np.random.default_rng(seed)
     counts = rng.integers(1, 7, 9)
     counts[:2] = counts[-1] = 0  # no contact there
@@ -159,7 +185,7 @@ def test_sums_over_rows(seed: int) -> None:
     normals = np.array([np.cos(slope), np.sin(slope)])
     of_cells = x, y, q, slip, pressure, rng.normal(size=(cells, 2)), friction, k
     arguments = ends, normals, *of_cells, rng.uniform(0.5, 1.0), 0.1
-    found = np.zeros(7)
+    found = np.zeros(8)
     leading_slip.hidden_leading_slip(index, counts, *arguments, THETA, ZONES, REACH, found)
     np.testing.assert_allclose(found, sums_over_rows(index, *arguments), rtol=1e-9, atol=1e-12)
 
@@ -180,9 +206,9 @@ def test_slip_hidden_ahead_of_a_cell_at_its_bound_is_finite(length: float) -> No
     ends, normal = np.array([[0.0], [length]]), np.array([[1.0], [0.0]])
     q = np.array([[0.0, 0.3 * (1.0 + 4e-16)]])
     of_cell = np.zeros(1), np.zeros(1), q, np.zeros(1, dtype=np.bool_), np.ones(1), np.ones((1, 2)), 0.3, 0.2
-    found = np.zeros(7)
+    found = np.zeros(8)
     leading_slip.hidden_leading_slip(row, count, ends, normal, *of_cell, 0.8, 0.1, THETA, ZONES, REACH, found)
-    np.testing.assert_allclose(found, [0.0, 0.0, 0.0, 0.0, 0.2 * 0.3 * THETA, THETA, THETA], rtol=1e-6)
+    np.testing.assert_allclose(found, [0.0, 0.0, 0.0, 0.0, 0.2 * 0.3 * THETA, THETA, THETA, 0.0], rtol=1e-6)
 
 
 def endings(

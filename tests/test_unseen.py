@@ -11,6 +11,7 @@ from contacts import STEEL, steel
 
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
+from rcstudy.mechanics.kernels import leading_slip
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.mechanics.subcell import leading_zone
 from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip
@@ -85,6 +86,42 @@ def test_bodies_alike_hide_nothing() -> None:
     scene = replace(steel(Mesh((1.0, 1.0), (32, 32)), creepage=Creepage(0.0005)), discretisation="aligned")
     contact = AlignedContact(solve_normal(scene))
     assert contact.unseen_slip(solve_rolling(contact, scene), scene.friction) == Unseen()
+
+
+def turned_by_spin(nu: float, *, finer: int = 1) -> Scene:
+    """A long contact with a stick zone ahead of which most rows slip, as spin turns the traction there."""
+    mesh = Mesh((1.54, 0.252), (22 * finer, 44 * finer))
+    scene = steel(mesh, radius=(130.0, 8.0), friction=0.134, creepage=Creepage(0.0, -0.0016, 0.0036))
+    return replace(scene, counterbody=Material(210000.0, nu), discretisation="aligned")
+
+
+def rows_ahead_of_stick(scene: Scene) -> tuple[float, Unseen]:
+    """Area (mm^2) of half a cell of each row that slips ahead of a stick zone, and what the contact says is unseen."""
+    contact = AlignedContact(solve_normal(scene))
+    rolling = solve_rolling(contact, scene)
+    rows = leading_slip.detached_rows(contact.rows.index, contact.rows.count, rolling.slip)
+    assert rows > 8
+    return 0.5 * rows * math.prod(scene.mesh.spacing), contact.unseen_slip(rolling, scene.friction)
+
+
+def test_half_a_cell_ahead_of_stick_is_no_slip() -> None:
+    """Between bodies that are alike, and that are nearly so: the slip area does not depend on which."""
+    area, unseen = rows_ahead_of_stick(turned_by_spin(0.3))
+    assert unseen == Unseen(missing=-area)
+    nearly, of_nearly = rows_ahead_of_stick(turned_by_spin(0.3 - 1e-7))
+    assert nearly == area
+    assert of_nearly.missing == pytest.approx(-area, rel=1e-3)
+    alike, other = (solve_scene(turned_by_spin(nu)).scalars["slip_area"] for nu in (0.3, 0.3 - 1e-7))
+    assert alike == pytest.approx(other, rel=1e-5)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("nu", [0.3, 0.295])
+def test_slip_areas_are_closer_without_that_half_of_a_cell(nu: float) -> None:
+    area, _ = rows_ahead_of_stick(turned_by_spin(nu))
+    found = solve_scene(turned_by_spin(nu)).scalars["slip_area"]
+    fine = solve_scene(turned_by_spin(nu, finer=6)).scalars["slip_area"]
+    assert abs(found - fine) < 0.45 * abs(found + area - fine)
 
 
 @pytest.mark.heavy

@@ -50,7 +50,7 @@ from rcstudy.mechanics.subcell.local_slip import by_pressure_at_centres, local_s
 from rcstudy.mechanics.subcell.moved_rows import MovedRows
 from rcstudy.mechanics.subcell.slip_zone import SlipZone, SlipZones
 from rcstudy.mechanics.subcell.trailing import Ending, ending_of_rows
-from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip
+from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip, of_alike
 
 _SPIN_POINT = 0.5  # in cells ahead of the centre
 # At an oblique leading edge the discrete equations underestimate the slip across the tractions of the leading cells.
@@ -346,7 +346,7 @@ class AlignedContact(NormalContact):
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """Effects of slip zones at the leading edge that are narrower than a cell (`unseen.py`)."""
         if not self.scene.moves_by_pressure:
-            return Unseen()
+            return of_alike(self.rows.index, self.rows.count, rolling.slip, math.prod(self.scene.mesh.spacing))
         return self._unseen_slip.of(rolling.q, rolling.slip, friction)
 
     @cached_property

@@ -43,6 +43,29 @@ def leading_cells(cells: np.ndarray, slip: np.ndarray) -> tuple[int, int]:
 
 
 @jit
+def sticks_beside(index: np.ndarray, count: np.ndarray, slip: np.ndarray, j: int) -> bool:
+    """Whether cells stick in both rows beside row j; index, count, slip: as in `hidden_leading_slip`."""
+    if j == 0 or j == count.size - 1:
+        return False
+    before, behind = index[: count[j - 1], j - 1], index[: count[j + 1], j + 1]
+    return leading_cells(before, slip)[1] > 0 and leading_cells(behind, slip)[1] > 0
+
+
+@jit
+def detached_rows(index: np.ndarray, count: np.ndarray, slip: np.ndarray) -> int:
+    """Number of rows that slip at the leading edge, and stick farther behind as both rows beside them do.
+
+    index, count, slip: as in `hidden_leading_slip`.
+    """
+    rows = 0
+    for j in range(count.size):
+        slips, sticks = leading_cells(index[: count[j], j], slip)
+        if slips > 0 and sticks > 0 and sticks_beside(index, count, slip, j):
+            rows += 1
+    return rows
+
+
+@jit
 def at_bound(v_x: float, v_y: float, n_x: float, n_y: float, k: float) -> tuple[float, float, float]:
     """t and d of the law of stick towards an edge with normal n: d = v + t k n reaches the bound, |d| = 1.
 
@@ -125,11 +148,12 @@ def hidden_leading_slip(
     reach: float,
     out: np.ndarray,
 ) -> None:
-    """Add the effects of narrow slip zones at the leading edge, summed over the rows, to out [7]; see `unseen.py`.
+    """Add the effects of narrow slip zones at the leading edge, summed over the rows, to out [8]; see `unseen.py`.
 
     First the excess of the sums of tractions: force_x, force_y (MPa), moment (MPa mm), power (MPa). Then what is
-    uncertain: force (MPa), area (cells). Last the area (cells) that slips unseen, less that by which a visible slip
-    zone is too large.
+    uncertain: force (MPa), area (cells). Then the area (cells) that slips unseen, less that by which a visible slip
+    zone is too large. Last the number of rows whose visible slip zone is none by the law, as tractions grow too little
+    (0.1) towards the edge: of those that `detached_rows` counts.
 
     index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them; ends [2, ny]:
     trailing and leading edge of each row (cells); normals [2, ny]: of the leading edge; x, y [m] (mm), slip [m]
@@ -172,4 +196,7 @@ def hidden_leading_slip(
         out[3] += force_x * slip_x + force_y * slip_y
         out[4] += abs(k) * friction * largest * doubtful
         out[5] += cells
-        out[6] += unseen
+        if slips == 0 or growth >= 0.1:
+            out[6] += unseen
+        elif sticks_beside(index, count, slip, j):
+            out[7] += 1.0
