@@ -71,9 +71,9 @@ def test_leading_cells(flags: str, expected: tuple[int, int]) -> None:
 )
 def test_detached_rows(rows: list[str], expected: int) -> None:
     """s: slips, from the leading edge on."""
-    index, cells = numbered(np.array([len(row) for row in rows]))
-    slip = np.array([flag == "s" for flag in "".join(rows)], dtype=np.bool_)
     counts = np.array([len(row) for row in rows])
+    index, _ = numbered(counts)
+    slip = np.array([flag == "s" for flag in "".join(rows)], dtype=np.bool_)
     assert leading_slip.detached_rows(index, counts, slip) == expected
     sticks = [0, *("-" in row for row in rows), 0]
     beside = [leading_slip.sticks_beside(index, counts, slip, j) for j in range(len(rows))]
