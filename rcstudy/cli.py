@@ -13,6 +13,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
 import typer
@@ -267,7 +268,8 @@ def _outcome(done: Summary, part: str = "") -> int:
         print(f"{text}; {done.output}: {in_bytes(done.output.resolve().stat().st_size)}")
         if done.failed:
             _say(
-                f"rcstudy failures {done.output} lists the unsolved cases; -o FOLDER writes each as a study of its own"
+                f"rcstudy failures {quote(str(done.output))} lists the unsolved cases; "
+                "-o FOLDER writes each as a study of its own"
             )
     return EXIT_FAILED_CASES if done.failed else 0
 

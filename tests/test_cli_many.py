@@ -101,6 +101,8 @@ def test_failures(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = run("sweep", "many.yaml", "--workers", "1", code=cli.EXIT_FAILED_CASES)
     assert "loads: load=40, creepage=a: not converged: made up not to converge" in found.stderr
     assert "rcstudy failures many.nc lists the unsolved cases" in found.stderr
+    command = "sweep", "many.yaml", "--workers", "1", "-o", "two words.nc"
+    assert "rcstudy failures 'two words.nc' lists" in run(*command, code=cli.EXIT_FAILED_CASES).stderr
     found = run("failures", "many.nc")
     assert found.stderr == "2 cases are not solved\n"
     assert found.stdout.count("\n---\n") == 1

@@ -39,10 +39,11 @@ from workers import made_up
 from rcstudy.cases import Axis, Case, Coord, Grid
 from rcstudy.cube import open_cube
 from rcstudy.mechanics.scene import Creepage, Layer
+from rcstudy.report import layout
 from rcstudy.report.labels import KEEP, literal, shortened, wrapped
 from rcstudy.report.layers import _numbered, abridged, layers_text, thickness_text
 from rcstudy.report.layout import conditions
-from rcstudy.report.overview import _counts, case_maps, geometric, overview_figure
+from rcstudy.report.overview import _counts, _scale_values, case_maps, geometric, overview_figure
 from rcstudy.report.quantities import CHOICES, QUANTITIES, has_bars, numbers, vanishes
 from rcstudy.report.style import style
 from rcstudy.report.views import GridView, grids
@@ -797,6 +798,11 @@ def test_values_have_units_in_labels_and_titles(tmp_path: Path) -> None:
         ((1.0, 2.0, 3.0), False),
         ((1.0, 1.001, 1.002), False),
         ((10.0, 1000.0), False),
+        ((10.0, 10000.0), False),
+        ((10.0, 11000.0), True),
+        ((-11000.0, -10.0), True),
+        ((0.0, 11000.0), False),
+        ((5.0,), False),
         ((1.0, 2.0, 5.0), False),
         ((0.0, 1.0, 10.0, 100.0), False),
         ((-100.0, -10.0, -1.0), True),
@@ -839,6 +845,38 @@ def test_axes_of_negative_numbers_are_the_mirror_image(
                 ticks = [label.get_text() for place, label in sorted(places, key=itemgetter(0)) if low < place < high]
     np.testing.assert_allclose(at["down"], 1.0 - at["up"][::-1], atol=1e-9)
     assert [tick.removeprefix(r"$\mathdefault{").removesuffix("}$") for tick in ticks] == shown
+
+
+@pytest.mark.parametrize(
+    ("values", "scale", "limits"),
+    [
+        ((3.0, 4000.0, np.nan), "log", (2.0, 6000.0)),
+        ((-3.0, -4000.0), "symlog", (-6000.0, -2.0)),
+        ((3.0, 3000.0), "linear", None),
+        ((-1e-3, 3000.0), "linear", None),
+        ((0.0, 3000.0), "linear", None),
+        ((1e-300, 1.0), "linear", None),  # more than can be drawn
+        ((np.nan, np.nan), "linear", None),
+        ((), "linear", None),
+    ],
+)
+def test_values_of_many_decades_have_a_logarithmic_axis(
+    values: tuple[float, ...], scale: str, limits: tuple[float, float] | None
+) -> None:
+    """Bars that reach nearly to zero, or across it, make it no longer."""
+    with style():
+        ax = layout.panels(1, 1, 2.0)[1][0, 0]
+        drawn = np.array(values)
+        ax.errorbar(np.arange(len(values)), drawn, 0.999999 * np.abs(drawn))
+        _scale_values(ax, drawn)
+        assert ax.get_yscale() == scale
+        low, high = ax.get_ylim()
+        if limits is not None:
+            assert limits[0] < low < drawn[np.isfinite(drawn)].min()
+            assert drawn[np.isfinite(drawn)].max() < high < limits[1]
+            ax.figure.canvas.draw()
+            shown = [label.get_text() for label in ax.get_yticklabels()]
+            assert any("10^{3}" in text and ("-" in text) == (high < 0.0) for text in shown), shown
 
 
 def test_ratios_have_error_bars_within_0_and_1(tmp_path: Path) -> None:

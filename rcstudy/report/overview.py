@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from functools import partial
 from string import ascii_lowercase
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -55,6 +55,7 @@ _ACROSS = 28  # digits that are as wide as a panel
 _LONG = 5  # letters of a tick's number; of longer ones panels have room for few
 
 _PLAIN = 1e-4, 1e6  # largest values of an axis whose numbers are written without a power of ten
+_WIDE = 1000.0  # ratio of values of one sign from which on an axis of values is logarithmic
 _LEAST_DRAWN = 1e-100  # least value on a logarithmic axis, its inverse the largest: margins must be finite, too
 
 ROUNDED = 1e-3
@@ -93,14 +94,17 @@ def overview_figure(grid: GridView, along: str = "", quantities: Sequence[str] =
     looks = _looks(grid, along, len(lines))
     every = -(-len(x) // _MARKED) if grid.numeric(along) else 1
     for k, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
+        drawn_here: list[np.ndarray] = []
         for cases, look, aside in zip(shown, looks, _asides(grid, along, len(lines)), strict=True):
             values, bars = numbers(cases, name)
+            drawn_here.append(values)
             at = _marked(values, every)
             ax.plot(x[order] + aside, values, markevery=at, **look)
             ax.errorbar(x[order][at] + aside, values[at], bars[:, at], fmt="none", ecolor=look["color"], elinewidth=0.8)
         # cases that are not solved leave gaps at the ends of the axis, too
         ax.update_datalim([(x.min(), 0.0), (x.max(), 0.0)], updatey=False)
         ax.autoscale_view()
+        _scale_values(ax, np.concatenate(drawn_here))
         ax.set_ylabel(CHOICES[name])
         ax.set_title(f"({ascii_lowercase[k]})", loc="left")
         _label_axis(ax, grid, along)
@@ -284,7 +288,7 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
     That of negative values is the mirror image of that of their amounts. On a linear axis whole numbers have ticks at
     whole numbers, long numbers have few ticks, and very small and large ones a power of ten each.
     """
-    from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator
+    from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 
     values = np.unique(values[np.isfinite(values)])
     if not values.size:
@@ -306,15 +310,7 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
         return
     negative = bool(values[-1] < 0.0)
     values = -values[::-1] if negative else values
-    if negative:
-        aside = (values[-1] / values[0]) ** ax.margins()[0]  # type: ignore[index]
-        # logarithmic on either side of a stretch around zero, which ends nearer to zero than the axis does
-        ax.set_xscale("symlog", linthresh=values[0] / aside**2)
-        ax.set_xlim(-values[-1] * aside, -values[0] / aside)
-        ax.xaxis.set_major_locator(LogLocator())
-        ax.xaxis.set_minor_locator(LogLocator(subs="auto"))
-    else:
-        ax.set_xscale("log")
+    _logarithmic(ax, "x", values[0], values[-1], negative=negative)
     log_ticks(ax.xaxis, (values[0], values[-1]))
     if values[-1] < DECADE * values[0] and sum(len(short_number(value)) + negative for value in values) <= _LETTERS:
         ax.xaxis.set_major_locator(FixedLocator(values.tolist()))  # else there may be none at the ends
@@ -323,6 +319,39 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
         ax.xaxis.set_major_locator(FixedLocator(_apart(ticks, values[0], values[-1], signs=negative)))
     if negative:
         _mirrored(ax.xaxis, values[0], values[-1])
+
+
+def _scale_values(ax: Axes, values: np.ndarray) -> None:
+    """Make the y axis logarithmic if `values`, all above 0 or all below, extend over more than three decades."""
+    values = values[np.isfinite(values)]
+    amounts = np.abs(values)
+    low, high = amounts.min(initial=np.inf), amounts.max(initial=0.0)
+    if not _LEAST_DRAWN < low * _WIDE < high < 1.0 / _LEAST_DRAWN or values.min() < 0.0 < values.max():
+        return
+    negative = bool(values.max() < 0.0)
+    _logarithmic(ax, "y", low, high, negative=negative)
+    if negative:
+        _mirrored(ax.yaxis, low, high)
+    else:  # no farther down, where bars may end near zero
+        aside = (high / low) ** ax.margins()[1]  # type: ignore[index]
+        ax.set_ylim(low / aside, high * aside)
+
+
+def _logarithmic(ax: Axes, which: Literal["x", "y"], low: float, high: float, *, negative: bool) -> None:
+    """Make an axis logarithmic, for numbers from `low` to `high` or, `negative`, for their negatives."""
+    from matplotlib.ticker import LogLocator
+
+    scale, limits = getattr(ax, f"set_{which}scale"), getattr(ax, f"set_{which}lim")
+    if not negative:
+        scale("log")
+        return
+    aside = (high / low) ** ax.margins()[0]  # type: ignore[index]
+    # logarithmic on either side of a stretch around zero, which ends nearer to zero than the axis does
+    scale("symlog", linthresh=low / aside**2)
+    limits(-high * aside, -low / aside)
+    axis = ax.xaxis if which == "x" else ax.yaxis
+    axis.set_major_locator(LogLocator())
+    axis.set_minor_locator(LogLocator(subs="auto"))
 
 
 def _mirrored(axis: Axis, low: float, high: float) -> None:
@@ -362,13 +391,15 @@ def _apart(ticks: Iterable[float], low: float, high: float, *, signs: bool) -> l
 def geometric(values: np.ndarray) -> bool:
     """Whether increasing numbers are in geometric progression, exactly, or roughly and over more than a decade.
 
-    All are above 0, or all below.
+    All are above 0, or all below. Two numbers are if they are more than three decades apart.
     """
-    if values.size < 3 or values[0] <= 0.0 <= values[-1]:
+    if values.size < 2 or values[0] <= 0.0 <= values[-1]:
         return False
     values = -values[::-1] if values[-1] < 0.0 else values
     if not (values[0] > _LEAST_DRAWN and values[-1] < 1.0 / _LEAST_DRAWN):
         return False
+    if values.size == 2:
+        return bool(values[1] > _WIDE * values[0])
     steps, factors = np.diff(values), np.diff(np.log(values))
     uneven = factors.max() / factors.min()
     if values[-1] > DECADE * values[0]:
