@@ -14,7 +14,7 @@ from rcstudy.storage.earlier import other_study
 from rcstudy.storage.index import Index
 from rcstudy.storage.lock import holders
 from rcstudy.storage.publish import temporary_files
-from rcstudy.storage.units import BadUnit, read_unit, unit_paths
+from rcstudy.storage.units import BadUnit, paths_set_aside, read_unit, unit_paths
 from rcstudy.store import refusal, starts_over, take_cube, units_folder
 from rcstudy.study import Study
 from rcstudy.sweep import keep_of
@@ -48,6 +48,9 @@ def report(study: Study, output: Path) -> str:
         lines += ["", f"the cube is of another study, {name}: a sweep will not overwrite it"]
     if count:
         lines += ["", f"{in_bytes(size)} in {counted(count, 'unit')} in {folder}"]
+    if aside := paths_set_aside(folder):
+        size = sum(path.stat().st_size for path in aside)
+        lines += ["", f"{in_bytes(size)} in {counted(len(aside), 'unit')} set aside, which sweep --fresh removes"]
     lines += ["", *notes] if notes else []
     temporary = _temporary_files(output, folder)  # first: a sweep that starts after the look at locks has new ones
     at_work = holders(folder)

@@ -26,7 +26,17 @@ from rcstudy.storage.lock import locked, refuse_file
 from rcstudy.storage.publish import remove_leftovers, write_whole
 from rcstudy.storage.record import Keep, Packed, Record, parse
 from rcstudy.storage.steady import interrupts_held
-from rcstudy.storage.units import BadUnit, Unit, number_of, read_unit, unit_paths, write_unit
+from rcstudy.storage.units import (
+    SET_ASIDE,
+    SUFFIX,
+    BadUnit,
+    Unit,
+    number_of,
+    paths_set_aside,
+    read_unit,
+    unit_paths,
+    write_unit,
+)
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case
@@ -36,7 +46,6 @@ UNIT_BYTES = 8 * 2**20
 UNIT_SECONDS = (0.5, 1.0, 2.0, 5.0)  # longest wait of results for the first unit, the second, the third, all others
 _MOST_PENDING = 2  # most results in memory, in units
 _PUT_TOGETHER = 8  # so many small units of one level are merged into one of the next
-_SET_ASIDE = ".set-aside"
 _FRESH = "fresh"
 DISK_FULL = errno.ENOSPC, errno.EDQUOT
 
@@ -340,13 +349,16 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
     except OSError as error:
         raise cannot_be_read(path, error) from error
     except BadUnit as error:
-        aside = path.with_name(f"{path.name}{_SET_ASIDE}")
+        aside = path.with_name(f"{path.name.removesuffix(SUFFIX)}{SET_ASIDE}")
         path.rename(aside)
         tell(f"{path}: {error}; set aside as {aside.name}, its cases have to be solved again")
 
 
 def _start_over(folder: Path, study: str) -> None:
-    """Leave a mark that the cube is ignored, then remove all units: in this order, lest a crash in between undo it."""
+    """Leave a mark that the cube is ignored, then remove all units: in this order, lest a crash in between undo it.
+
+    Those that were set aside go as well.
+    """
     write_whole(folder / _FRESH, [study.encode()])
-    for path in unit_paths(folder):
+    for path in unit_paths(folder) + paths_set_aside(folder):
         path.unlink()

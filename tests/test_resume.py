@@ -453,6 +453,12 @@ def test_a_damaged_unit_is_set_aside(sweeps: Sweeps, damage: str) -> None:
     assert path.with_name(f"{path.name}.set-aside").read_bytes() == bytes(data)
     cubes.assert_same(sweeps.output, sweeps.uninterrupted())
     assert sweeps.run() == []
+    assert f"\n{progress.in_bytes(len(data))} in 1 unit set aside, which sweep --fresh removes\n" in report(
+        sweeps.study, sweeps.output
+    )
+    assert len(sweeps.run(fresh=True)) == CASES
+    assert not sweeps.units.exists()
+    assert "set aside" not in report(sweeps.study, sweeps.output)
 
 
 def test_a_folder_called_like_a_unit_is_left_alone(sweeps: Sweeps) -> None:

@@ -22,6 +22,9 @@ from rcstudy.storage.publish import write_whole
 from rcstudy.storage.record import FORM, Form
 
 SUFFIX = ".unit"
+SET_ASIDE = f"{SUFFIX}.set-aside"
+"""How names end of files that are no units of this solver, and were called so."""
+
 FORMAT = "rcstudy unit 3"
 _MAGIC = f"{FORMAT}\n".encode()
 _HEAD = struct.Struct("<I")
@@ -108,11 +111,19 @@ def _entries(data: bytes, at: int) -> Iterator[tuple[str, int, int]]:
 
 def unit_paths(folder: Path) -> list[Path]:
     """Files of `folder` that are called units, in the order in which they were written; folders are none."""
+    return sorted(_files(folder, SUFFIX), key=lambda p: (number_of(p), p.name))
+
+
+def paths_set_aside(folder: Path) -> list[Path]:
+    """Files of `folder` that were called units and have been set aside."""
+    return sorted(_files(folder, SET_ASIDE))
+
+
+def _files(folder: Path, suffix: str) -> list[Path]:
     if not folder.is_dir():
         return []
     with os.scandir(folder) as inside:
-        names = [entry.name for entry in inside if entry.name.endswith(SUFFIX) and not entry.is_dir()]
-    return sorted((folder / name for name in names), key=lambda p: (number_of(p), p.name))
+        return [folder / entry.name for entry in inside if entry.name.endswith(suffix) and not entry.is_dir()]
 
 
 def number_of(path: Path) -> int:
