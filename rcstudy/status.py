@@ -48,9 +48,10 @@ def report(study: Study, output: Path) -> str:
         lines += ["", f"the cube is of another study, {name}: a sweep will not overwrite it"]
     if count:
         lines += ["", f"{in_bytes(size)} in {counted(count, 'unit')} in {folder}"]
-    if aside := paths_set_aside(folder):
-        size = sum(path.stat().st_size for path in aside)
-        lines += ["", f"{in_bytes(size)} in {counted(len(aside), 'unit')} set aside, which sweep --fresh removes"]
+    with contextlib.suppress(FileNotFoundError):  # removed by a sweep that starts over
+        if aside := paths_set_aside(folder):
+            size = sum(path.stat().st_size for path in aside)
+            lines += ["", f"{in_bytes(size)} in {counted(len(aside), 'unit')} set aside, which sweep --fresh removes"]
     lines += ["", *notes] if notes else []
     temporary = _temporary_files(output, folder)  # first: a sweep that starts after the look at locks has new ones
     at_work = holders(folder)

@@ -27,13 +27,12 @@ from rcstudy.storage.publish import remove_leftovers, write_whole
 from rcstudy.storage.record import Keep, Packed, Record, parse
 from rcstudy.storage.steady import interrupts_held
 from rcstudy.storage.units import (
-    SET_ASIDE,
-    SUFFIX,
     BadUnit,
     Unit,
     number_of,
     paths_set_aside,
     read_unit,
+    set_aside,
     unit_paths,
     write_unit,
 )
@@ -349,9 +348,7 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
     except OSError as error:
         raise cannot_be_read(path, error) from error
     except BadUnit as error:
-        aside = path.with_name(f"{path.name.removesuffix(SUFFIX)}{SET_ASIDE}")
-        path.rename(aside)
-        tell(f"{path}: {error}; set aside as {aside.name}, its cases have to be solved again")
+        tell(f"{path}: {error}; set aside as {set_aside(path).name}, its cases have to be solved again")
 
 
 def _start_over(folder: Path, study: str) -> None:

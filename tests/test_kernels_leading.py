@@ -94,6 +94,10 @@ def test_at_bound(k: float) -> None:
     assert leading_slip.at_bound(0.0, 0.0, *n, 1e-5)[0] == 600.0
 
 
+def test_by_the_law() -> None:
+    assert [leading_slip.by_the_law(growth) for growth in (-0.3, 0.0999, 0.1, 2.0)] == [False, False, True, True]
+
+
 def test_missing_width() -> None:
     """By the law where tractions hardly grow and no cell slips; nothing in zones of more cells than there are laws."""
     of_law = 0.37

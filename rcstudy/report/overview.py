@@ -323,29 +323,30 @@ def _scale_axis(ax: Axes, values: np.ndarray) -> None:
 
 def _scale_values(ax: Axes, values: np.ndarray) -> None:
     """Make the y axis logarithmic if `values`, all above 0 or all below, extend over more than three decades."""
-    values = values[np.isfinite(values)]
-    amounts = np.abs(values)
-    low, high = amounts.min(initial=np.inf), amounts.max(initial=0.0)
-    if not _LEAST_DRAWN < low * _WIDE < high < 1.0 / _LEAST_DRAWN or values.min() < 0.0 < values.max():
+    known = np.sort(values[np.isfinite(values)])
+    ends = known[[0, -1]] if known.size else known
+    if not geometric(ends):
         return
-    negative = bool(values.max() < 0.0)
+    negative = bool(ends[1] < 0.0)
+    low, high = np.sort(np.abs(ends))
     _logarithmic(ax, "y", low, high, negative=negative)
     if negative:
         _mirrored(ax.yaxis, low, high)
-    else:  # no farther down, where bars may end near zero
-        aside = (high / low) ** ax.margins()[1]  # type: ignore[index]
-        ax.set_ylim(low / aside, high * aside)
 
 
 def _logarithmic(ax: Axes, which: Literal["x", "y"], low: float, high: float, *, negative: bool) -> None:
-    """Make an axis logarithmic, for numbers from `low` to `high` or, `negative`, for their negatives."""
+    """Make an axis logarithmic, for numbers from `low` to `high` or, `negative`, for their negatives.
+
+    It is no longer than for these, though bars may end near zero.
+    """
     from matplotlib.ticker import LogLocator
 
     scale, limits = getattr(ax, f"set_{which}scale"), getattr(ax, f"set_{which}lim")
+    aside = (high / low) ** ax.margins()[0]  # type: ignore[index]
     if not negative:
         scale("log")
+        limits(low / aside, high * aside)
         return
-    aside = (high / low) ** ax.margins()[0]  # type: ignore[index]
     # logarithmic on either side of a stretch around zero, which ends nearer to zero than the axis does
     scale("symlog", linthresh=low / aside**2)
     limits(-high * aside, -low / aside)

@@ -22,9 +22,7 @@ from rcstudy.storage.publish import write_whole
 from rcstudy.storage.record import FORM, Form
 
 SUFFIX = ".unit"
-SET_ASIDE = f"{SUFFIX}.set-aside"
-"""How names end of files that are no units of this solver, and were called so."""
-
+_SET_ASIDE = ".set-aside"  # added to the names of those that are no units of this solver
 FORMAT = "rcstudy unit 3"
 _MAGIC = f"{FORMAT}\n".encode()
 _HEAD = struct.Struct("<I")
@@ -116,7 +114,12 @@ def unit_paths(folder: Path) -> list[Path]:
 
 def paths_set_aside(folder: Path) -> list[Path]:
     """Files of `folder` that were called units and have been set aside."""
-    return sorted(_files(folder, SET_ASIDE))
+    return _files(folder, f"{SUFFIX}{_SET_ASIDE}")
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a file so that it is called a unit no more; returns where it is then."""
+    return path.rename(path.with_name(f"{path.name}{_SET_ASIDE}"))
 
 
 def _files(folder: Path, suffix: str) -> list[Path]:

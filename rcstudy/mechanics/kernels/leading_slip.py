@@ -101,14 +101,20 @@ def unseen_width(v: float, growth: float, slips: int, theta: float, zone: np.nda
 
 
 @jit
+def by_the_law(growth: float) -> bool:
+    """Whether tractions grow enough towards the edge, for each factor e in the distance, for the law to tell a zone."""
+    return growth >= 0.1
+
+
+@jit
 def missing_width(v: float, growth: float, slips: int, width: float, theta: float, zones: np.ndarray) -> float:
     """Cells of the zone at the leading edge that `slips` slip cells miss: `unseen_width`, or width (cells) by the law.
 
-    zones [n, 7]: of `leading_zone.numbers`. Where tractions grow too little (0.1), or decrease, that width stands for
-    it if no cell slips: the bound of a leading cell differs from what stick carries by more than they grow. Nothing is
-    missing from zones of n slip cells and more.
+    zones [n, 7]: of `leading_zone.numbers`. Where tractions grow too little (`by_the_law`), or decrease, that width
+    stands for it if no cell slips: the bound of a leading cell differs from what stick carries by more than they grow.
+    Nothing is missing from zones of n slip cells and more.
     """
-    if growth < 0.1:
+    if not by_the_law(growth):
         return width if slips == 0 else 0.0
     return unseen_width(v, growth, slips, theta, zones[slips]) if slips < zones.shape[0] else 0.0
 
@@ -152,8 +158,8 @@ def hidden_leading_slip(
 
     First the excess of the sums of tractions: force_x, force_y (MPa), moment (MPa mm), power (MPa). Then what is
     uncertain: force (MPa), area (cells). Then the area (cells) that slips unseen, less that by which a visible slip
-    zone is too large. Last the number of rows whose visible slip zone is none by the law, as tractions grow too little
-    (0.1) towards the edge: of those that `detached_rows` counts.
+    zone is too large. Last the number of rows whose visible slip zone is none by the law (`by_the_law`): of those that
+    `detached_rows` counts.
 
     index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them; ends [2, ny]:
     trailing and leading edge of each row (cells); normals [2, ny]: of the leading edge; x, y [m] (mm), slip [m]
@@ -196,7 +202,7 @@ def hidden_leading_slip(
         out[3] += force_x * slip_x + force_y * slip_y
         out[4] += abs(k) * friction * largest * doubtful
         out[5] += cells
-        if slips == 0 or growth >= 0.1:
+        if slips == 0 or by_the_law(growth):
             out[6] += unseen
         elif sticks_beside(index, count, slip, j):
             out[7] += 1.0
