@@ -245,9 +245,10 @@ def opened(
 ) -> Iterator[Store]:
     """The store of the cube `output`; its index has all results of `cases` of `study` that exist already.
 
-    No other sweep can open it at the same time, except other shards if this is one. Damaged units, which are set aside,
-    and a folder that had to be made are reported to `tell`. `fresh`: existing results are ignored. `take_over`: so is a
-    lock that another machine left.
+    No other sweep can open it at the same time, except other shards if this is one. Damaged units, which are set aside
+    (by a shard left where they are: another version of the solver may be writing them), and a folder that had to be
+    made are reported to `tell`. `fresh`: existing results are ignored. `take_over`: so is a lock that another machine
+    left.
 
     Raises UserError when the output cannot be written to, when it or units beside it are of a study of another name and
     have none of these cases, when these cannot be read, or when another process is at work on it.
@@ -275,7 +276,7 @@ def opened(
                 if index.is_empty:
                     refuse_other_study(output, study)
             for path in unit_paths(folder):
-                _take_unit(index, path, study, tell)
+                _take_unit(index, path, study, tell, leave=shard is not None)
             store = Store(folder, index, study, checked)
         except OSError as error:
             raise UserError(f"{output}: cannot be written: {error.strerror or error}") from error
@@ -335,7 +336,8 @@ def _lack_of_fields(cube: EarlierCube, wanted: Keep) -> str:
     return f"outputs asks for fields in {wanted.precision}, and {lack}"
 
 
-def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
+def _take_unit(index: Index, path: Path, study: str, tell: Tell, *, leave: bool) -> None:
+    """Note the results in a unit. Bad ones are set aside, or left to others at work on them with `leave`."""
     try:
         unit, data = read_unit(path)
         if index.take_unit(unit, data) == len(unit.entries) and unit.study != study:
@@ -348,7 +350,8 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell) -> None:
     except OSError as error:
         raise cannot_be_read(path, error) from error
     except BadUnit as error:
-        tell(f"{path}: {error}; set aside as {set_aside(path).name}, its cases have to be solved again")
+        fate = "left where it is, as other shards may use it" if leave else f"set aside as {set_aside(path).name}"
+        tell(f"{path}: {error}; {fate}, its cases have to be solved again")
 
 
 def _start_over(folder: Path, study: str) -> None:

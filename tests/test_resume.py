@@ -368,6 +368,24 @@ def test_another_solver_version_solves_all_again(sweeps: Sweeps, monkeypatch: py
     assert f"of solver version {SOLVER_VERSION}, this is next; set aside" in sweeps.told[0]
 
 
+def test_a_shard_leaves_units_of_another_solver_version(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It set them aside, though the shard that wrote them with that version might go on to merge them."""
+    import rcstudy.cases
+    import rcstudy.storage.units
+
+    mine = len(sweeps.run(shard=(1, 2)))
+    (path,) = unit_paths(sweeps.units)
+    with monkeypatch.context() as patched:
+        patched.setattr(rcstudy.cases, "SOLVER_VERSION", "next")
+        patched.setattr(rcstudy.storage.units, "SOLVER_VERSION", "next")
+        assert len(sweeps.run(shard=(2, 2))) == CASES - mine
+        assert f"{path}: of solver version {SOLVER_VERSION}, this is next; left where it is" in sweeps.told[0]
+    assert path in unit_paths(sweeps.units)
+    assert len(sweeps.run()) == CASES - mine
+    assert "of solver version next, this is" in sweeps.told[0]
+    assert not unit_paths(sweeps.units)
+
+
 @pytest.mark.parametrize("seconds", [(0.1,), store.UNIT_SECONDS, (0.1, 0.1, 1e9), (0.1, 1e9)])
 def test_what_is_solved_reaches_the_disk_in_time(
     sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch, seconds: tuple[float, ...]
