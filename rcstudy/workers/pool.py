@@ -24,6 +24,7 @@ from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from rcstudy.errors import UserError
@@ -170,6 +171,7 @@ class Pool:
             raise UserError(
                 "worker processes do not start in daemonic processes (multiprocessing.Pool's): use one worker"
             )
+        Path.cwd()  # FileNotFoundError if it was removed: Python 3.13's resource tracker would print a traceback
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         _widen(theirs)
