@@ -8,7 +8,6 @@ from collections.abc import Hashable, Iterable, Iterator
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from traceback import extract_tb
 from typing import TYPE_CHECKING, Any, Literal
 
 import h5py
@@ -16,7 +15,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from rcstudy.errors import UserError, first_line
+from rcstudy.errors import UserError, first_line, place_of
 from rcstudy.mechanics.literature import behind, listed
 from rcstudy.result import VARIABLES, Result, Status
 from rcstudy.settings import unit_as_written
@@ -142,7 +141,7 @@ def reading(*paths: Path | str) -> Iterator[None]:
         # what damaged or hostile content leads to, and a mistake of ours, are errors of the same types
         which, found = _at_fault(paths)
         theirs = found or any(map(_is_changed, paths))
-        ours = "" if theirs else f", or a mistake in rcstudy itself ({_place_of(error)})"
+        ours = "" if theirs else f", or a mistake in rcstudy itself ({place_of(error)})"
         raise UserError(f"{which}: damaged, or not as rcstudy writes cubes{ours}: {what}") from error
 
 
@@ -153,13 +152,6 @@ def _is_changed(path: Path | str) -> bool:
             return bool(changed_grids(tree))
     except Exception:  # h5py and xarray raise errors of any type on damaged files
         return True
-
-
-def _place_of(error: Exception) -> str:
-    """File and line of this package that the error comes from: `report/overview.py, line 117`."""
-    package = Path(__file__).parent
-    last = [frame for frame in extract_tb(error.__traceback__) if package in Path(frame.filename).parents][-1]
-    return f"{Path(last.filename).relative_to(package).as_posix()}, line {last.lineno}"
 
 
 def _at_fault(paths: Iterable[Path | str]) -> tuple[str, bool]:

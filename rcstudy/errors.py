@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from traceback import extract_tb
 
 EXIT_DIFFERENT = 1
 """Exit code of `compare` where cubes differ."""
@@ -27,6 +28,13 @@ class UserError(Exception):
 def first_line(error: Exception) -> str:
     """The first line of an error's message, or its type if it has none."""
     return (str(error).strip() or type(error).__name__).splitlines()[0]
+
+
+def place_of(error: BaseException) -> str:
+    """File and line of this package that the error comes from: `report/overview.py, line 117`."""
+    package = Path(__file__).parent
+    last = [frame for frame in extract_tb(error.__traceback__) if package in Path(frame.filename).parents][-1]
+    return f"{Path(last.filename).relative_to(package).as_posix()}, line {last.lineno}"
 
 
 def cannot_be_read(place: object, error: OSError) -> UserError:

@@ -47,6 +47,7 @@ class Variable:
     dtype: str = "f8"
     tangential: bool = False  # absent if only the pressure is solved for
     timing: bool = False  # differs from run to run
+    nonnegative: bool = False  # a result that is less is an error
     enum: type[IntEnum] | None = None
 
 
@@ -62,12 +63,12 @@ VARIABLES: dict[str, Variable] = {
     "force_x": Variable("scalar", "N", "longitudinal force on the coated body", tangential=True),
     "force_y": Variable("scalar", "N", "lateral force on the coated body", tangential=True),
     "moment_z": Variable("scalar", "N mm", "spin moment sum(x qy - y qx) dx dy", tangential=True),
-    "pressure_max": Variable("scalar", "MPa", "largest pressure"),
-    "contact_area": Variable("scalar", "mm2", "area of contact"),
-    "slip_area": Variable("scalar", "mm2", "area of slip", tangential=True),
-    "contact_radius": Variable("scalar", "mm", "radius of the circle of the area of contact"),
+    "pressure_max": Variable("scalar", "MPa", "largest pressure", nonnegative=True),
+    "contact_area": Variable("scalar", "mm2", "area of contact", nonnegative=True),
+    "slip_area": Variable("scalar", "mm2", "area of slip", tangential=True, nonnegative=True),
+    "contact_radius": Variable("scalar", "mm", "radius of the circle of the area of contact", nonnegative=True),
     "approach": Variable("scalar", "mm", "rigid approach of the bodies"),
-    "traction_max": Variable("scalar", "MPa", "largest magnitude of the traction", tangential=True),
+    "traction_max": Variable("scalar", "MPa", "largest magnitude of the traction", tangential=True, nonnegative=True),
     "friction_power": Variable("scalar", "N", "friction power per unit rolling speed", tangential=True),
     # how the case ended
     "status": Variable("scalar", "1", "how the case ended", "i1", enum=Status),
@@ -115,7 +116,9 @@ ESTIMATED = (
 )
 VARIABLES |= {
     f"{name}_error": replace(
-        VARIABLES[name], long_name=f"estimated discretisation error of the {VARIABLES[name].long_name}"
+        VARIABLES[name],
+        long_name=f"estimated discretisation error of the {VARIABLES[name].long_name}",
+        nonnegative=True,
     )
     for name in ESTIMATED
 }

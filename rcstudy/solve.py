@@ -11,6 +11,7 @@ import numpy as np
 
 from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.hidden import Hidden, close_to_border, least_over_largest
+from rcstudy.errors import place_of
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.contact import NormalContact, solve_normal, solve_rolling
@@ -70,7 +71,7 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
             except (Refusal, BeyondRounding) as refusal:
                 result = Result(Status.REFUSED, str(refusal))
             except Exception as error:  # a batch must go on: any failure of one case becomes its status
-                reason = f"{type(error).__name__}: {error}"
+                reason = f"{type(error).__name__}: {error}, in {place_of(error)}"
                 if isinstance(error, OverflowError | ZeroDivisionError):
                     reason = f"beyond the range of floating point numbers ({reason})"
                 result = Result(Status.ERROR, reason)
@@ -235,7 +236,7 @@ def _result(
     absent = expected_scalars(tangential=rolling is not None) - scalars.keys() - proof.keys()
     no_numbers = [name for name, value in sums.items() if not math.isfinite(value)]
     no_numbers += sorted(name for name in absent if not VARIABLES[name].timing)
-    negative = [name for name in scalars if name.endswith(("_max", "_area", "_error")) and scalars[name] < 0.0]
+    negative = [name for name in scalars if VARIABLES[name].nonnegative and scalars[name] < 0.0]
     for names, problem in ((no_numbers, "no finite numbers"), (negative, "negative")):
         if names and status == Status.SOLVED:
             status = Status.ERROR

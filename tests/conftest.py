@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import gc
 import signal
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numba
 import pytest
+
+
+@pytest.fixture(autouse=True, scope="session")
+def nothing_is_late() -> Iterator[None]:
+    """No step is announced for being slow, which all may be on a busy machine: tests take what is printed literally."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("rcstudy.progress.LATE_SECONDS", 600.0)
+        yield
 
 
 @pytest.fixture

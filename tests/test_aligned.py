@@ -526,7 +526,7 @@ def test_what_borders_behind_the_stick_zone_are_told_of_the_bodies(monkeypatch: 
 def test_borders_of_stick_zones_raise_no_pressure_that_tractions_do_not_change(monkeypatch: pytest.MonkeyPatch) -> None:
     """One-way, the largest pressure is that of the contact, whatever is found between cells at such a border."""
     scene, contact, rolling = sticks_in_front()
-    monkeypatch.setattr(slip_zone.rows, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
+    monkeypatch.setattr(slip_zone.row_kernels, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
     zone = contact.slip_zone(rolling, scene.friction)
     assert (zone.pressure, zone.cusps.of_pressure) == (contact.pressure_max, 0.0)
     assert zone.traction == pytest.approx(scene.friction * contact.pressure_max, rel=1e-12)
@@ -545,7 +545,7 @@ def test_cusps_raise_the_largest_pressure_as_far_as_tractions_say(monkeypatch: p
         return (np.sqrt(smooth) + np.where(np.isfinite(rise.by_room), 1.0, 0.0)) ** 2
 
     monkeypatch.setattr(slip_zone, "squares_with_cusps", cusped)
-    monkeypatch.setattr(slip_zone.rows, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
+    monkeypatch.setattr(slip_zone.row_kernels, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
     zones = slip_zone.SlipZones(rows, contact.outline, contact.influence, cusped=True)
     zone = zones.zone(rolling, mu)
     assert zone.pressure == zone.cusps.at_borders == pytest.approx(contact.pressure_max + 1.0)

@@ -682,7 +682,7 @@ def test_largest_pressures_on_films_of_rubber_on_few_cells(cells, load, thicknes
     assert result.scalars["pressure_max"] == pytest.approx(fine["pressure_max"], rel=0.08)
 
 
-@pytest.mark.parametrize("name", ["pressure_max", "contact_area"])
+@pytest.mark.parametrize("name", ["pressure_max", "contact_area", "contact_radius"])
 def test_a_negative_number_that_cannot_be_is_no_result(name, monkeypatch):
     solving = sys.modules["rcstudy.solve"]
     made = solving._normal_numbers

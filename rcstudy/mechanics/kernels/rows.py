@@ -1,7 +1,7 @@
 """Rows of cells that begin at the edge of the contact (`moved_rows.py`): edges, profiles, mean pressures, areas.
 
-Positions along x are in cells: the centre of cell i of the box is at i. `line` and `cells` are half-lines, that is (b1,
-b2, total, shift, excess) of `half_line.HalfLine`.
+Positions along x are in cells: the centre of cell i of the box is at i. `line` and `half_space` are half-lines, that is
+(b1, b2, total, shift, excess) of `half_line.HalfLine`.
 """
 
 from __future__ import annotations
@@ -51,32 +51,34 @@ def beyond_centre(three: tuple[float, float, float], line: tuple[float, ...]) ->
     lies when the outermost cell just comes into contact. Before the term with delta is added it is limited to one cell:
     beyond that the next cell would be in contact.
     """
+    _, _, _, shift, _ = line
     rise, gamma, delta = edge_coefficients(three, line)
     e = to_edge(three[0], -rise, 0.5 * gamma)
     if delta < 0.0:
         e -= delta / 6.0 * e**3 / (rise - gamma * e)
-    return line[3] + e
+    return shift + e
 
 
 @jit
 def pressure_at_second_centre(
-    three: tuple[float, float, float], beyond: float, line: tuple[float, ...], cells: tuple[float, ...]
+    three: tuple[float, float, float], beyond: float, line: tuple[float, ...], half_space: tuple[float, ...]
 ) -> float:
     """Continuous pressure (MPa) at the centre of a row's second cell, which is less than the pressure of that cell.
 
-    three, line: as in `edge_coefficients`; beyond: distance of the edge beyond the outermost centre (cells); cells: the
-    half-line of a half-space. The half-space's part of the filter B+ enters by its sum, `total`; the layers' part by
-    its first coefficient, the difference of the two b1.
+    three, line: as in `edge_coefficients`; beyond: distance of the edge beyond the outermost centre (cells);
+    half_space: the half-line of a half-space. The half-space's part of the filter B+ enters by its sum, `total`; the
+    layers' part by its first coefficient, the difference of the two b1.
     """
+    (b1, _, _, shift, _), (b1_of_half_space, _, total, _, _) = line, half_space
     rise, gamma, delta = edge_coefficients(three, line)
-    e = beyond - line[3]
+    e = beyond - shift
     root = rise - gamma * e + 0.5 * delta * e * e
     bend = gamma - delta * e
     second = 0.0
     for k in range(2):
         x = max(beyond + k, 0.0)
-        here = math.sqrt(x) * (root + x * (bend / 1.5 + x * delta / 3.75)) / (math.gamma(1.5) * cells[2])
-        second = here - (line[0] - cells[0]) * second
+        here = math.sqrt(x) * (root + x * (bend / 1.5 + x * delta / 3.75)) / (math.gamma(1.5) * total)
+        second = here - (b1 - b1_of_half_space) * second
     return second
 
 
@@ -142,14 +144,14 @@ def row_profile(
     ends: np.ndarray,
     edges: np.ndarray,
     line: tuple[float, ...],
-    cells: tuple[float, ...],
+    half_space: tuple[float, ...],
     knots: np.ndarray,
     squares: np.ndarray,
 ) -> int:
     """Number of knots of the piecewise linear p^2 along a row p [nx] (MPa); fills knots and squares [>= 2 nx + 3].
 
     ends [2]: first and last cell in contact; edges [2]: where the contact ends; line: the half-line by which the edges
-    were found; cells: that of a half-space. Knots are the edges, the centres, and the points halfway between these, at
+    were found; half_space: that of one. Knots are the edges, the centres, and the points halfway between these, at
     which p^2 is such that two straight lines enclose the same area as a parabola. p^2 of the outermost two cells is
     replaced: at the second centre by `pressure_at_second_centre`, at the outermost one by the parabola through the edge
     and the next two centres. Both stay where this parabola does not rise from the edge. In rows of fewer than six
@@ -167,7 +169,7 @@ def row_profile(
             outer = 0 if side == 0 else v.size - 1
             t = (ends[side] - edges[side]) * inward  # distance of the outermost centre inside the edge
             three = p[ends[side]], p[ends[side] + inward], p[ends[side] + 2 * inward]
-            second = pressure_at_second_centre(three, t, line, cells) ** 2
+            second = pressure_at_second_centre(three, t, line, half_space) ** 2
             near, far = second / (t + 1.0), v[outer + 2 * inward] / (t + 2.0)
             slope = near - (far - near) * (t + 1.0)
             if slope > 0.0:
@@ -203,7 +205,7 @@ def row_profiles(
     high: np.ndarray,
     edges: np.ndarray,
     line: tuple[float, ...],
-    cells: tuple[float, ...],
+    half_space: tuple[float, ...],
     knots: np.ndarray,
     squares: np.ndarray,
     known: np.ndarray,
@@ -216,7 +218,7 @@ def row_profiles(
         known[j] = 0
         if high[j] >= low[j]:
             ends, of_row = np.array([low[j], high[j]]), edges[:, j].copy()
-            known[j] = row_profile(p[:, j].copy(), ends, of_row, line, cells, knots[j], squares[j])
+            known[j] = row_profile(p[:, j].copy(), ends, of_row, line, half_space, knots[j], squares[j])
 
 
 @jit

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.kernels import rows, slip_width, stick
+from rcstudy.mechanics.kernels import rows as row_kernels
+from rcstudy.mechanics.kernels import slip_width, stick
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.subcell.cusps import Cusps, Rise, by_room, difference, squares_with_cusps
 from rcstudy.mechanics.subcell.edges import Outline
@@ -46,10 +47,10 @@ class SlipZone(NamedTuple):
 
 
 class SlipZones:
-    """Slip zones of contacts with the same `cells` and `outline`, between bodies with `influence`."""
+    """Slip zones of contacts with the same `rows` and `outline`, between bodies with `influence`."""
 
-    def __init__(self, cells: MovedRows, outline: Outline, influence: Influence, *, cusped: bool = False) -> None:
-        self._cells, self._outline, self._cusped = cells, outline, cusped
+    def __init__(self, rows: MovedRows, outline: Outline, influence: Influence, *, cusped: bool = False) -> None:
+        self._rows, self._outline, self._cusped = rows, outline, cusped
         self._line = influence.half_line_of_tractions(outline.spacing[0])
         along, across = influence.slip_under_tractions
         self._unlike = min((across - along) / math.sqrt(along * across), _MOST_UNLIKE)
@@ -62,25 +63,25 @@ class SlipZones:
         Tractions are largest at that border, where they equal mu p, or at the largest pressure, if it lies in slip. The
         pressure is largest at its summit or, if `cusped`, at that border (`cusps.py`; Johnson 1985, section 8.3).
         """
-        slip, cells, outline = rolling.slip, self._cells, self._outline
-        ny = cells.count.size
+        slip, rows, outline = rolling.slip, self._rows, self._outline
+        ny = rows.count.size
         widths, length, last = np.empty(ny), np.empty(ny), np.empty(ny, dtype=np.int64)
         borders = np.empty((2 * slip.size, 2))
-        of_cells = rolling.q, rolling.s_ahead, slip, friction, cells.pressure
-        of_rows = cells.index, cells.start, cells.count, outline.far_field_ends
+        of_cells = rolling.q, rolling.s_ahead, slip, friction, rows.pressure
+        of_rows = rows.index, rows.start, rows.count, outline.far_field_ends
         limits = NARROW, self._line.b1, self._line.shift
         found, largest, backwards = stick.stick_zone(*of_cells, *of_rows, *limits, widths, length, last, borders)
         borders = borders[:found]
         at_borders = with_cusps = 0.0
         if found:
-            squares = rows.squares_at_borders(*cells.profiles, borders)
-            at_borders = with_cusps = rows.peak_at_borders(squares, borders)
+            squares = row_kernels.squares_at_borders(*rows.profiles, borders)
+            at_borders = with_cusps = row_kernels.peak_at_borders(squares, borders)
             if self._cusped:
                 of_zone = (last, length, borders), squares, self._rise(borders, last, rolling, friction)
                 cusped = squares_with_cusps(outline.p, outline.high, outline.far_field_ends, *of_zone)
                 # between rows, too, no border has more than what a cusp adds to the largest pressure without
                 rise = float((np.sqrt(cusped) - np.sqrt(squares)).max())
-                with_cusps = min(rows.peak_at_borders(cusped, borders), outline.summit[0] + max(rise, 0.0))
+                with_cusps = min(row_kernels.peak_at_borders(cusped, borders), outline.summit[0] + max(rise, 0.0))
         # if the largest pressure lies in the slip zone, so does the largest traction of slip cells
         summit = outline.summit[0]
         of_cells_alone = friction * summit if self.slips_at_top(rolling) else largest
@@ -98,13 +99,13 @@ class SlipZones:
 
     def _rise(self, borders: np.ndarray, last: np.ndarray, rolling: RollingSolution, friction: float) -> Rise:
         """How far pressures rise behind `borders` [n, 2]; last [ny]: as from `stick.stick_rows`."""
-        cells, found = self._cells, np.full(len(borders), math.inf)
+        rows, found = self._rows, np.full(len(borders), math.inf)
         j = np.flatnonzero(last >= 0)
-        ahead = cells.start[j] - borders[last[j], 0]  # of the border, the row's leading cell (cells)
+        ahead = rows.start[j] - borders[last[j], 0]  # of the border, the row's leading cell (cells)
         step = np.floor(ahead).astype(np.int64) - 1
         j, ahead, step = j[step >= 0], ahead[step >= 0], step[step >= 0]
-        second = cells.index[step, j]
-        room = friction * cells.pressure[second] - np.hypot(*rolling.q[second].T)
+        second = rows.index[step, j]
+        room = friction * rows.pressure[second] - np.hypot(*rolling.q[second].T)
         found[last[j]] = by_room(room, ahead - step, self._most)
         return Rise(friction * self._most, found)
 
@@ -118,16 +119,16 @@ class SlipZones:
 
         If the pressure is as large elsewhere, as in mirror images of a summit, the cells there as well.
         """
-        cells, p, (_, x, y) = self._cells, self._outline.p, self._outline.summit
+        rows, p, (_, x, y) = self._rows, self._outline.p, self._outline.summit
         places = [(x, round(y - TIE)), (x, round(y + TIE))]
         for i, j in np.argwhere(p > (1.0 - _AS_LARGE) * p.max()).tolist():
             if abs(i - x) > 1.0 or abs(j - y) > 1.0:
                 places.append((i, j))
         numbers = set()
         for along, row in places:
-            count = int(cells.count[row])
+            count = int(rows.count[row])
             if count > 0:
-                numbers.add(int(cells.index[min(max(round(cells.start[row] - along), 0), count - 1), row]))
+                numbers.add(int(rows.index[min(max(round(rows.start[row] - along), 0), count - 1), row]))
         return sorted(numbers)
 
     def _area_behind(
@@ -139,13 +140,13 @@ class SlipZones:
         fraction of the slip cells' tractions that points towards -x (`stick.rooms_and_speeds`) over the friction
         coefficient. None if the outline is not smooth or the stick zone is not of this kind.
         """
-        outline, cells = self._outline, self._cells
+        outline, rows = self._outline, self._rows
         if outline.smooth is None:
             return None
         ends, slopes, chords, tips, curvature = outline.smooth
         dx, dy = outline.spacing
         bow = -_BOW_BY_PRESSURE * curvature * backwards * self._by_pressure
-        of_outline, of_cells = (ends, slopes, chords, tips), (rolling.q, rolling.slip, cells.index, cells.count)
+        of_outline, of_cells = (ends, slopes, chords, tips), (rolling.q, rolling.slip, rows.index, rows.count)
         found, slips = slip_width.area_behind(*of_zone, *of_outline, *of_cells, dx / dy, bow, self._unlike)
         return self._slipping_part(slips / outline.within_in_cells) if found else None
 
@@ -156,7 +157,7 @@ class SlipZones:
         """
         slip_width.shorten_tips(length, self._outline.chords[0])
         # what chords miss of the contact's area they also miss of the stick zone's
-        return self._slipping_part(1.0 - float(rows.area_under(length, _NOT_KNOWN)) / self._outline.area_by_rows)
+        return self._slipping_part(1.0 - float(row_kernels.area_under(length, _NOT_KNOWN)) / self._outline.area_by_rows)
 
     def _slipping_part(self, part: float) -> float:
         """Area of the slip zone (mm^2), from the fraction `part` within the edges that slips or has lifted off."""
