@@ -27,7 +27,7 @@ from rcstudy.mechanics.series import Series
 from rcstudy.mechanics.stopping import pressure_tolerance
 from rcstudy.mechanics.subcell.pole import rise_at_pole
 from rcstudy.mechanics.subcell.slip_zone import SlipZone
-from rcstudy.mechanics.subcell.unseen import Unseen
+from rcstudy.mechanics.subcell.unseen import Unseen, part_within
 from rcstudy.mechanics.turns import one_at_a_time
 from rcstudy.result import VARIABLES, CellState, Result, Status, expected_scalars
 
@@ -277,10 +277,10 @@ def _hidden(
     if not scene.is_coupled:
         return hidden
     cusps = contact.cusps(zone, rolling, scene.friction)
-    pull = _pull(contact, scene)
+    pull = scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)  # mu beta: of tractions at pressure
     fractions = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
-        lift=_lift(contact, rolling),
+        lift=contact.relative_lift(rolling),
         cusp_of_pressure=cusps.of_pressure,
         cusp_of_traction=cusps.of_traction,
         cusp_in_skin=scene.friction * contact.influence.cusp_in_skin(contact.contact_radius),
@@ -290,18 +290,6 @@ def _hidden(
         at_pole=rise_at_pole(contact.cells, contact.pressure, fractions, pull),
         top_at_border=close_to_border(contact.cells, contact.pressure, rolling.slip),
     )
-
-
-def _pull(contact: NormalContact, scene: Scene) -> float:
-    """Friction times the magnitude of Dundurs' constant: how much tractions at their bounds pull at the pressure."""
-    return scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)
-
-
-def _lift(contact: NormalContact, rolling: RollingSolution) -> float:
-    """Mean lift of the surface by tractions, weighted with the pressure, over the approach; found by reciprocity."""
-    i, j = contact.cells.T
-    work = float(np.sum(rolling.q.T * contact.displacement_by_pressure[:, i, j]))
-    return work / (float(contact.pressure.sum()) * contact.solution.approach)
 
 
 def _polished_pressure(contact: NormalContact, scene: Scene) -> tuple[NormalContact, dict[str, float]]:
@@ -397,7 +385,7 @@ def _rolling_numbers(
     force_x, force_y, moment = contact.resultant(rolling, scene.friction)
     ending = contact.ending(rolling, scene.friction)
     more_x, more_y = ending.force_x - unseen.force_x, ending.force_y - unseen.force_y
-    part = _part_within(scene.friction * scene.load, (force_x, force_y), (more_x, more_y))
+    part = part_within(scene.friction * scene.load, (force_x, force_y), (more_x, more_y))
     force_x += part * more_x
     force_y += part * more_y
     moment += part * (ending.moment_z - unseen.moment_z)
@@ -415,15 +403,3 @@ def _rolling_numbers(
         "operator_products": rolling.products,
         "coarse_products": rolling.coarse_products,
     }
-
-
-def _part_within(most: float, force: tuple[float, float], more: tuple[float, float]) -> float:
-    """Largest part, up to 1, of the forces `more` (N) that together with `force` (N) does not exceed `most` (N).
-
-    Slip zones and ends that a few cells do not show may be far larger by their laws than the friction force allows.
-    """
-    square, half = math.hypot(*more) ** 2, force[0] * more[0] + force[1] * more[1]
-    room = most * most - math.hypot(*force) ** 2
-    if square == 0.0 or square + 2.0 * half <= room:
-        return 1.0
-    return max((math.sqrt(max(half * half + square * room, 0.0)) - half) / square, 0.0)

@@ -90,12 +90,13 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=ROOT / "results" / "paper" / "readings.md")
     options = parser.parse_args()
     text = STUDY.read_text(encoding="utf-8")
+    studies = {name: study_from_text(read_as(text, name), STUDY) for name in READINGS}
     of: dict[str, list[str]] = {}
     measured: dict[str, np.ndarray] = {}
     with tempfile.TemporaryDirectory() as folder:
         cube = Path(folder) / "paper_fine.nc"
-        for name in READINGS:
-            done = sweep.run(study_from_text(read_as(text, name), STUDY), cube, fresh=True)
+        for name, study in studies.items():
+            done = sweep.run(study, cube, fresh=True)
             print(f"{name}: {done.cases - len(done.failures)} of {done.cases} cases solved in {done.seconds:.0f} s")
             with open_cube(cube) as tree:
                 cases = paper_cases(grids(tree))

@@ -26,7 +26,7 @@ from rcstudy.mechanics.missed import Missed
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
 from rcstudy.mechanics.subcell.unseen import Unseen
 from rcstudy.result import ESTIMATED, Status
-from rcstudy.solve import _coarser_numbers, _hidden, _lift, _normal_numbers, _rolling_numbers, solve_scene
+from rcstudy.solve import _coarser_numbers, _hidden, _normal_numbers, _rolling_numbers, solve_scene
 from rcstudy.study import scene_from_mapping
 
 FORCES = {"force_x": -20.0, "force_y": 1.0, "moment_z": 1.0, "friction_power": 0.2}
@@ -612,7 +612,7 @@ def test_lift_is_the_mean_under_the_pressure_over_the_approach(discretisation: s
         contact = AlignedContact(contact)
     rolling = solve_rolling(contact, scene)
     mean = np.average(contact.lift(rolling.q, contact.box), weights=contact.solution.p[contact.box.slices])
-    assert _lift(contact, rolling) == pytest.approx(mean / contact.solution.approach, rel=rel)
+    assert contact.relative_lift(rolling) == pytest.approx(mean / contact.solution.approach, rel=rel)
 
 
 def fitted_tightly(cells: int, **more: Any) -> Scene:

@@ -1,4 +1,4 @@
-"""Lists of settings kept by hand: each has every setting of a scene, or a reason why not.
+"""Lists kept by hand: each has every setting of a scene, or every scalar with an error bar, or a reason why not.
 
 A setting that was added to the scene alone appeared in no cube, table or caption, and no test said so.
 """
@@ -9,12 +9,17 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Any, get_args
 
 import pytest
+import xarray as xr
 from contacts import steel
 
+from rcstudy.accuracy import _KEPT
 from rcstudy.cases import _LISTED, scene_record
+from rcstudy.compare import _natural_scales
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh
 from rcstudy.report.held import _WRITTEN
 from rcstudy.report.listed import _PATHS, CREEPAGES
+from rcstudy.report.quantities import CHOICES, variable
+from rcstudy.result import ESTIMATED
 from rcstudy.settings import DESCRIPTIONS
 from rcstudy.storage.layout import LAYER_SETTINGS, SETTINGS
 from rcstudy.studyfile.spec import SceneSpec, Spec
@@ -77,3 +82,19 @@ def test_the_hash_of_a_case_covers_every_setting() -> None:
             yield from (f"{key}.{path}" for path in paths(value)) if isinstance(value, dict) else (key,)
 
     assert sorted([*paths(scene_record(scene)), MARGIN]) == sorted(leaves())
+
+
+SIZES = {"contact_radius", "approach"}  # never nil: rounding is small beside their own values
+OF_SCALARS: Mapping[str, tuple[Collection[str], Collection[str]]] = {
+    "scales of a comparison": (_natural_scales(xr.Dataset(), ()), SIZES),
+    "what an overview can show": ({variable(name) for name in CHOICES}, ()),
+    "numbers that the study of accuracy keeps": (_KEPT, {"approach"}),  # which does not depend on tractions
+}
+
+
+@pytest.mark.parametrize("name", OF_SCALARS)
+def test_every_scalar_with_an_error_bar_is_listed_or_left_out_for_a_reason(name: str) -> None:
+    """Without its scale, rounding in a number that is nil was told as a difference between cubes."""
+    listed, left_out = OF_SCALARS[name]
+    assert set(ESTIMATED) == {*listed, *left_out} & set(ESTIMATED)
+    assert not set(left_out) & set(listed)

@@ -14,8 +14,8 @@ from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.kernels import leading_slip
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.mechanics.subcell import leading_zone
-from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip
-from rcstudy.solve import _part_within, solve_scene
+from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip, part_within
+from rcstudy.solve import solve_scene
 
 HARDLY_SLIPPING = pytest.mark.parametrize(
     ("counterbody", "friction", "creepage"),
@@ -259,10 +259,10 @@ def test_no_force_exceeds_that_of_friction(friction: float, direction: tuple[flo
 
 def test_part_of_a_correction_that_friction_allows() -> None:
     """All of it where it stays within the circle, else what reaches it; none from outside outwards."""
-    assert _part_within(1.0, (0.2, 0.0), (0.7, 0.0)) == 1.0
-    assert _part_within(1.0, (0.2, 0.0), (1.6, 0.0)) == pytest.approx(0.5)
-    assert _part_within(1.0, (0.6, 0.0), (0.0, 1.6)) == pytest.approx(0.5)
-    assert _part_within(1.0, (0.6, 0.0), (-3.2, 0.0)) == pytest.approx(0.5)
-    assert _part_within(1.0, (0.0, 0.5), (0.0, 0.6)) == pytest.approx(5.0 / 6.0)
-    assert _part_within(1.0, (1.001, 0.0), (0.1, 0.0)) == 0.0
-    assert _part_within(1.0, (0.5, 0.5), (0.0, 0.0)) == 1.0
+    assert part_within(1.0, (0.2, 0.0), (0.7, 0.0)) == 1.0
+    assert part_within(1.0, (0.2, 0.0), (1.6, 0.0)) == pytest.approx(0.5)
+    assert part_within(1.0, (0.6, 0.0), (0.0, 1.6)) == pytest.approx(0.5)
+    assert part_within(1.0, (0.6, 0.0), (-3.2, 0.0)) == pytest.approx(0.5)
+    assert part_within(1.0, (0.0, 0.5), (0.0, 0.6)) == pytest.approx(5.0 / 6.0)
+    assert part_within(1.0, (1.001, 0.0), (0.1, 0.0)) == 0.0
+    assert part_within(1.0, (0.5, 0.5), (0.0, 0.0)) == 1.0

@@ -373,6 +373,12 @@ class NormalContact:
         qx, qy = rolling.q.T
         return float(qx.sum()) * area, float(qy.sum()) * area, float(np.sum(x * qy - y * qx)) * area
 
+    def relative_lift(self, rolling: RollingSolution) -> float:
+        """Mean lift by tractions, weighted with the pressure, over the approach; found by reciprocity."""
+        i, j = self.cells.T
+        work = float(np.sum(rolling.q.T * self.displacement_by_pressure[:, i, j]))
+        return work / (float(self.pressure.sum()) * self.solution.approach)
+
     def friction_power(
         self, rolling: RollingSolution, creepage: Creepage, resultant: tuple[float, float, float]
     ) -> float:

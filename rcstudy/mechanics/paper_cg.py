@@ -1,8 +1,8 @@
 """The paper's own conjugate gradients for the tractions (its Eqs 9 and 18 to 23), implemented as published.
 
-Kept so that its error can be reported. It iterates on Eq. 8, the no-slip condition integrated along x, and scales
-tractions beyond the bound back onto it (Eq. 23). That keeps q parallel to the accumulated displacement instead of
-the slip: the result does not satisfy Coulomb's law where cells slip, and the iteration may not reach its tolerance.
+Kept so that its error can be reported. It iterates on Eq. 8, the no-slip condition (Eq. 7) integrated along x, and
+scales tractions beyond the bound back onto it (Eq. 23). That keeps q parallel to the accumulated displacement instead
+of the slip: the result does not satisfy Coulomb's law where cells slip, and the iteration may not reach its tolerance.
 """
 
 from __future__ import annotations

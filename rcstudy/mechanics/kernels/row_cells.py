@@ -66,7 +66,7 @@ def row_neighbours(index: np.ndarray, out: np.ndarray) -> None:
 
 @jit
 def edge_normals(front: np.ndarray, index: np.ndarray, aspect: float, out: np.ndarray) -> None:
-    """Outward normal of the contact's leading edge in each row, into out [2, ny].
+    """Normal of an edge of the contact in each row, with a positive part along x, into out [2, ny].
 
     front [ny]: position of the edge, in cells; aspect: dx/dy; index as in `number_cells`. In a row without a neighbour
     the normal points along x.

@@ -100,6 +100,18 @@ def of_alike(index: np.ndarray, count: np.ndarray, slip: np.ndarray, cell: float
     return Unseen(missing=-_DETACHED * cell * leading_slip.detached_rows(index, count, slip))
 
 
+def part_within(most: float, force: tuple[float, float], more: tuple[float, float]) -> float:
+    """Largest part, up to 1, of the forces `more` (N) that together with `force` (N) does not exceed `most` (N).
+
+    Slip zones and ends that a few cells do not show may be far larger by their laws than the friction force allows.
+    """
+    square, half = math.hypot(*more) ** 2, force[0] * more[0] + force[1] * more[1]
+    room = most * most - math.hypot(*force) ** 2
+    if square == 0.0 or square + 2.0 * half <= room:
+        return 1.0
+    return max((math.sqrt(max(half * half + square * room, 0.0)) - half) / square, 0.0)
+
+
 class UnseenSlip:
     """Corrections for narrow slip zones under one pressure, for any tractions.
 
