@@ -736,6 +736,14 @@ def test_a_quantity_without_errors_has_no_line_in_the_legend():
     assert len(names) == len(QUANTITIES) - 1 and QUANTITIES["moment"] not in names
 
 
+def test_lines_of_quantities_go_through_the_worst_error_on_each_mesh():
+    rows = [row(16, 1e-5, 0.03), row(16, 1e-5, 0.02, problem=1), row(32, 1e-5, 0.005), row(32, 1e-5, 0.01, problem=1)]
+    with style():
+        figure = quantities_figure(rows)
+    for line in figure.axes[0].lines:
+        assert (line.get_xdata().tolist(), line.get_ydata().tolist()) == ([4.0, 8.0], [0.03, 0.01])
+
+
 def test_settings_that_no_two_problems_share_are_said_to_be_none():
     """Their targets were not reached, whatever the errors."""
     rows = [row(n, 1e-5, 1e-6) for n in (16, 32)] + [row(n, 1e-6, 1e-6, problem=1) for n in (16, 32)]
@@ -849,7 +857,7 @@ def test_a_quantity_that_is_nil_in_all_problems_is_left_out():
     nil = {name: 0.02 for name in QUANTITIES if name != "moment"}
     doubts = {REFERENCE + name: 1e-4 for name in nil}
     rows = [row(n, 1e-5, 0.0, errors=nil | doubts) for n in (28, 32, 36)]
-    assert "moment" not in {s.quantity for s in settings(rows)}
+    assert {s.quantity for s in settings(rows)} == nil.keys()
     text = summary_text(rows, settings(rows), [])
     assert "nan" not in text
     assert not any("moment" in line for line in text.splitlines() if line.startswith(("|", "  - ")))
@@ -944,6 +952,13 @@ def test_the_tolerances_of_all_meshes_are_told():
     with style():
         words = " ".join(text.get_text() for text in tolerances_figure(rows).texts).replace("\n", " ")
     assert "the reference's: 1e-03, 1e-05. Medians" in words
+
+
+def test_meshes_are_named_where_their_tolerance_is_the_loosest():
+    rows = [row(n, t, t / n, seconds=n / t) for n in (16, 32) for t in (1e-7, 1e-3, 1e-5)]
+    with style():
+        named = {text.get_text(): text.xy for text in tolerances_figure(rows).axes[0].texts}
+    assert named == {"16": (16e3, 1e-3 / 16), "32": (32e3, 1e-3 / 32)}
 
 
 def test_quantities_without_errors_leave_no_empty_panels():
@@ -1090,3 +1105,29 @@ def test_figures_without_cases_are_neither_drawn_nor_linked(scene, axes, figures
     one_mesh = "mesh" not in axes
     for text in (summary, (tmp_path / "report" / "settings.md").read_text()):
         assert ("None can be chosen: no case of method newton has numbers on another mesh" in text) is one_mesh
+
+
+def test_a_study_of_which_no_reference_is_solved_is_refused(tmp_path):
+    def unsolved(scene, result):
+        return replace(result, status=Status.NOT_CONVERGED) if scene.method == "newton" else result
+
+    with pytest.raises(UserError, match=r"few\.yaml: no problem has a solved case of method newton to serve as"):
+        measured_rows(tmp_path, "mesh.cells: [[12, 12], [18, 18]]", unsolved)
+
+
+TWO_GRIDS = """\
+  rolls: {axes: {mesh.cells: [[12, 12], [18, 18]]}}
+  still: {scene: {creepage: none}, axes: {load: [50, 100]}}
+"""
+
+
+def test_grids_without_creepage_have_no_errors(tmp_path):
+    path = tmp_path / "few.yaml"
+    path.write_text(f"{STUDY.partition('grids:')[0]}grids:\n{TWO_GRIDS}", encoding="utf-8")
+    study = load_study(path)
+    sweep.run(study, tmp_path / "few.nc", workers=1, solve=made_up)
+    with open_cube(tmp_path / "few.nc") as tree:
+        accuracy.run(study, tmp_path / "report", tree, formats=("png",))
+    with xr.open_datatree(tmp_path / "report" / "accuracy.nc") as errors:
+        assert list(errors.children) == ["rolls"]
+        assert "error_force" in errors["rolls"]

@@ -903,6 +903,21 @@ def test_an_outline_with_five_lobes_is_smooth_if_they_are_small(lobes: float, sm
     assert (outline.smooth is not None) == smooth
 
 
+def test_a_smooth_outline_has_the_area_within_the_edges(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That is pi times the first term times both scales, whatever the edges were that it was fitted to."""
+    whole = AlignedContact(solve_normal(steel(Mesh((1.2, 1.2), (48, 26)), counterbody=None))).outline
+    outline = Outline(whole.p, whole.spacing, whole.influence)
+    areas, ends = [], edges.smooth_outline.smooth_ends
+
+    def noted(terms: np.ndarray, x0: float, width: float, y0: float, height: float, *found: np.ndarray) -> Any:
+        areas.append(np.pi * terms[0] * width * height)
+        return ends(terms, x0, width, y0, height, *found)
+
+    monkeypatch.setattr(edges.smooth_outline, "smooth_ends", noted)
+    assert outline.smooth is not None
+    assert areas == [pytest.approx(outline.within_in_cells, rel=1e-12)]
+
+
 def test_outline_on_oblong_cells() -> None:
     """Half-spaces move edges by what oblique ones are off alone, in rows of three cells and more."""
     scene = steel(Mesh((1.2, 1.2), (48, 26)), counterbody=None)

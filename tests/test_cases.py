@@ -515,6 +515,11 @@ def test_estimated_size_is_that_of_the_fields(study):
     assert bytes_of("outputs: {fields: false}\n") == 0
 
 
+def test_estimated_size_of_a_grid_has_tractions_if_any_case_has(study):
+    plan = study("  g: {cases: [{label: still}, {label: rolls, creepage: {spin: 0.01}}]}\n")
+    assert estimate(plan, expand(plan)).field_bytes == 2 * (32 * 32) * (5 * 8 + 1)
+
+
 def test_estimated_size_of_padded_fields_is_that_of_the_largest_mesh_along_each_axis(study):
     plan = study("  g: {axes: {mesh.cells: [[16, 64], [32, 32]]}}\n")
     assert estimate(plan, expand(plan)).field_bytes == 2 * (32 * 64) * 8
@@ -704,3 +709,10 @@ def test_plan_indents_what_goes_on_in_the_next_line(tmp_path):
     assert radius.startswith("  radius") and cases.startswith("  80 cases")
     assert all(line[:column].isspace() and line[column].isdigit() for line in (second, other))
     assert contact.startswith("  contact after Hertz") and more.startswith("    ") and not empty
+
+
+def test_memory_is_that_of_the_largest_of_the_cases_that_share_a_pressure(study):
+    still, rolls = "{scene: {creepage: none}, axes: {friction: [0.3]}}", "{axes: {creepage.spin: [0.001]}}"
+    both, one = (study(text) for text in (f"  g: {still}\n  h: {rolls}\n", f"  h: {rolls}\n"))
+    assert estimate(both, expand(both)).normal_problems == 1
+    assert estimate(both, expand(both)).worker_bytes == estimate(one, expand(one)).worker_bytes

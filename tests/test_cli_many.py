@@ -206,3 +206,16 @@ def test_a_cube_of_a_study_that_is_not_understood(folder: Path, monkeypatch: pyt
     with h5py.File("many.nc", "r+") as file:
         file.attrs["study_text"] = STUDY.replace("loads:", "others:")
     assert "its study has no case" in run("failures", "many.nc", code=cli.EXIT_BAD_INPUT).stderr
+
+
+def test_columns_of_the_status_stand_below_each_other(folder: Path) -> None:
+    (folder / "many.yaml").write_text(f"{STUDY}  loads_of_a_grid_with_a_long_name: {{axes: {{load: [20, 40]}}}}\n")
+    lines = run("status", "many.yaml").stdout.splitlines()
+    (first,) = [k for k, line in enumerate(lines) if line.startswith("grid ")]
+    assert [line.split()[0] for line in lines[first : first + 4]] == [
+        "grid",
+        "loads",
+        "loads_of_a_grid_with_a_long_name",
+        "total",
+    ]
+    assert len({len(line) for line in lines[first : first + 4]}) == 1

@@ -429,6 +429,10 @@ def test_checkouts_of_one_version_that_were_edited_are_told_apart(
     assert len(found) == 9
     (tmp_path / "cli.py").write_text("a = 1")  # no number comes from it
     assert len(found | {remote.examine()["code"]}) == 9
+    (tmp_path / "bars" / "b.py").write_text("b = 1")
+    code, listed = remote.examine()["code"], Path.glob
+    monkeypatch.setattr(Path, "glob", lambda path, name: reversed(list(listed(path, name))))
+    assert remote.examine()["code"] == code  # folders are listed in any order
 
 
 def test_parcels_get_smaller_and_lose_nothing(study: Study) -> None:
@@ -531,3 +535,13 @@ def test_a_time_limit_that_the_task_itself_ran_into_is_its_error(study: Study, s
     else:
         assert deal.given == []
         assert deal.left == 1
+
+
+def test_results_that_cannot_be_unpacked_are_not_asked_for_again(study: Study) -> None:
+    """They are there and will be the same each time."""
+    (batch, *_) = sweep.make_batches(expand(study).cases, 1)
+    deal = cluster._Distribution(FakeClient({}), workers.made_up, [], print)
+    ended = SimpleNamespace(status="finished", key="k")
+    deal._failed(cluster._Parcel([batch[:1]], future=ended), AttributeError("made up"))
+    assert deal.given == [(batch[0], Result(Status.ERROR, "AttributeError: made up"))]
+    assert deal.left == 0

@@ -299,7 +299,10 @@ def test_windows_of_other_sizes(tmp_path: Path) -> None:
     assert first.endswith("cropped in another way (outputs: crop), or to other contacts")
 
 
-@pytest.mark.parametrize("meshes", ["[[16, 16], [32, 32], [64, 64]]", "[[16, 16], [20, 20]]"])
+@pytest.mark.parametrize(
+    "meshes",
+    ["[[16, 16], [32, 32], [64, 64]]", "[[16, 16], [20, 20]]", "[[16, 16], [16, 24]]", "[[16, 16], [24, 16]]"],
+)
 def test_cropped_and_whole_fields_of_several_meshes(tmp_path: Path, meshes: str) -> None:
     """No case could be matched, of which cropping was not named as the reason."""
     grid = f"  g: {{axes: {{mesh.cells: {meshes}}}}}\n"
@@ -976,3 +979,23 @@ def test_cells_in_both_grids_of_cases_with_padding() -> None:
     assert _common(whole, crop) == (slice(1, 5), slice(0, 4), True)  # behind them is padding in both
     assert _common(crop, whole) == (slice(0, 4), slice(1, 5), True)
     assert _common(whole, whole[:1]) is None  # the cells of the one vary from case to case
+
+
+def test_what_each_cube_has_of_coordinates_is_compared(tmp_path: Path, reference: Path) -> None:
+    with open_cube(reference) as tree:
+        whole = tree.to_dataset()
+        for ours, theirs, words in (
+            (whole.drop_vars("lateral"), whole, "coordinate lateral: missing in the cube"),
+            (whole, whole.drop_vars("lateral"), "coordinate lateral: not in the reference"),
+            (whole, whole.assign(friction=whole.friction.mean("modulus")), "variable friction: dimensions are"),
+        ):
+            found = compare(xr.DataTree(ours), xr.DataTree(theirs))
+            assert not found.same
+            assert any(f"tiny: {words}" in one for one in found.structure), found.text()
+
+
+def test_what_is_the_same_for_several_cases_is_not_one_value_a_case(reference: Path) -> None:
+    with open_cube(reference) as tree:
+        shared = xr.DataTree(tree.to_dataset().assign(force_x=lambda grid: grid.force_x.isel(modulus=0, drop=True)))
+        found = compare(shared, shared)
+    assert found.structure == ["tiny: variable force_x: dimensions are (creepage), not one value per case"]

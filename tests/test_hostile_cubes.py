@@ -32,7 +32,7 @@ from rcstudy.mechanics.scene import Mesh
 from rcstudy.report import overview
 from rcstudy.result import Result, Status
 from rcstudy.storage.earlier import EarlierCube, other_study, refuse_foreign
-from rcstudy.storage.heaps import damaged_heap
+from rcstudy.storage.heaps import _HEAD, _heaps, damaged_heap
 from rcstudy.storage.screen import foreign_content
 from rcstudy.study import load_study
 
@@ -124,6 +124,38 @@ def huge_chunks(file: h5py.File) -> None:
     replaced(file, "pressure", shape=(2, 3, 10**5, 10**5), dtype="i1", chunks=(1, 1, 60_000, 60_000))
 
 
+def empty(file: h5py.File) -> None:
+    replaced(file, "force_x", data=h5py.Empty("f8"))
+
+
+def large_number_of_a_dimension(file: h5py.File) -> None:
+    file["modulus"].attrs["_Netcdf4Dimid"] = np.int32(65_536)
+
+
+def word_for_a_dimension(file: h5py.File) -> None:
+    file["modulus"].attrs["_Netcdf4Dimid"] = "first"
+
+
+def number_for_dimensions(file: h5py.File) -> None:
+    file["force_x"].attrs["DIMENSION_LIST"] = 3
+
+
+def number_for_references(file: h5py.File) -> None:
+    file["modulus"].attrs["REFERENCE_LIST"] = 3
+
+
+def number_for_a_class(file: h5py.File) -> None:
+    file["modulus"].attrs["CLASS"] = 3
+
+
+def attribute_in_rows(file: h5py.File) -> None:
+    file["force_x"].attrs["more"] = np.zeros((2, 2))
+
+
+def compound_attribute(file: h5py.File) -> None:
+    file.attrs["more"] = np.zeros(2, dtype=[("a", "f8"), ("b", "i4")])
+
+
 FOREIGN: dict[Callable[[h5py.File], None], str] = {
     external_link: "/force_x is a link to elsewhere",
     external_group: "/more is a link to elsewhere",
@@ -140,6 +172,14 @@ FOREIGN: dict[Callable[[h5py.File], None], str] = {
     huge_and_empty: "/force_x declares 8e+03 GB and holds 0 bytes",
     long_and_empty: "/force_x declares 100 GB and holds 0 bytes",
     huge_chunks: "/pressure has chunks larger than any case's field",
+    empty: "/force_x holds nothing",
+    large_number_of_a_dimension: "/modulus has no proper number of a dimension",
+    word_for_a_dimension: "/modulus has no proper number of a dimension",
+    number_for_dimensions: "/force_x has no proper list of dimensions",
+    number_for_references: "/modulus has no proper list of references",
+    number_for_a_class: "/modulus is no proper dimension",
+    attribute_in_rows: "/force_x has an attribute more that is neither numbers nor text",
+    compound_attribute: "/ has an attribute more that is neither numbers nor text",
 }
 
 
@@ -274,12 +314,16 @@ def test_damage_is_told_in_words_of_cubes(
     monkeypatch.chdir(tmp_path)
     for name, told in (
         ("grid", "c.nc: not a whole rcstudy cube: it has no attribute grid\n"),
+        ("axes", "c.nc: not a whole rcstudy cube: it has no grids, or grids without labels of cases\n"),
+        ("label", "c.nc: not a whole rcstudy cube: it has no grids, or grids without labels of cases\n"),
         ("status", "c.nc: damaged, or not as rcstudy writes cubes: 99 is no status of a case\n"),
     ):
         shutil.copy(good, "c.nc")
         with h5py.File("c.nc", "r+") as file:
-            if name == "grid":
-                del file.attrs["grid"]
+            if name in ("grid", "axes"):
+                del file.attrs[name]
+            elif name == "label":
+                del file["label"]
             else:
                 file["status"][...] = 99
         assert run("show", "c.nc") == 2
@@ -571,3 +615,12 @@ def test_the_netcdf_library_reads_no_cube_that_others_signed(tmp_path: Path, mon
         with open_cube(tmp_path / f"{name}.nc"):
             pass
     assert engines == [engine(path), "h5netcdf"]
+
+
+def test_heaps_are_sought_outside_of_chunks_whatever_their_order() -> None:
+    data = bytearray(5 * 4096)
+    for at in (256, 8192, 12288 + 8):  # the first one is of a chunk's numbers
+        data[at : at + len(_HEAD)] = _HEAD
+    chunks = [(16384, 4096), (0, 4096)]
+    for order in (chunks, chunks[::-1]):
+        assert list(_heaps(bytes(data), order)) == [8192, 12296]  # type: ignore[arg-type]

@@ -11,7 +11,7 @@ import pytest
 from rcstudy.report import judge, measures
 from rcstudy.report.paper import SPIN, PaperCase, along_creepage, along_thickness, compliant_and_stiff, with_more_spin
 from rcstudy.report.paper_statements import STATEMENTS
-from rcstudy.report.statements import verdict
+from rcstudy.report.statements import numbers, verdict
 from rcstudy.result import CellState
 
 
@@ -196,3 +196,17 @@ def test_what_stays_the_same_neither_grows_nor_shrinks(monkeypatch: pytest.Monke
     for judged in (judge.grows, judge.shrinks):
         (found,) = judged([pair], lambda view: view)  # type: ignore[list-item]
         assert found.holds is False
+
+
+def test_cases_that_slip_everywhere_are_said_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    views = {name: ratio_of_slip(2.0, 0.01, 0.0) for name in "ab"}
+    (found,) = judge.grows([tuple(named(monkeypatch, views))], measures.slip_ratio)  # type: ignore[list-item]
+    assert (found.holds, found.undecided) == (None, "both slip everywhere")
+
+
+@pytest.mark.parametrize(("count", "text"), [(3, "0, 0.125, 0.25"), (4, "0 to 0.375")])
+def test_many_numbers_beside_a_bound_are_told_by_their_range(
+    monkeypatch: pytest.MonkeyPatch, count: int, text: str
+) -> None:
+    cases = named(monkeypatch, {str(k): 0.125 * k for k in range(count)})
+    assert numbers(list(judge.at_most(cases, lambda view: view, 0.3))) == text

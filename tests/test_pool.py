@@ -217,3 +217,21 @@ def test_daemonic_processes_have_no_workers(monkeypatch, tmp_path):
     monkeypatch.setattr(sweep, "_SECONDS_TO_JUDGE", 0.0)
     monkeypatch.setattr(sweep, "_SECONDS_WORTH_WORKERS", 0.0)
     assert sweep.run(study, tmp_path / "own.nc", solve=workers.made_up).solved == 24
+
+
+@pytest.mark.parametrize(("others", "raises"), [([], [2]), ([True], []), ([False, False], [2])])
+def test_workers_that_do_not_start_end_a_sweep_where_no_other_one_has(others, raises):
+    """After three in a row: one that runs out of memory at its start is replaced."""
+    ended = SimpleNamespace(join=lambda: None, exitcode=1)
+    those = pool.Pool()
+    found = []
+    for k in range(4):
+        dead = pool._Worker(ended, SimpleNamespace(close=lambda: None))
+        those._workers = [dead, *(SimpleNamespace(ready=ready) for ready in others)]
+        try:
+            assert list(those._handle_death(dead)) == []
+        except UserError as error:
+            assert "worker processes do not start (exit code 1)" in str(error)
+            found.append(k)
+            break
+    assert found == raises

@@ -51,7 +51,7 @@ from rcstudy.cube import case_table, open_cube
 from rcstudy.errors import UserError
 from rcstudy.figures import make_figures
 from rcstudy.report import maps, measures
-from rcstudy.report.cells import Column, text_of
+from rcstudy.report.cells import Column, text_of, without_empty
 from rcstudy.report.draw import Window, bound_line, pressure_line, traction_line
 from rcstudy.report.latex import escape
 from rcstudy.report.overview import case_maps, overview_figure
@@ -1048,6 +1048,8 @@ def test_table_1_is_the_papers(tree: xr.DataTree, tables: Path) -> None:
         ("10a-10f", two[0], "0.5 a"),
         ("10g-10l", two[1], "0.5 a"),
     ]
+    typeset = (tables / "table_1.tex").read_text(encoding="utf-8")
+    assert r"9a-9f & $E_1 = 0.5\,E_2 = 0.25\,E_s$ & $0.25\,a$ \\" in typeset
     creepages = [tuple(r.values()) for r in read(tables / "table_2.csv")]
     assert [r[0] for r in creepages] == ["(a/g)", "(b/h)", "(c/i)", "(d/j)", "(e/k)", "(f/l)"]
     stored = tree["figure_8"].to_dataset()
@@ -1529,3 +1531,12 @@ def test_views_of_a_grid_with_varying_mesh_keep_to_the_case() -> None:
     np.testing.assert_array_equal(case.field("pressure"), [[0, 1], [3, 4]])
     assert case.spacing == (1.0, 1.0)
     assert GridView("g", data).case(1).field("pressure").shape == (3, 3)
+
+
+def test_a_table_without_any_number_keeps_its_columns() -> None:
+    columns = (Column("case", "Case"), Column("force_x", "Fx"), Column("approach", "Approach"))
+    rows: list[dict[str, Any]] = [{"case": "a", "force_x": math.nan, "approach": math.nan}]
+    table = "caption", columns, rows
+    assert without_empty(table) is table
+    rows.append({"case": "b", "force_x": math.nan, "approach": 0.1})
+    assert [column.csv_only for column in without_empty(table)[1]] == [False, True, False]

@@ -31,6 +31,7 @@ from synthetic import (
     make_study,
     modulus_axis,
     number_axis,
+    several,
     synthetic_tree,
     thickness_axis,
 )
@@ -45,7 +46,7 @@ from rcstudy.report.layers import _numbered, abridged, layers_text, thickness_te
 from rcstudy.report.layout import conditions
 from rcstudy.report.overview import _counts, _scale_values, case_maps, geometric, overview_figure
 from rcstudy.report.quantities import CHOICES, QUANTITIES, has_bars, numbers, vanishes
-from rcstudy.report.style import style
+from rcstudy.report.style import LINES, style
 from rcstudy.report.views import GridView, grids
 from rcstudy.result import Status
 from rcstudy.settings import unit_as_written
@@ -1153,3 +1154,21 @@ def test_the_colours_of_maps_reach_from_zero_to_the_largest_traction_drawn(
     norms = [ax.images[0].norm for ax in figure.axes if ax.images]
     assert [(norm.vmin, norm.vmax) for norm in norms] == [(0.0, largest or 1.0)]
     assert bool(largest) is (creepage != Creepage())
+
+
+def test_more_values_than_lines_have_looks_are_counted_in_the_caption(tmp_path: Path) -> None:
+    grid = make_grid(
+        "g", modulus_axis(tuple(1.0 + k for k in range(len(LINES) + 2))), number_axis("load", [50.0, 100.0])
+    )
+    study = assemble(make_study(), (grid, grid_cases(grid, SCENE)))
+    with synthetic_tree(tmp_path, study) as tree, style():
+        view = grids(tree)["g"]
+        along_loads, along_moduli = overview_figure(view, "load"), overview_figure(view, "modulus")
+        assert f"{len(LINES)} of {len(LINES) + 2} values of modulus." in caption_of(along_loads)
+        assert len({line.get_color() for line in along_loads.axes[0].lines}) == len(LINES)
+        assert "values of" not in caption_of(along_moduli)
+
+
+def test_without_fields_there_are_no_maps(tmp_path: Path) -> None:
+    with synthetic_tree(tmp_path, several(fields=False)) as tree, style():
+        assert [case_maps(grid) for grid in grids(tree).values()] == [None] * 3

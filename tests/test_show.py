@@ -153,6 +153,12 @@ def test_failures_are_counted(tmp_path: Path, count: int, words: str) -> None:
     assert words in lines
 
 
+def test_ten_failures_are_told_and_how_many_more_there_are(tmp_path: Path) -> None:
+    lines = shown(tmp_path, "  g: {axes: {load: {first: 50, last: 61, count: 12}}}\n", solve=failing)
+    told = lines[lines.index("12 cases are not solved:") + 1 :]
+    assert [one.strip() for one in told[9:]] == ["g: load=59: not converged: out of patience", "2 more"]
+
+
 def test_numbers_are_of_solved_cases_and_proofs_the_worst(tmp_path: Path) -> None:
     lines = shown(tmp_path, "  g: {axes: {load: [50, 100, 70, 200]}}\n", solve=as_large_as_loads)
     assert line(lines, "pressure_max") == "pressure_max 50 to 100 MPa"
@@ -389,6 +395,9 @@ def test_cells_that_are_stored_are_neighbours(
     for row, start, count in zip(stored, starts, counts, strict=True):
         row[:count] = np.arange(start, start + count)
     assert _cells_among(stored, whole, [mesh.encode() for mesh in meshes], 1e-12) == among
+    assert not _cells_among(stored[:1], whole, [b"a"], 1e-12)
+    assert not _cells_among(stored.astype(str), whole, [b"a", b"b"], 1e-12)
+    assert not _cells_among(stored[:, :0], whole, [b"a", b"b"], 1e-12)
 
 
 @pytest.mark.parametrize(("faults", "shown", "rest"), [(20, 20, []), (22, 20, ["  2 more"])])

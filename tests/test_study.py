@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from studies import BASE, CONFIGS, load_text, refusal
 
+from rcstudy.cases import expand
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Creepage, Layer, Material
 from rcstudy.study import MAX_CASES, load_study, scene_from_mapping
 from rcstudy.studyfile import grids
+from rcstudy.studyfile.axis_labels import labelled_scenes
 from rcstudy.studyfile.build import scene_hertz
 from rcstudy.studyfile.ranges import RangeSpec
+from rcstudy.studyfile.written import starting_scene, written_grid
 from rcstudy.studyfile.yamltree import shorten
 
 SCENE = {
@@ -553,6 +556,15 @@ def test_comments_need_a_space(refused, scene, words):
         ("axes: {thickness: [1]}", "8:7: grids.g.coating.modulus: missing: a number above 0, in MPa"),
         ("cases: []", "8:14: grids.g.cases: []: a list of at least one case"),
         ("cases: [{load: 1}]", "8:15: grids.g.cases[0].label: missing: a label"),
+        (
+            "scene: {counterbody: rigid}, axes: {counterbody.E: 5}",
+            "8:58: grids.g.axes.counterbody.E: 5: a list of at least one value",
+        ),
+        ("cases: [{label: x}, 3]", "8:27: grids.g.cases[1]: 3: a mapping of a label and scene keys"),
+        (
+            "axes: {layers: [{label: x, E: 3}]}",
+            "8:23: grids.g.axes.layers[0]: {label: x, E: 3}: a list of layers, or {label, layers}",
+        ),
         ("cases: [{label: x}, {label: x}]", "8:35: grids.g.cases[1].label: x: must be a label of its own"),
         ("cases: [{label: x}], axes: {load: [1]}", "8:3: grids.g: both axes and cases: exactly one of axes and cases"),
         ("description: x", "8:3: grids.g: neither axes nor cases: exactly one of axes and cases"),
@@ -890,6 +902,7 @@ def test_scene_from_mapping_names_every_bad_key():
     [
         ({"load": 1e6}, r"mesh\.size: \[2, 2\]: must be larger than the contact"),
         ({"load": 1e-300, "radius": 1e-200}, "too extreme"),
+        ({"radius": 1e300, "load": 1e300}, "radius, load and moduli too extreme"),
         ({"mesh": {}}, r"mesh\.size: missing"),
         (
             {"method": "paper-cg", "coupling": "full", "discretisation": "aligned", "creepage": {"spin": 1}},
@@ -967,3 +980,19 @@ def test_spin_points_may_be_fractions(written: str, value: float) -> None:
             scene_from_mapping(SCENE | {"spin_point": wrong})
     with pytest.raises(UserError, match=r"friction: 1/6: a number above 0"):
         scene_from_mapping(SCENE | {"friction": "1/6"})
+
+
+@pytest.mark.parametrize("text", ["- 1\n", "3\n", "grids: 3\n", "grids: [1]\n", "grids: {g: 3}\n", "grids: {}\n", "\t"])
+def test_of_a_text_that_is_no_study_no_grid_is_known(text):
+    """As that in a cube may be, of which figures and tables are made all the same."""
+    assert written_grid(text, "g") is None
+    assert starting_scene(text, "g") == (None, frozenset())
+    assert labelled_scenes(text, "g", "case", ["x"]) == {}
+
+
+def test_so_many_cases_are_allowed_and_no_more(tmp_path, refused, monkeypatch):
+    monkeypatch.setattr("rcstudy.study.MAX_CASES", 3)
+    text = f"{BASE}  g: {{axes: {{load: [1, 2]}}}}\n  h: {{axes: {{load: [LOADS]}}}}\n"
+    assert len(expand(load_text(tmp_path, text.replace("LOADS", "3"))).cases) == 3
+    (line,) = refused(text.replace("LOADS", "3, 4"))
+    assert line == "s.yaml:9:3: grids.h: 4 cases so far: at most 3 cases in a study"

@@ -260,3 +260,16 @@ def test_an_empty_list_may_be_an_alias(tmp_path):
     text = BASE.replace("  load: 100\n", "  load: 100\n  layers: &none []\n")
     study = load_text(tmp_path, text + "  g: {scene: {layers: *none}, axes: {load: [1, 2]}}\n")
     assert len(study.grids) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "at", "hint"),
+    [
+        ("study: s\ndescription: one: two\n", "2:17", True),
+        (BASE + "  g: {axes: {load: [1}}\n", "8:22", False),
+    ],
+)
+def test_quotes_are_advised_where_text_is_taken_for_a_key(refused, text, at, hint):
+    (line,) = refused(text)
+    assert line.startswith(f"s.yaml:{at}: not YAML: ")
+    assert line.endswith("; text with ': ' in it needs quotes") is hint

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -560,6 +561,13 @@ def test_no_more_workers_want_memory_than_there_are_cases(
     assert said == [cases]
 
 
+def test_a_lack_of_memory_is_told(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan, "lack_of_memory", lambda pending, workers: "made up")
+    told: list[str] = []
+    sweep.run(study, tmp_path / "c.nc", workers=1, solve=workers.made_up, tell=told.append)
+    assert told == ["made up"]
+
+
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
@@ -660,3 +668,12 @@ def test_revision_of_a_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr(provenance, "__file__", str(own))
     expected = git("rev-parse", "HEAD").strip() + ("+changes" if changed else "")
     assert provenance.collect()["git_revision"] == expected
+
+
+def test_a_sweep_may_run_in_a_thread(tmp_path: Path) -> None:
+    """There no signal can be handled, and none has to be held."""
+    with ThreadPoolExecutor(1) as pool:
+        done = pool.submit(sweep.run, load_text(tmp_path, SWEPT), tmp_path / "c.nc", workers=1, solve=workers.made_up)
+    assert done.result().failures == []
+    with open_cube(tmp_path / "c.nc") as tree:
+        assert case_table(tree)["status"].tolist() == [Status.SOLVED] * CASES

@@ -330,12 +330,9 @@ class CaseView:
 
 
 def grids(tree: xr.DataTree) -> dict[str, GridView]:
-    """The grids of an opened cube by name, in the study's order; UserError if it has none."""
+    """The grids of an opened cube by name, in the study's order."""
     text = str(tree.attrs.get("study_text", ""))
-    found = {name: GridView(name, dataset, text) for name, dataset in cube_grids(tree).items()}
-    if not found:
-        raise UserError("the cube has no grid: nothing to report")
-    return found
+    return {name: GridView(name, dataset, text) for name, dataset in cube_grids(tree).items()}
 
 
 def short_number(value: float) -> str:

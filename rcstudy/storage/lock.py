@@ -263,12 +263,10 @@ def _boot_id() -> str:
 
 
 def _started(pid: int) -> int:
-    """When a process of this machine started, in ticks since boot; 0 where that is not known, -1 if it does not run."""
+    """When a process of this machine started, in ticks since boot; 0 if it does not run or that is not known."""
     try:
         text = Path(f"/proc/{pid}/stat").read_text(errors="replace")  # a name is cut at 15 bytes, even within a letter
-    except FileNotFoundError:
-        return -1 if Path("/proc/self/stat").exists() else 0
     except OSError:
         return 0
     fields = text.rpartition(")")[2].split()  # the name before it may hold anything
-    return -1 if fields[0] in ("Z", "X") else int(fields[19])
+    return 0 if fields[0] in ("Z", "X") else int(fields[19])
