@@ -396,6 +396,25 @@ def test_workers_with_other_code_are_refused(study: Study, monkeypatch: pytest.M
         assert said in told[0]
 
 
+@pytest.mark.parametrize(("error", "reason"), [(OSError("nobody there"), "nobody there"), (OSError(), "OSError")])
+def test_without_an_address_no_workers_are_started(
+    monkeypatch: pytest.MonkeyPatch, error: OSError, reason: str
+) -> None:
+    """Dask, asked for none, starts a scheduler and workers of its own on this computer."""
+    asked: list[str] = []
+
+    def refused(client: distributed.Client, address: str, **_others: Any) -> None:
+        asked.append(address)
+        raise error
+
+    monkeypatch.setattr(distributed.Client, "__init__", refused)
+    monkeypatch.setattr(distributed.Client, "__del__", lambda client: None)
+    words = rf"^\(no address\): no Dask scheduler can be reached there: {reason}$"
+    with pytest.raises(UserError, match=words), cluster._connected(Scheduler("")):
+        pass
+    assert len(asked) == 1 and asked[0]
+
+
 def test_workers_that_are_not_quite_right_are_told_of_once(study: Study) -> None:
     ours = {**remote.examine(), "OMP_NUM_THREADS": "1"}
     theirs = {**ours, "numpy": "1.0", "code": "0", "OMP_NUM_THREADS": "not set"}

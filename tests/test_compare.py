@@ -131,6 +131,17 @@ def test_differences_within_the_tolerance(tmp_path: Path, reference: Path) -> No
     assert "within their tolerance" in found.text()
 
 
+def test_of_differences_within_the_tolerance_the_largest_are_shown(tmp_path: Path, reference: Path) -> None:
+    """In the order of what they are of their tolerance, whichever variable comes first."""
+    parts = {"pressure": 2e-7, "traction_x": 5e-7, "traction_y": 3e-7}
+    changes = {name: lambda values, part=part: values * (1 + part) for name, part in parts.items()}
+    found = outcome(changed(tmp_path / "c.nc", with_fields(**changes)), reference)
+    assert found.same, found.text()
+    for limit, shown in ((20, ["traction_x", "traction_y", "pressure"]), (1, ["traction_x"])):
+        lines = found.text(limit).partition("largest differences within their tolerance:\n")[2].splitlines()
+        assert [line.split(":")[0].strip() for line in lines[: len(parts)] if line.startswith("  ")] == shown
+
+
 def test_a_shifted_mask(tmp_path: Path, reference: Path) -> None:
     found = outcome(changed(tmp_path / "c.nc", with_fields(state=lambda s: np.roll(s, 1, axis=0))), reference)
     assert {d.variable for d in found.bad} == {"state"}

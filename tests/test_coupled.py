@@ -151,6 +151,23 @@ def test_closing_pressures(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", OPERATORS)
+def test_shortened_steps_end_between_both_ends_of_the_whole_one(name: str) -> None:
+    """Tractions too, but for those that would exceed their bound: these are cut to it."""
+    system = state(name)
+    before = system.stress
+    system.step(1e-3)
+    after = system.stress
+    assert np.abs(after - before).max() > 1e-6 * before.max()
+    system.shorten(0.25)
+    between = 0.75 * before + 0.25 * after
+    within = np.hypot(*between[:2]) <= system.scene.friction * between[2]
+    atol = 1e-12 * before.max()
+    np.testing.assert_allclose(system.stress[2], between[2], rtol=0.0, atol=atol)
+    np.testing.assert_allclose(system.stress[:, within], between[:, within], rtol=0.0, atol=atol)
+    assert (np.hypot(*system.stress[:2]) <= system.scene.friction * system.stress[2] + atol).all()
+
+
+@pytest.mark.parametrize("name", OPERATORS)
 def test_product_of_the_newton_system(name: str) -> None:
     """The change of closing pressures and slips when the unknowns move: bounds follow the pressure in slip cells."""
     system = state(name)
@@ -450,6 +467,31 @@ def test_products_of_turns_are_those_of_pressures_and_tractions(monkeypatch: pyt
     *_, turns, products = coupled._in_turn(scene, influence_of(scene), stress, 1e9)
     assert (len(spent), min(spent) > 0) == (2 * turns, True)
     assert products == sum(spent)
+
+
+def test_steps_of_all_boxes_and_turns_count_as_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of both the pressure and the tractions, here where these are first solved in turn; coarser meshes apart."""
+    steps_taken: list[int] = []
+    turns_taken: list[int] = []
+    solve, in_turn = CoupledSystem.solve, coupled._in_turn
+
+    def steps(system: CoupledSystem, *args: Any) -> int:
+        count = solve(system, *args)
+        steps_taken.append(count if system.scene == BALL else 0)
+        return count
+
+    def turns(scene: Scene, *args: Any) -> Any:
+        found = in_turn(scene, *args)
+        turns_taken.append(found[2] if scene == BALL else 0)
+        return found
+
+    monkeypatch.setattr(coupled, "_FAR", 0.0)
+    monkeypatch.setattr(CoupledSystem, "solve", steps)
+    monkeypatch.setattr(coupled, "_in_turn", turns)
+    contact, rolling = solve_coupled(BALL)
+    assert sum(steps_taken) > 0 and sum(turns_taken) > 0
+    assert rolling.iterations == sum(steps_taken) + sum(turns_taken)
+    assert contact.solution.iterations >= rolling.iterations
 
 
 @pytest.mark.heavy

@@ -98,6 +98,9 @@ def test_cusps_of_cells_reach_as_far_as_tractions_say() -> None:
     room = np.full_like(p, 1e9)
     for beta, expected in ((0.0, none), (10.0, whole)):
         assert pressure_at_borders(p, room, slip, 1.0, beta) == pytest.approx(expected)
+        for beyond in (1, 2, 3):  # cells ahead of the contact, as all but the longest rows have
+            longer = [np.pad(values, ((0, beyond), (0, 0))) for values in (p, room, slip)]
+            assert pressure_at_borders(*longer, 1.0, beta) == pytest.approx(expected)
     room[3] = 0.0
     assert pressure_at_borders(p, room, slip, 1.0, 10.0) == pytest.approx(none)
     room[3, 1] = 0.3

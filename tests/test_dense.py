@@ -30,7 +30,7 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, tractions
-from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import clear_of_sides, estimated_contact, initial_gap, solve_pressure
 from rcstudy.mechanics.numerics.krylov import gmres
 from rcstudy.mechanics.paper_cg import solve_paper_cg
 from rcstudy.mechanics.rolling import NewtonSystem, rigid_slip, solve_tractions
@@ -400,6 +400,18 @@ def window_matrix(name: str) -> np.ndarray:
     bodies = naive.Bodies(scene.substrate, scene.layers, scene.counterbody, scene.mesh.spacing)
     matrix: np.ndarray = bodies.matrices(cells, cells)[0]
     return matrix
+
+
+@pytest.mark.parametrize("sides", [(2, 9, 4, 8), (0, 9, 4, 8), (2, 12, 4, 8), (2, 9, 0, 8), (2, 9, 4, 10)])
+def test_a_contact_that_reaches_any_side_of_its_box_needs_a_larger_one(sides: tuple[int, int, int, int]) -> None:
+    """Unless that is a side of the window, beyond which there are no cells."""
+    i0, i1, j0, j1 = sides
+    box, window = Box(*sides), (12, 10)
+    assert clear_of_sides(Box(i0 + 1, i1 - 1, j0 + 1, j1 - 1), box, window)
+    for k, at_window in enumerate((i0 == 0, i1 == 12, j0 == 0, j1 == 10)):
+        touched = [i0 + 1, i1 - 1, j0 + 1, j1 - 1]
+        touched[k] = sides[k]
+        assert clear_of_sides(Box(*touched), box, window) == at_window
 
 
 def check_pressure(name: str, gap: np.ndarray, guess: np.ndarray | None = None) -> None:

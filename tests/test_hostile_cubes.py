@@ -140,6 +140,11 @@ def number_for_dimensions(file: h5py.File) -> None:
     file["force_x"].attrs["DIMENSION_LIST"] = 3
 
 
+def fewer_dimensions_than_sides(file: h5py.File) -> None:
+    lists = file["force_x"].attrs["DIMENSION_LIST"]
+    file["force_x"].attrs.create("DIMENSION_LIST", lists[:1], dtype=lists.dtype)
+
+
 def number_for_references(file: h5py.File) -> None:
     file["modulus"].attrs["REFERENCE_LIST"] = 3
 
@@ -176,6 +181,7 @@ FOREIGN: dict[Callable[[h5py.File], None], str] = {
     large_number_of_a_dimension: "/modulus has no proper number of a dimension",
     word_for_a_dimension: "/modulus has no proper number of a dimension",
     number_for_dimensions: "/force_x has no proper list of dimensions",
+    fewer_dimensions_than_sides: "/force_x has no proper list of dimensions",
     number_for_references: "/modulus has no proper list of references",
     number_for_a_class: "/modulus is no proper dimension",
     attribute_in_rows: "/force_x has an attribute more that is neither numbers nor text",

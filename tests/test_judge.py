@@ -10,7 +10,7 @@ import pytest
 
 from rcstudy.report import judge, measures
 from rcstudy.report.paper import SPIN, PaperCase, along_creepage, along_thickness, compliant_and_stiff, with_more_spin
-from rcstudy.report.paper_statements import STATEMENTS
+from rcstudy.report.paper_statements import STATEMENTS, more_lateral
 from rcstudy.report.statements import numbers, verdict
 from rcstudy.result import CellState
 
@@ -25,6 +25,17 @@ def test_much_smaller_is_a_tenth_smaller(monkeypatch: pytest.MonkeyPatch) -> Non
     first, hardly, much = named(monkeypatch, {"a": 1.0, "b": 0.95, "c": 0.85})
     found = judge.much_smaller([(first, hardly), (first, much)], lambda view: view)
     assert [c.holds for c in found] == [False, True]
+
+
+def test_where_a_ratio_decides_it_is_the_number_that_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not by how much the numbers change."""
+    monkeypatch.setattr(judge, "words", lambda case: "")
+    monkeypatch.setattr(judge, "_why_undecided", lambda *_: "")
+    pairs: Any = [(SimpleNamespace(view=left), SimpleNamespace(view=right)) for left, right in ((2.0, 1.0), (8.0, 6.0))]
+    measure: Any = float
+    assert numbers(list(judge.shrinks(pairs, measure, by=0.9))) == "ratio 0.5 to 0.75"
+    assert numbers(list(judge.grows(pairs, measure, by=1.1))) == "ratio 0.5 to 0.75"
+    assert numbers(list(judge.shrinks(pairs, measure))) == "2 → 1; 8 → 6"
 
 
 def test_much_larger_is_the_same_the_other_way_round(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -165,6 +176,14 @@ def test_pairs_along_a_creepage_have_the_others_in_common() -> None:
     pairs = [(a.creepage[1:], b.creepage[1:]) for a, b in along_creepage(cases, SPIN)]
     assert pairs == [((0.0, 0.0), (0.0, -0.01)), ((0.001, 0.0), (0.001, 0.005)), ((0.001, 0.005), (0.001, 0.01))]
     assert len(list(with_more_spin(cases))) == 4
+
+
+def test_more_lateral_creepage_is_more_than_some() -> None:
+    """Of the paper's a and b: what the first of it changes is another matter."""
+    creepages = [(0.002, lateral, spin) for lateral in (0.0, 0.002, 0.001) for spin in (0.0, 0.01)]
+    cases = [PaperCase(None, 7, "", "compliant", (0.5,), 0.5, at) for at in creepages]  # type: ignore[arg-type]
+    pairs = [(a.creepage, b.creepage) for a, b in more_lateral(cases, [7])]
+    assert pairs == [((0.002, 0.001, 0.0), (0.002, 0.002, 0.0))]
 
 
 def test_statements_on_spin_compare_the_panels_and_the_sides_that_they_name(monkeypatch: pytest.MonkeyPatch) -> None:

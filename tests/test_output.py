@@ -21,7 +21,7 @@ from studies import BASE, SWEPT, load_text
 
 from rcstudy import solve, store, sweep
 from rcstudy.cube import open_cube
-from rcstudy.errors import UserError
+from rcstudy.errors import UserError, first_line
 from rcstudy.mechanics.scene import Scene
 from rcstudy.result import Result
 from rcstudy.status import report
@@ -338,6 +338,14 @@ def test_the_same_study_in_a_cube_that_another_program_saved(tmp_path: Path) -> 
         del file["loads"].attrs["numbers_sha256"]
     done = sweep.run(study, output, workers=1, solve=workers.made_up)
     assert (done.kept, done.solved) == (0, done.cases)
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [(ValueError("one\ntwo"), "one"), (ValueError(" \n one \n"), "one"), (IndexError(), "IndexError")],
+)
+def test_errors_are_told_by_their_first_line_or_their_type(error: Exception, line: str) -> None:
+    assert first_line(error) == line
 
 
 def test_a_file_in_place_of_the_units(tmp_path: Path) -> None:

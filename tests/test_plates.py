@@ -39,6 +39,13 @@ def test_missing_at_rim(rings: tuple[float, ...], side: float, missing: float) -
     assert missing_at_rim(disc(*rings), [HARD], STEEL, side) == pytest.approx(missing, abs=1e-12)
 
 
+def test_of_cells_behind_the_rim_the_largest_pressure_counts() -> None:
+    """The smaller ones, as in an oblong contact, leave what the rim carries beyond it as it is."""
+    p = disc(1.0, 1.0, 0.9)
+    p[2, 3] = 0.5
+    assert missing_at_rim(p, [HARD], STEEL, 0.03) == pytest.approx(0.48, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("rings", "beyond"),  # from the centre outwards
     [

@@ -49,6 +49,9 @@ def test_cropped_fields_lose_nothing() -> None:
         np.testing.assert_array_equal(record.cut(name, whole), values)
         part = (3, 17, 9, 24)  # across the edge of the contact
         np.testing.assert_array_equal(record.cut(name, part), values[3:17, 9:24])
+        i0, _, j0, _ = record.region
+        for beside in ((0, i0 - 2, 0, CELLS[1]), (0, CELLS[0], 0, j0 - 2)):
+            assert not record.cut(name, beside).any()
 
 
 def test_what_is_kept() -> None:

@@ -177,6 +177,21 @@ def test_forces_that_symmetry_makes_zero_have_no_panel(tmp_path: Path) -> None:
             assert (f"Zero in all cases shown: {symbol}." in texts(figure)) is not shown
 
 
+@pytest.mark.parametrize(("radius", "zero"), [(0.1, False), (10.0, True)])
+def test_moments_are_zero_against_friction_at_the_radius_of_the_contact(
+    tmp_path: Path, radius: float, zero: bool
+) -> None:
+    """Cases that are not solved have no part in that, wherever they stand."""
+    grid = make_grid("g", number_axis("load", [50.0, 100.0, 200.0], "N"), creepage_axis({"a": CREEPAGES["a"]}))
+    cases = grid_cases(grid, SCENE)
+    made = assemble(make_study(), (grid, cases), failing={cases[0].key: Status.ERROR})
+    for case, result in made.results[1:]:
+        moment = 1e-6 * SCENE.friction * case.scene.load
+        result.scalars |= {"contact_radius": radius, "moment_z": -moment}
+    with synthetic_tree(tmp_path, made) as tree:
+        assert vanishes(list(grids(tree)["g"].cases()), "moment_z") is zero
+
+
 def test_panels_show_the_quantities_that_are_chosen(tmp_path: Path) -> None:
     """Forces over the load with their bars, in the order of the list; where nothing is left the figure says so."""
     grid = make_grid("g", number_axis("load", [50.0, 100.0], "N"), creepage_axis({"a": CREEPAGES["a"]}))

@@ -1271,6 +1271,13 @@ def test_a_shard_on_a_full_disk_says_so(sweeps: Sweeps, monkeypatch: pytest.Monk
     assert sum(len(read_unit(path)[0].entries) for path in unit_paths(sweeps.units)) == 9
 
 
+def test_of_what_is_not_kept_nothing_is_said(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No advice to resume where there is nothing to go on with."""
+    fill_up(0, monkeypatch)
+    with pytest.raises(UserError, match=r"cannot be written: No space left on device$"):
+        sweeps.run(shard=(1, 1))
+
+
 def test_a_merge_refuses_what_does_not_belong(sweeps: Sweeps, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"none: does not exist, nor does .*none\.units$"):
         merge(sweeps.study, sweeps.output, [tmp_path / "none"])

@@ -196,6 +196,11 @@ def test_rival_readings(cases: dict[str, list[PaperCase]]) -> None:
     assert hardly[49] == "no"
 
 
+def test_every_rival_reading_has_a_name() -> None:
+    """Its verdict in the remark stood behind a colon alone."""
+    assert {n for n, statement in enumerate(STATEMENTS, 1) if statement.instead_of} == RIVALS
+
+
 @pytest.mark.parametrize(("name", "holds"), [("as the paper says", ("no", "yes")), ("the opposite", ("yes", "no"))])
 def test_contradicting_sentences_get_opposite_verdicts(
     cases: dict[str, list[PaperCase]], name: str, holds: tuple[str, str]

@@ -75,6 +75,43 @@ def test_less_than_a_unit_waits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         assert len(unit_paths(found.folder)) == 1
 
 
+@pytest.mark.parametrize("failed", [False, True])
+def test_a_store_with_nothing_to_write_sleeps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failed: bool) -> None:
+    """As one does that could not write what it has; its thread kept a core busy otherwise."""
+    monkeypatch.setattr(store, "UNIT_SECONDS", (50.0,))
+    sleeps: list[float] = []
+
+    class Noted(Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            sleeps.append(timeout or 0.0)
+            return super().wait(max(timeout or 0.0, 0.05))
+
+    with opened(tmp_path) as (found, cases, results):
+        before, found._wake = found._wake, Noted()
+        if failed:
+            found.add(cases[0].key, results[0])
+            found._error = OSError("no room")
+        found._since -= 100.0
+        before.set()
+        assert happens(lambda: sleeps)
+        assert sleeps[0] == 50.0
+
+
+def test_no_more_than_two_units_of_results_wait_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a disk so slow that the store's thread writes none meanwhile, who adds the last of them writes them."""
+    monkeypatch.setattr(store, "UNIT_SECONDS", (1e9,))
+    monkeypatch.setattr(store, "UNIT_CASES", 2)
+    with opened(tmp_path) as (found, cases, results):
+        found._closing = True
+        found._wake.set()
+        found._writer.join()
+        for case, result in zip(cases[:3], results, strict=False):
+            found.add(case.key, result)
+        assert not unit_paths(found.folder) and found._waiting == 1.5
+        found.add(cases[3].key, results[3])
+        assert unit_paths(found.folder) and found._waiting == 0.0
+
+
 def happens(condition: Callable[[], object]) -> bool:
     """Whether the condition holds within half a minute."""
     end = monotonic() + 30.0

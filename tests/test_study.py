@@ -432,6 +432,10 @@ def test_comments_need_a_space(refused, scene, words):
             "coating: {thickness: 1, modulus: 1, layer_nu: ~}, axes: {load: [1]}",
             "8:53: grids.g.coating.layer_nu: ~: a number from 0 to 0.5",
         ),
+        (
+            "coating: {thickness: 1, modulus: 1, layer_count: true}, axes: {load: [1]}",
+            "8:56: grids.g.coating.layer_count: true: a whole number from 0 to 50",
+        ),
         ("axes: {load: []}", "8:20: grids.g.axes.load: []: a list of at least one value"),
         ("axes: {load: 3}", "8:20: grids.g.axes.load: 3: a list of at least one value"),
         ("axes: {load: {}}", "8:20: grids.g.axes.load: {}: a list of at least one value, or {first, last, count, sp"),
@@ -903,6 +907,8 @@ def test_scene_from_mapping_names_every_bad_key():
         ({"load": 1e6}, r"mesh\.size: \[2, 2\]: must be larger than the contact"),
         ({"load": 1e-300, "radius": 1e-200}, "too extreme"),
         ({"radius": 1e300, "load": 1e300}, "radius, load and moduli too extreme"),
+        # the largest pressure is so small that it becomes 0
+        ({"substrate": {"E": 1e-300, "nu": 0.3}, "radius": 1e100, "load": 1e-200}, "radius, load and moduli too"),
         ({"mesh": {}}, r"mesh\.size: missing"),
         (
             {"method": "paper-cg", "coupling": "full", "discretisation": "aligned", "creepage": {"spin": 1}},
