@@ -17,6 +17,7 @@ from rcstudy.mechanics.centring import Centring, slip_at_centres
 from rcstudy.mechanics.contact import NormalContact, influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.edge_slip import OF_HALF_SPACE
 from rcstudy.mechanics.half_line import HALF_SPACE
+from rcstudy.mechanics.kernels import rows as rows_kernel
 from rcstudy.mechanics.normal import estimated_contact
 from rcstudy.mechanics.rolling import NewtonSystem, RollingSolution, within
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
@@ -306,6 +307,7 @@ def test_fields_keep_coulombs_law_on_the_meshs_own_cells():
     assert (size[stick] <= fields["pressure"][stick] * (1.0 + 1e-12)).all()
     speed = np.hypot(fields["slip_x"], fields["slip_y"])
     assert (speed[stick] == 0.0).all()
+    assert (speed[~stick & ~slip] == 0.0).all() and (size[~stick & ~slip] == 0.0).all()
     against = fields["traction_x"] * fields["slip_x"] + fields["traction_y"] * fields["slip_y"]
     np.testing.assert_allclose(against[slip], -(size * speed)[slip], rtol=1e-9)
     # interpolated fields carry the same force, but for what interpolation loses
@@ -528,7 +530,7 @@ def test_borders_of_stick_zones_raise_no_pressure_that_tractions_do_not_change(m
     scene, contact, rolling = sticks_in_front()
     monkeypatch.setattr(slip_zone.row_kernels, "peak_at_borders", lambda *_: 2.0 * contact.pressure_max)
     zone = contact.slip_zone(rolling, scene.friction)
-    assert (zone.pressure, zone.cusps.of_pressure) == (contact.pressure_max, 0.0)
+    assert (zone.pressure, zone.cusps.of_pressure, zone.cusps.of_traction) == (contact.pressure_max, 0.0, 0.0)
     assert zone.traction == pytest.approx(scene.friction * contact.pressure_max, rel=1e-12)
 
 
@@ -932,6 +934,33 @@ def test_outline_on_oblong_cells() -> None:
     enough = outline.high - outline.low >= 2
     assert outline.high[first] - outline.low[first] == 1
     assert farther == pytest.approx(np.tile(np.where(enough, 0.002 * dx / dy, 0.0), (2, 1)), abs=1e-9)
+
+
+def test_rows_of_one_cell_have_edges() -> None:
+    """In a contact three long cells wide most rows have one or two, and face along them."""
+    scene = steel(Mesh((2.0, 6.0), (5, 60)))
+    x, y = scene.mesh.centres[0][:, None], scene.mesh.centres[1]
+    p = np.sqrt(np.maximum(1.0 - (x / 0.61) ** 2 - (y / 2.5) ** 2, 0.0))
+    outline = Outline(p, scene.mesh.spacing, influence_of(scene))
+    touched, across = outline.high >= outline.low, outline._columns
+    assert (outline.high[touched] == outline.low[touched]).sum() > 10
+    edges_of_rows = np.where(touched, outline.ends, np.nan)
+    edges_of_columns = np.where(across[1] >= across[0], across[3], np.nan)
+    expected = naive_rows.area_within(edges_of_rows, edges_of_columns, *scene.mesh.spacing)
+    assert outline.within_in_cells == pytest.approx(expected, rel=1e-9)
+
+
+def test_slip_zones_around_stick_zones_reach_over_the_outermost_rows() -> None:
+    """As much of these slips as of the rows beside them, at least: their cells are too inaccurate."""
+    contact = AlignedContact(solve_normal(steel(Mesh((1.3, 1.0), (14, 12)))))
+    outline, zones = contact.outline, slip_zone.SlipZones(contact.rows, contact.outline, contact.influence)
+    chords, area = outline.chords[0], outline.within
+    rows = np.flatnonzero(chords)
+    kept, length = 0.4 * chords, 0.4 * chords
+    length[rows[[0, -1]]] = chords[rows[[0, -1]]]
+    kept[rows[[0, -1]]] = np.maximum(chords[rows[[0, -1]]] - 0.6 * chords[rows[[1, -2]]], 0.0)
+    part = rows_kernel.area_under(kept, np.full(2, np.nan)) / outline.area_by_rows
+    assert zones._area_around(length) == pytest.approx((1.0 - part) * area, rel=1e-12)
 
 
 def test_tractions_of_leading_edges_reach_along_the_longest_row() -> None:

@@ -385,16 +385,18 @@ def test_add_components() -> None:
     np.testing.assert_allclose(out - before, 0.5 * np.array(naive.directed(*value, theta)), atol=1e-14)
 
 
-@pytest.mark.parametrize("skip", [(0, 1), (2, 1), (1, 3)])
+@pytest.mark.parametrize(
+    ("skip", "shape"), [((0, 1), (4, 3)), ((2, 1), (4, 3)), ((1, 3), (4, 3)), ((1, 1), (3, 4)), ((2, 1), (2, 4))]
+)
 @pytest.mark.parametrize("spacing", [(0.25, 0.25), (0.5, 0.25)])
-def test_far_cells(spacing: tuple[float, float], skip: tuple[int, int]) -> None:
+def test_far_cells(spacing: tuple[float, float], skip: tuple[int, int], shape: tuple[int, int]) -> None:
     """Quadrature nearer than `distant`, the mid-point at and beyond it, another one farther away, a corner left alone.
 
     1e-9 of the cell's area: the interpolation in the table.
     """
     dx, dy = spacing
     distant, farther = math.hypot(2.0 * dx, dy), math.hypot(3.0 * dx, dy)
-    out = np.full((6, 4, 3), 7.0)
+    out = np.full((6, *shape), 7.0)
     beyond, rules = np.array([0.0, distant, farther]), (GAUSS, MIDPOINT, (np.zeros(1), np.array([2.0])))
     coefficients.far_cells(KERNEL, LOG_R0, LOG_STEP, dx, dy, *skip, beyond, rules, out)
     for i, j in np.ndindex(out.shape[1:]):

@@ -5,7 +5,7 @@ import pytest
 
 from rcstudy.mechanics.kernels import cusps
 
-NARROW, LEAST, PER_ROOT = 5.0, 5, 2.0
+NARROW, LEAST, PER_ROOT = 5.0, 5, 1.5
 
 
 def extrapolated(p: np.ndarray, high: int, edges: tuple[float, float], x: float, length: float, known: float) -> float:

@@ -106,6 +106,17 @@ def test_trusted_points_are_on_the_outline_and_go_round():
     np.testing.assert_array_equal(of_row[faces_x], True)
 
 
+def test_three_lines_are_enough():
+    """Of an ellipse in three rows, or in three columns, none of them beyond it; cells of any shape."""
+    along, across = both(lambda x, y: ((x - 2.2) / 2.4) ** 2 + ((y - 1.1) / 1.45) ** 2 <= 1.0, 5, 3)
+    assert np.isfinite(along).all() and np.isfinite(across).all()
+    for rows, columns in ((along, across), (across, along)):
+        for dx, dy in ((0.1, 0.1), (0.1, 0.3), (0.3, 0.1)):
+            expected = naive_rows.area_within(rows, columns, dx, dy)
+            assert outline.area_within(rows, columns, dx, dy) == pytest.approx(expected, rel=1e-12)
+            assert expected == pytest.approx(np.pi * 2.4 * 1.45, rel=0.1)
+
+
 @pytest.mark.parametrize("lines", [0, 1, 2])
 def test_nothing_of_an_outline_of_few_lines(lines):
     many, few = np.full((2, 7), np.nan), np.full((2, 7), np.nan)

@@ -245,23 +245,27 @@ def test_the_very_first_cell_may_be_a_leading_one() -> None:
 def test_normals_of_edges_in_a_contact_that_reaches_both_sides_of_the_window() -> None:
     """The outermost rows have one neighbour each: the row at the other side of the window is none."""
     front = np.array([4.0, 4.6, 4.9, 3.7])
-    normals = np.full((2, 4), np.nan)
-    row_cells.edge_normals(front, np.arange(4)[None, :], 0.8, normals)
     slopes = 0.8 * np.array([0.6, 0.45, -0.45, -1.2])
-    np.testing.assert_allclose(normals, np.array([np.ones(4), -slopes]) / np.sqrt(1.0 + slopes**2), rtol=1e-14)
+    for numbers in ([0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 1, 3]):  # cell 0 is as good as any
+        normals = np.full((2, 4), np.nan)
+        row_cells.edge_normals(front, np.array([numbers]), 0.8, normals)
+        np.testing.assert_allclose(normals, np.array([np.ones(4), -slopes]) / np.sqrt(1.0 + slopes**2), rtol=1e-14)
 
 
 # --- moments ---
 
 
 def test_resultant() -> None:
-    """Row by row, cell by cell, as the formula has it; to stick cells' neighbours it is as if these were not there."""
+    """Row by row, cell by cell, as the formula has it; to stick cells' neighbours it is as if these were not there.
+
+    One cell slips alone between two that stick, and has more behind it.
+    """
     rng = np.random.default_rng(12)
     count, start, dx = np.array([1, 5, 0, 2, 6, 4]), np.array([4.3, 6.2, 0.0, 4.8, 8.1, 7.4]), 0.3
     _, of_cells, index = numbered(np.rint(start).astype(np.int64), count, 9)
     m = len(of_cells)
     slip = np.ones(m, dtype=np.bool_)
-    slip[index[[0, 3], 4]] = slip[index[2, 5]] = False
+    slip[index[[0, 2], 4]] = slip[index[2, 5]] = False
     q, bound, y = rng.normal(size=(m, 2)), rng.uniform(0.5, 2.0, size=m), rng.normal(size=m)
     centres = of_cells[:, 0] * dx - 1.1
     levers = centres + rng.uniform(-0.1, 0.1, size=m)
@@ -521,6 +525,15 @@ def test_carry_on() -> None:
     assert out[index[0, 4]] == pytest.approx(force[4])
 
 
+def test_carry_on_rows_of_one_cell() -> None:
+    """There is no second cell to share a change with."""
+    p, out = np.array([[0.5, 0.0], [0.3, 0.7]]), np.full(2, np.nan)
+    index, one = np.array([[0, 1]]), np.ones(2, dtype=np.int64)
+    of_rows = p.sum(axis=0), np.array([0.6, 1.0]), one, index, np.arange(2)
+    rows.update_row_pressures(p, np.zeros((2, 2)), *of_rows, np.zeros(2), index, out)
+    np.testing.assert_allclose(out, [0.8, 0.7], rtol=1e-14)
+
+
 # --- between cells ---
 
 
@@ -616,6 +629,18 @@ def test_peak_at_borders(seed: int) -> None:
     assert found == pytest.approx(naive_rows.peak_at_borders(squares, borders), rel=1e-11)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_peak_at_borders_in_any_order(seed: int) -> None:
+    """The first one may be the top, or one of two of any row."""
+    rng = np.random.default_rng(seed)
+    borders = np.stack([rng.uniform(0.0, 8.0, size=18), np.repeat(np.arange(9.0), 2)], axis=1)
+    squares = 1.0 - (borders[:, 1] - 4.2 + 0.3 * seed) ** 2 / 30.0 - (borders[:, 0] - 4.0) ** 2 / 90.0
+    expected = naive_rows.peak_at_borders(squares.tolist(), [(x, int(j)) for x, j in borders])
+    for first in range(18):
+        order = np.array([first, *rng.permutation(np.delete(np.arange(18), first))])
+        assert rows.peak_at_borders(squares[order], borders[order]) == pytest.approx(expected, rel=1e-11)
+
+
 def test_largest_pressure_at_borders() -> None:
     """Of a border that runs along y, in a contact whose pressure is largest between rows 3 and 4."""
     p = np.sqrt(np.maximum(ellipse((16, 9), (7.3, 3.6), (6.4, 3.9)), 0.0))
@@ -647,6 +672,8 @@ def test_top_of_parabola() -> None:
     assert rows.top_of_parabola(y, 1.0 + y**2) == 1.0
     assert rows.top_of_parabola(y, 1.0 + (y - 0.5) ** 2) == 1.25
     assert rows.top_of_parabola(y[:1], np.array([2.0])) == 2.0
+    assert rows.top_of_parabola(y, np.full(5, 2.0)) == 2.0  # neither top nor bottom
+    assert rows.peak_at_borders(np.zeros(3), np.array([[5.0, 0.0], [5.0, 1.0], [5.0, 2.0]])) == 0.0
 
 
 def test_on_box() -> None:
@@ -789,14 +816,28 @@ def test_chords_of_three_rows_are_alike_on_both_sides() -> None:
 
 
 def test_a_row_beyond_the_tip_has_no_chord() -> None:
-    """However the parabola through the next two rows continues."""
-    length = np.array([2.0, 1.0, 5.0, 6.0, 5.0, 1.0, 2.0])
-    rows.between_tips(length, np.array([0.5, 5.5]))
-    np.testing.assert_array_equal(length, [0.0, 1.0, 5.0, 6.0, 5.0, 1.0, 0.0])
+    """However the parabola through the next two rows continues; nor has a row within it where that is below nothing."""
+    for tips in ((0.5, 5.5), (-0.5, 6.5)):
+        length = np.array([2.0, 1.0, 5.0, 6.0, 5.0, 1.0, 2.0])
+        rows.between_tips(length, np.array(tips))
+        np.testing.assert_array_equal(length, [0.0, 1.0, 5.0, 6.0, 5.0, 1.0, 0.0])
+
+
+def test_one_side_of_a_contact_may_keep_its_chord() -> None:
+    """Where the third row has lifted off there is no parabola; the other side's is taken all the same."""
+    length = np.array([0.0, 2.0, 3.0, 0.0, 5.0, 4.0, 2.5, 0.0])
+    for chords, tips in ((length, (0.6, 6.3)), (length[::-1], (0.7, 6.4))):
+        found = chords.copy()
+        rows.between_tips(found, np.array(tips))
+        expected = chords.copy()
+        # v = a t + b t^2 is 4^2 a cell and 5^2 two cells farther inside than the last row, 0.3 from the tip
+        a, b = np.linalg.solve([[1.3, 1.3**2], [2.3, 2.3**2]], [16.0, 25.0])
+        expected[chords == 2.5] = math.sqrt(0.3 * a + 0.09 * b)
+        np.testing.assert_allclose(found, expected, rtol=1e-13)
 
 
 def test_contacts_of_two_rows_keep_their_chords() -> None:
-    for length in ([0.0, 2.0, 3.0, 0.0], [0.0, 0.0], [1.0]):
+    for length in ([0.0, 2.0, 3.0, 0.0], [2.0, 3.0], [0.0, 2.0, 3.0], [0.0, 0.0], [1.0]):
         chords = np.array(length)
         rows.between_tips(chords, np.array([0.4, 2.6]))
         np.testing.assert_array_equal(chords, length)
@@ -862,6 +903,24 @@ def test_known_slip_along_one_axis(axis: int) -> None:
     one = np.ones((1, 2)), np.ones(1, dtype=np.bool_), np.zeros((2, 1), dtype=np.int64)
     centring.centre(*one, local, np.full((3, 1), np.nan), out)
     np.testing.assert_allclose(out[0], 1.0 + 0.6 * np.eye(2)[axis], rtol=1e-14)
+
+
+@pytest.mark.parametrize("cells", [1, 2, 3])
+def test_centre_of_rows_of_a_few_slip_cells(cells: int) -> None:
+    """A row of two has no second cell ahead: the straight line through both goes on at the trailing end."""
+    s = np.array([[1.0, 0.3], [1.2, 0.4], [1.7, 0.2]])[:cells]
+    m = np.arange(cells)
+    neighbours = np.array([np.maximum(m - 1, 0), np.minimum(m + 1, cells - 1)])  # numbered from the leading cell on
+    weight, out = np.full((3, cells), np.nan), np.full((cells, 2), np.nan)
+    centring.centre(s, np.ones(cells, dtype=np.bool_), neighbours, NOTHING_LOCAL, weight, out)
+    expected = s.copy()
+    if cells == 2:
+        expected = np.array([0.5 * (s[0] + s[1]), 1.5 * s[1] - 0.5 * s[0]])
+    if cells == 3:
+        parabola = np.polyfit(m, s, 2)
+        expected[0] = 0.5 * (s[0] + s[1])
+        expected[1:] = [parabola.T @ [x * x, x, 1.0] for x in (1.5, 2.5)]
+    np.testing.assert_allclose(out, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("known", [False, True])
@@ -1076,13 +1135,13 @@ def test_update_directions_without_a_direction() -> None:
 
 
 def test_local_slip() -> None:
-    """Against the formula with arrays; a row without cells, one of one cell, and longer ones."""
+    """Against the formula with arrays; rows without cells, which change no others, one of one cell, and longer ones."""
     rng = np.random.default_rng(5)
-    count = np.array([0, 1, 4, 7])
-    index = np.full((7, 4), -1)
+    count = np.array([0, 1, 4, 7, 0])
+    index = np.full((7, 5), -1)
     for j, n in enumerate(count):
         index[:n, j] = count[:j].sum() + np.arange(n)
-    p, angle, leading, kappa = rng.uniform(1.0, 5.0, 12), rng.uniform(-1.0, 1.0, (2, 4)), 0.03, -0.2
+    p, angle, leading, kappa = rng.uniform(1.0, 5.0, 12), rng.uniform(-1.0, 1.0, (2, 5)), 0.03, -0.2
     normals, trailing = (np.array([np.cos(a), np.sin(a)]) for a in angle)
     out = np.zeros((5, 12))
     centring.local_slip(p, index, count, normals, trailing, kappa, leading, out)

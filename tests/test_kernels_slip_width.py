@@ -89,14 +89,17 @@ def test_noise() -> None:
     assert levels[3] == levels[4]
 
 
-def contact(seed: int) -> dict[str, np.ndarray]:
-    """Rows of an elliptic contact, stick cells ahead of borders that scatter, the outermost ones' by more."""
+def contact(seed: int, beyond: float = 0.0) -> dict[str, np.ndarray]:
+    """Rows of an elliptic contact, stick cells ahead of borders that scatter, the outermost ones' by more.
+
+    Its tips lie within the rows or, by `beyond` or less, outside.
+    """
     rng = np.random.default_rng(seed)
     ny = int(rng.integers(12, 30))
     terms = np.zeros(9)
     terms[0] = 1.0
     ends, slopes = np.zeros((2, ny)), np.zeros(ny)
-    height = 0.5 * ny - rng.uniform(0.6, 1.9)
+    height = 0.5 * ny - rng.uniform(0.6, 1.9) + beyond
     smooth_outline.smooth_ends(
         terms, 9.0, rng.uniform(5.0, 14.0), 0.5 * (ny - 1) + rng.uniform(-0.3, 0.3), height, ends, slopes
     )
@@ -202,10 +205,13 @@ def test_the_noise_within_which_a_line_is_smooth_enough(change: float) -> None:
         np.testing.assert_allclose(found, size * naive_rows.smooth_line(value, weight, 0.1, expected), atol=1e-7)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(48))
 def test_slip_widths(seed: int) -> None:
-    """Against the naive twin: stick zones that tell, and some in parts, or with slip at the leading edge."""
-    of_rows = contact(seed)
+    """Against the naive twin: stick zones that tell, and some in parts, or with slip at the leading edge.
+
+    The last ones are of contacts that reach over all rows, so that those beside the first and the last one are inner.
+    """
+    of_rows = contact(seed, 0.0 if seed < 40 else 2.5)
     rng = np.random.default_rng(seed)
     stuck = np.flatnonzero(of_rows["length"])
     if seed % 8 == 5:
@@ -242,6 +248,8 @@ def test_stick_range() -> None:
     slip[:] = False
     length[6], length[5] = 1.0, 0.0
     assert slip_width.stick_range(length, ends, slip, leading) == (0, -1)  # in parts
+    apart = np.array([1.0, 0.0, 1.0, 2.0, 1.0, 1.0, 1.0])
+    assert slip_width.stick_range(apart, ends, slip, leading) == (0, -1)
 
 
 def test_no_row_of_a_stick_zone_that_tells_is_in_parts() -> None:
@@ -276,6 +284,7 @@ def test_outermost() -> None:
     assert slip_width.outermost(np.array([0.0, 0.0, 2.0, 0.0, 3.0, 0.0])) == (2, 4)
     assert slip_width.outermost(np.array([1.0, 2.0])) == (0, 1)
     assert slip_width.outermost(np.array([0.0, 1.0, 0.0])) == (1, 1)
+    assert slip_width.outermost(np.zeros(3)) == (2, 2)
 
 
 @pytest.mark.parametrize("width", [0.3, 2.0, 7.0])
@@ -305,6 +314,14 @@ def test_area_of_slip(seed: int) -> None:
     widths = rng.uniform(0.0, 4.0, 14)
     found = slip_width.area_of_slip(chords, tips, widths)
     assert found == pytest.approx(naive_rows.slipping(chords, tips, widths), rel=2e-4)
+
+
+def test_area_of_slip_in_a_contact_with_points() -> None:
+    """Where chords grow so fast that the parabola of their squares falls below nothing, nothing slips."""
+    chords, tips = np.array([0.0, 0.1, 0.3, 4.0, 5.0, 4.0, 0.3, 0.1, 0.0]), np.array([0.3, 7.7])
+    widths = np.linspace(0.5, 1.5, 9)
+    found = slip_width.area_of_slip(chords, tips, widths)
+    assert found == pytest.approx(naive_rows.slipping(chords, tips, widths), rel=5e-3)
 
 
 def test_shorten_tips() -> None:

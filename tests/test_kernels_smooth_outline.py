@@ -84,6 +84,7 @@ def test_normal_equations() -> None:
 
 def test_few_points_tell_no_outline() -> None:
     assert fit_outline(*points(egg(0), 2 * TERMS - 1)) is None
+    assert fit_outline(*points(egg(0), 2 * TERMS)) is not None
     assert fit_outline(np.zeros(40), np.zeros(40)) is None  # no direction
 
 
@@ -123,10 +124,11 @@ def test_an_outline_without_a_tip_has_it_in_the_middle() -> None:
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_tip_is_looked_for_near_the_axis(side: float) -> None:
     """Within 0.11 of it by angle: a step is as long as the parabola's points are apart."""
-    terms = outline(sin2=0.9)
-    at = 0.5 * math.pi * side - 0.11
-    expected = float(naive_rows.radius(terms, at)) * math.sin(at)
-    assert smooth_outline.tip_position(terms, side, np.zeros(TERMS)) == pytest.approx(expected, rel=1e-12)
+    for sin2 in (0.9, -0.9):
+        terms = outline(sin2=sin2)
+        at = 0.5 * math.pi * side - math.copysign(0.11, sin2)
+        expected = float(naive_rows.radius(terms, at)) * math.sin(at)
+        assert smooth_outline.tip_position(terms, side, np.zeros(TERMS)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_lines_beyond_an_outline_cross_it_in_the_middle() -> None:

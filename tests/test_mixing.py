@@ -39,6 +39,19 @@ def test_mixing_takes_the_least_change():
     assert mixing.following(guesses[0], changes[0], where) == pytest.approx(guesses[0] + changes[0])
 
 
+def test_guesses_are_not_mixed_where_a_change_is_no_number(capfd: pytest.CaptureFixture[str]) -> None:
+    """Be it the last change or an earlier one: the next guess then is what the last one leads to."""
+    everywhere, rng = np.ones(6, dtype=np.bool_), np.random.default_rng(4)
+    guesses, changes = rng.normal(size=(2, 4, 6))
+    for bad in (1, 3):
+        mixing, told = Mixing(), changes.copy()
+        told[bad, 2] = np.nan
+        for guess, change in zip(guesses, told, strict=True):
+            following = mixing.following(guess, change, everywhere)
+        np.testing.assert_array_equal(following, guess + change)
+    assert capfd.readouterr().out == ""
+
+
 def test_mixing_ends_what_substitution_does_not():
     """A linear turn with four eigenvalues, one beyond -1, is at its fixed point after five, where turns alone swing.
 

@@ -87,6 +87,7 @@ def test_patience_ends_after_steps_that_get_nowhere(steps: int, part: float, exp
     patience = Patience(steps, part)
     found = [patience.exhausted(residual) for residual in (9.0, 8.0, 7.0, 0.8, 0.8, 0.9, math.nan, 0.7999)]
     assert found == [bool(end) for end in expected]
+    assert not Patience(2).exhausted(math.nan)
 
 
 @pytest.mark.parametrize(
