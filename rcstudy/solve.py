@@ -260,6 +260,7 @@ def _hidden(
     if rolling is None or zone is None:
         return hidden
     slip = rolling.s[contact.carrying]
+    beta = abs(contact.influence.slip_by_pressure_over_tractions)  # Dundurs' constant
     hidden = hidden._replace(
         unsettled=rolling.unsettled,
         slip=unseen,
@@ -269,7 +270,7 @@ def _hidden(
         slips_at_top=contact.slips_at_top(rolling),
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),
         by_pressure=contact.influence.most_slip_under_pressure * contact.pressure_max,
-        turning=abs(contact.influence.slip_by_pressure_over_tractions) / (math.pi * scene.friction),
+        turning=beta / (math.pi * scene.friction),
         skin=contact.skin_at_edge,
         edge_of_tractions=contact.edge_of_tractions,
         moved_inwards=contact.moved_inwards,
@@ -277,7 +278,7 @@ def _hidden(
     if not scene.is_coupled:
         return hidden
     cusps = contact.cusps(zone, rolling, scene.friction)
-    pull = scene.friction * abs(contact.influence.slip_by_pressure_over_tractions)  # mu beta: of tractions at pressure
+    pull = scene.friction * beta  # of tractions at their bounds at the pressure
     fractions = rolling.q / (scene.friction * contact.pressure)[:, None]
     return hidden._replace(
         lift=contact.relative_lift(rolling),

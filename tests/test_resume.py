@@ -357,27 +357,25 @@ def test_a_broken_off_fresh_start_leaves_the_cube_to_its_study(sweeps: Sweeps) -
     assert len(sweeps.run()) == CASES
 
 
-def test_another_solver_version_solves_all_again(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
-    import rcstudy.cases
-    import rcstudy.storage.units
+def be_the_next_version(patched: pytest.MonkeyPatch) -> None:
+    """Keys of cases and units are those of a solver of version `next`."""
+    for module in ("cases", "storage.units"):
+        patched.setattr(f"rcstudy.{module}.SOLVER_VERSION", "next")
 
+
+def test_another_solver_version_solves_all_again(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
     sweeps.run(5)
-    monkeypatch.setattr(rcstudy.cases, "SOLVER_VERSION", "next")
-    monkeypatch.setattr(rcstudy.storage.units, "SOLVER_VERSION", "next")
+    be_the_next_version(monkeypatch)
     assert len(sweeps.run()) == CASES
     assert f"of solver version {SOLVER_VERSION}, this is next; set aside" in sweeps.told[0]
 
 
 def test_a_shard_leaves_units_of_another_solver_version(sweeps: Sweeps, monkeypatch: pytest.MonkeyPatch) -> None:
     """It set them aside, though the shard that wrote them with that version might go on to merge them."""
-    import rcstudy.cases
-    import rcstudy.storage.units
-
     mine = len(sweeps.run(shard=(1, 2)))
     (path,) = unit_paths(sweeps.units)
     with monkeypatch.context() as patched:
-        patched.setattr(rcstudy.cases, "SOLVER_VERSION", "next")
-        patched.setattr(rcstudy.storage.units, "SOLVER_VERSION", "next")
+        be_the_next_version(patched)
         assert len(sweeps.run(shard=(2, 2))) == CASES - mine
         assert f"{path}: of solver version {SOLVER_VERSION}, this is next; left where it is" in sweeps.told[0]
     assert path in unit_paths(sweeps.units)
