@@ -511,7 +511,7 @@ def test_what_borders_behind_the_stick_zone_are_told_of_the_bodies(monkeypatch: 
     told: list[tuple[float, ...]] = []
 
     def area_behind(*arguments: Any) -> tuple[bool, float]:
-        told.append(arguments[-3:])
+        told.append(arguments[-1])
         return True, 0.0
 
     monkeypatch.setattr(slip_zone.slip_width, "area_behind", area_behind)
@@ -542,7 +542,7 @@ def test_cusps_raise_the_largest_pressure_as_far_as_tractions_say(monkeypatch: p
     rolling.slip[rows.index[1 : rows.count[middle], middle]] = True  # a row with no second stick cell
 
     def cusped(*arguments: Any) -> np.ndarray:
-        (last, _, borders), smooth, rise = arguments[-3:]
+        (borders, last, _), smooth, rise = arguments[-3:]
         raised.append((last.copy(), borders.copy(), rise))
         return (np.sqrt(smooth) + np.where(np.isfinite(rise.by_room), 1.0, 0.0)) ** 2
 

@@ -127,7 +127,7 @@ def test_cusps_that_point_downwards_count_behind_wide_slip_zones_only(width: flo
     border = 7.5
     p = np.sqrt(1.0 + 0.2 * np.abs(np.arange(20.0) - border))[:, None]
     edges = np.array([[border - width], [19.5]])
-    zone = np.array([0]), np.array([12.0]), np.array([[border, 0.0]])
+    zone = np.array([[border, 0.0]]), np.array([0]), np.array([12.0])
     found = squares_with_cusps(p, np.array([19]), edges, zone, np.array([4.0]), Rise(10.0, np.array([math.inf])))
     assert found == pytest.approx([expected])
 

@@ -51,7 +51,7 @@ def test_squares_from_stick(seed: int) -> None:
             of_row = p[:, j], int(high[j]), (float(edges[0, j]), float(edges[1, j]))
             expected[k] = extrapolated(*of_row, borders[k][0], float(length[j]), squares[k])
     found = np.array(squares)
-    cusps.squares_from_stick(p, high, edges, last, length, NARROW, LEAST, PER_ROOT, np.array(borders), found)
+    cusps.squares_from_stick(p, high, edges, (np.array(borders), last, length), NARROW, LEAST, PER_ROOT, found)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
     changed = found != np.array(squares)
     assert changed.sum() > 3
@@ -66,10 +66,8 @@ def test_hertz_pressure_is_found_exactly() -> None:
         pressures = p.copy()
         pressures[: int(np.ceil(x)) + 1] = 0.1
         found = np.zeros(1)
-        of_row = np.array([17]), edges, np.array([0]), np.array([9.0])
-        cusps.squares_from_stick(
-            pressures[:, None].copy(), *of_row, NARROW, LEAST, PER_ROOT, np.array([[x, 0.0]]), found
-        )
+        of_row = np.array([17]), edges, (np.array([[x, 0.0]]), np.array([0]), np.array([9.0]))
+        cusps.squares_from_stick(pressures[:, None].copy(), *of_row, NARROW, LEAST, PER_ROOT, found)
         assert found[0] == pytest.approx(1.0 - ((x - centre) / radius) ** 2, rel=1e-9)
 
 

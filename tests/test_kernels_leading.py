@@ -9,6 +9,7 @@ import pytest
 
 from rcstudy.mechanics.kernels import leading_slip, stick
 from rcstudy.mechanics.subcell import leading_zone
+from rcstudy.mechanics.subcell.moved_rows import RowTable
 
 THETA, REACH = 0.748, 0.7
 ZONES = leading_zone.numbers(4, THETA, 0.0264)
@@ -22,6 +23,11 @@ def numbered(counts: np.ndarray) -> tuple[np.ndarray, int]:
         index[: counts[row], row] = np.arange(total, total + counts[row])
         total += counts[row]
     return index, total
+
+
+def table_of(index: np.ndarray, counts: np.ndarray, ends: np.ndarray) -> RowTable:
+    """Rows whose leading cells lie where they should."""
+    return RowTable(index, ends[1] - THETA, counts, ends)
 
 
 def mean_slip(cells: np.ndarray, by_pressure: np.ndarray, length: float) -> np.ndarray:
@@ -187,11 +193,14 @@ def test_sums_over_rows(seed: int) -> None:
     ends = np.array([np.zeros(9), rng.uniform(2.0, 9.0, 9)])
     slope = rng.uniform(-1.0, 1.0, 9)
     normals = np.array([np.cos(slope), np.sin(slope)])
-    of_cells = x, y, q, slip, pressure, rng.normal(size=(cells, 2)), friction, k
-    arguments = ends, normals, *of_cells, rng.uniform(0.5, 1.0), 0.1
+    by_pressure, along_over_across, dx = rng.normal(size=(cells, 2)), rng.uniform(0.5, 1.0), 0.1
+    expected = sums_over_rows(
+        index, ends, normals, x, y, q, slip, pressure, by_pressure, friction, k, along_over_across, dx
+    )
+    of_rows, of_cells = (table_of(index, counts, ends), normals), ((q, slip, pressure, friction), x, y, by_pressure)
     found = np.zeros(8)
-    leading_slip.hidden_leading_slip(index, counts, *arguments, THETA, ZONES, REACH, found)
-    np.testing.assert_allclose(found, sums_over_rows(index, *arguments), rtol=1e-9, atol=1e-12)
+    leading_slip.hidden_leading_slip(*of_rows, *of_cells, (k, along_over_across, REACH), dx, THETA, ZONES, found)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("length", [0.5, 2.2, 5.2])
@@ -208,10 +217,10 @@ def test_slip_hidden_ahead_of_a_cell_at_its_bound_is_finite(length: float) -> No
     """Its traction is along the edge, and rounding has left it beyond the bound; in a row of no length, too."""
     row, count = np.zeros((1, 1), dtype=np.int64), np.ones(1, dtype=np.int64)
     ends, normal = np.array([[0.0], [length]]), np.array([[1.0], [0.0]])
-    q = np.array([[0.0, 0.3 * (1.0 + 4e-16)]])
-    of_cell = np.zeros(1), np.zeros(1), q, np.zeros(1, dtype=np.bool_), np.ones(1), np.ones((1, 2)), 0.3, 0.2
-    found = np.zeros(8)
-    leading_slip.hidden_leading_slip(row, count, ends, normal, *of_cell, 0.8, 0.1, THETA, ZONES, REACH, found)
+    cells = np.array([[0.0, 0.3 * (1.0 + 4e-16)]]), np.zeros(1, dtype=np.bool_), np.ones(1), 0.3
+    at_centres, found = (np.zeros(1), np.zeros(1), np.ones((1, 2))), np.zeros(8)
+    of_row = table_of(row, count, ends), normal, cells
+    leading_slip.hidden_leading_slip(*of_row, *at_centres, (0.2, 0.8, REACH), 0.1, THETA, ZONES, found)
     np.testing.assert_allclose(found, [0.0, 0.0, 0.0, 0.0, 0.2 * 0.3 * THETA, THETA, THETA, 0.0], rtol=1e-6)
 
 
@@ -240,9 +249,10 @@ def test_rows_that_stick_to_their_end(seed: int) -> None:
     ends = np.array([back, back + counts + rng.uniform(-0.5, 0.5, 9)])
     q, slip = rng.normal(size=(cells, 2)), rng.random(cells) < 0.4
     widths, expected = np.zeros(9), np.full(9, np.nan)
-    stick.hidden_widths(index, counts, ends, q, slip, pressure, 0.3, widths)
+    of_rows = table_of(index, counts, ends), (q, slip, pressure, 0.3)
+    stick.hidden_widths(*of_rows, widths)
     found, total = np.zeros(3), np.zeros(3)
-    stick.ending_rows(index, counts, ends, x, y, q, slip, pressure, 0.3, 0.1, THETA, found)
+    stick.ending_rows(*of_rows, x, y, 0.1, THETA, found)
     for j, row, length, amplitude, width in endings(index, ends, q, slip, pressure, 0.3):
         expected[j] = width
         reach = max(length - 0.5 * width, 0.0)
@@ -259,7 +269,8 @@ def test_rows_that_stick_to_their_end(seed: int) -> None:
 def test_a_row_of_next_to_no_length_carries_next_to_nothing(length: float) -> None:
     """At the sides of a contact: what its one cell carries is taken off, and no more."""
     one, q = np.zeros((1, 1), dtype=np.int64), np.array([[0.2, -0.1]])
-    of_row = one, np.ones(1, dtype=np.int64), np.array([[0.0], [length]]), np.zeros(1), np.zeros(1)
+    table = table_of(one, np.ones(1, dtype=np.int64), np.array([[0.0], [length]]))
     found = np.zeros(3)
-    stick.ending_rows(*of_row, q, np.zeros(1, dtype=np.bool_), np.ones(1), 0.3, 0.1, THETA, found)
+    cells = q, np.zeros(1, dtype=np.bool_), np.ones(1), 0.3
+    stick.ending_rows(table, cells, np.zeros(1), np.zeros(1), 0.1, THETA, found)
     np.testing.assert_allclose(found[:2], -q[0], rtol=length + 1e-12)

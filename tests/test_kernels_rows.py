@@ -14,6 +14,7 @@ from scipy.integrate import quad
 
 from rcstudy.mechanics.half_line import HALF_SPACE, HalfLine
 from rcstudy.mechanics.kernels import arrays, centring, row_cells, row_fields, rows, tractions
+from rcstudy.mechanics.subcell.moved_rows import RowTable
 
 LINE = HalfLine(-0.3, -0.1, 0.7, -0.12, 0.01)  # something like a soft layer's
 LINES = LINE, HALF_SPACE
@@ -288,7 +289,7 @@ def test_resultant() -> None:
             off = levers[here] - centres[here]
             turning = slope * (centres[here] * off + spread + off**2) + 0.5 * bend * levers[here] * spread
             expected[2] += bound[here] * turning
-    found = row_cells.resultant(q, slip, bound, centres, levers, y, index, start, edges, dx)
+    found = row_cells.resultant(q, slip, bound, centres, levers, y, RowTable(index, start, count, edges), dx)
     np.testing.assert_allclose(found, expected, rtol=1e-10)
 
 
@@ -304,7 +305,8 @@ def test_resultant_of_a_root(n: int, last: float) -> None:
     levers, index, slip = np.diff(moment) / np.diff(mass), np.arange(n)[:, None], np.ones(n, dtype=np.bool_)
     q = np.stack([np.zeros(n), centres * bound], axis=1)
     start = np.array([centres[0] / dx])
-    of_row = centres, levers, np.zeros(n), index, start, np.array([[-1.0 / dx], [1.0 / dx]]), dx
+    table = RowTable(index, start, np.array([n]), np.array([[-1.0 / dx], [1.0 / dx]]))
+    of_row = centres, levers, np.zeros(n), table, dx
     still = row_cells.resultant(q, np.zeros(n, dtype=np.bool_), bound, *of_row)[2] * dx
     assert np.pi / 8.0 - still > 0.09 * dx**2.5
     assert abs(row_cells.resultant(q, slip, bound, *of_row)[2] * dx - np.pi / 8.0) < 0.0015 * dx**2.5
@@ -377,7 +379,7 @@ def found_profiles(
     """Knots, squares and their number of each row as the kernel finds them, none where there is no cell."""
     knots, squares = np.full((2, p.shape[1], 2 * p.shape[0] + 3), np.nan)
     known = np.full(p.shape[1], -1)
-    rows.row_profiles(p, low, high, edges, *lines, knots, squares, known)
+    rows.row_profiles(p, low, high, edges, *lines, (knots, squares, known))
     for j in range(p.shape[1]):
         assert np.isnan(knots[j, known[j] :]).all()
         assert (known[j] > 0) == p[:, j].any()
@@ -398,7 +400,8 @@ def found_bounds(
     index = np.full(taken.shape, -1)
     index.T[taken.T] = numbers[::-1]
     found = np.full((3, numbers.size), np.nan)
-    rows.row_pressures(p.sum(axis=0), *found_profiles(p, low, high, edges, lines), start, count, index, *found)
+    table = RowTable(index, start, count, edges)
+    rows.row_pressures(p.sum(axis=0), found_profiles(p, low, high, edges, lines), table, *found)
     assert not np.isnan(found).any()
     out, middle, weighted = np.full((3, *taken.shape), np.nan)
     out[taken], middle[taken], weighted[taken] = found[:, index[taken]]
@@ -459,7 +462,7 @@ def test_row_bounds_of_rows_that_stay(ahead: float) -> None:
     inside = np.flatnonzero(p[:, 0])
     found, index = np.full((3, 14), np.nan), np.arange(14)[:, None]
     profiles = found_profiles(p, inside[:1], inside[-1:], edges)
-    rows.row_pressures(p.sum(axis=0), *profiles, start, count, index, *found)
+    rows.row_pressures(p.sum(axis=0), profiles, RowTable(index, start, count, edges), *found)
     assert np.isfinite(found).all()
     pressure, middle, weighted = found
     assert pressure.sum() == pytest.approx(p.sum(), rel=1e-14)
@@ -477,7 +480,8 @@ def test_row_bounds_of_a_row_whose_only_cell_is_ahead_of_the_contact() -> None:
     p, found = np.array([[0.0], [0.7], [0.0]]), np.full((3, 1), np.nan)
     one, edges = np.array([1]), np.array([[0.6], [1.4]])
     profiles = found_profiles(p, one, one, edges)
-    rows.row_pressures(p.sum(axis=0), *profiles, np.array([2.3]), one, np.zeros((1, 1), dtype=np.int64), *found)
+    table = RowTable(np.zeros((1, 1), dtype=np.int64), np.array([2.3]), one, edges)
+    rows.row_pressures(p.sum(axis=0), profiles, table, *found)
     assert found[:2, 0] == pytest.approx([0.7, 1.0], rel=1e-12)
 
 
@@ -488,7 +492,7 @@ def test_row_bounds_of_a_row_all_of_which_is_in_the_last_cell() -> None:
     profiles = found_profiles(p, one, one, edges)
     for start in (1.9, 2.3):
         found = np.full((3, 2), np.nan)
-        rows.row_pressures(p.sum(axis=0), *profiles, np.array([start]), two, index, *found)
+        rows.row_pressures(p.sum(axis=0), profiles, RowTable(index, np.array([start]), two, edges), *found)
         np.testing.assert_allclose(found[:2], [[0.0, 0.7], [start, 1.0]], rtol=1e-12)
 
 
@@ -509,7 +513,8 @@ def test_carry_on() -> None:
     bounds[index_before[5, 3]] = -0.6  # and what it changes by leaves it below nothing
     out = np.full(count.sum(), np.nan)
     force = p.sum(axis=0) * rng.uniform(0.9, 1.1, size=5)
-    rows.update_row_pressures(p, before, force, start, count, index, taken, bounds, index_before, out)
+    table = RowTable(index, start, count, np.zeros((2, 5)))
+    rows.update_row_pressures(p, before, force, table, taken, bounds, index_before, out)
     assert np.isnan(out[index[: count[1], 1]]).all()
     for j in taken:
         n = count[j]
@@ -529,8 +534,8 @@ def test_carry_on_rows_of_one_cell() -> None:
     """There is no second cell to share a change with."""
     p, out = np.array([[0.5, 0.0], [0.3, 0.7]]), np.full(2, np.nan)
     index, one = np.array([[0, 1]]), np.ones(2, dtype=np.int64)
-    of_rows = p.sum(axis=0), np.array([0.6, 1.0]), one, index, np.arange(2)
-    rows.update_row_pressures(p, np.zeros((2, 2)), *of_rows, np.zeros(2), index, out)
+    table = RowTable(index, np.array([0.6, 1.0]), one, np.zeros((2, 2)))
+    rows.update_row_pressures(p, np.zeros((2, 2)), p.sum(axis=0), table, np.arange(2), np.zeros(2), index, out)
     np.testing.assert_allclose(out, [0.8, 0.7], rtol=1e-14)
 
 
@@ -603,7 +608,7 @@ def test_squares_at_borders() -> None:
     p = np.sqrt(np.maximum(ellipse((16, 9), (7.3, 3.6), (6.4, 3.9)), 0.0))
     low, high, edges = found_edges(p)
     borders = [(edges[0, j] + part * (edges[1, j] - edges[0, j]), j) for j in (2, 5, 3, 2) for part in (0.0, 0.07, 0.5)]
-    found = rows.squares_at_borders(*found_profiles(p, low, high, edges), np.array(borders))
+    found = rows.squares_at_borders(found_profiles(p, low, high, edges), np.array(borders))
     for (x, j), square in zip(borders, found, strict=True):
         places, squares = naive_rows.profile(p[:, j], *edges[:, j], *LINES)
         assert square == pytest.approx(np.interp(x, places, squares), abs=1e-12)
@@ -613,7 +618,7 @@ def test_squares_at_borders_beyond_the_edges() -> None:
     """Those at the edges; of a row with one knot, that one."""
     knots, squares = np.array([[1.0, 2.0, 4.0, 99.0], [3.0, 99.0, 99.0, 99.0]]), np.array([[5.0, 7.0, 6.0, 99.0]] * 2)
     borders = np.array([[x, 0.0] for x in (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0)] + [[x, 1.0] for x in (2.0, 3.0, 4.0)])
-    found = rows.squares_at_borders(knots, squares, np.array([3, 1]), borders)
+    found = rows.squares_at_borders((knots, squares, np.array([3, 1])), borders)
     np.testing.assert_array_equal(found, [5.0, 5.0, 6.0, 7.0, 6.5, 6.0, 6.0, 5.0, 5.0, 5.0])
 
 
@@ -646,7 +651,7 @@ def test_largest_pressure_at_borders() -> None:
     p = np.sqrt(np.maximum(ellipse((16, 9), (7.3, 3.6), (6.4, 3.9)), 0.0))
     low, high, edges = found_edges(p)
     borders = np.array([(5.0, j) for j in range(1, 7)])
-    found = rows.peak_at_borders(rows.squares_at_borders(*found_profiles(p, low, high, edges), borders), borders)
+    found = rows.peak_at_borders(rows.squares_at_borders(found_profiles(p, low, high, edges), borders), borders)
     squares = [np.interp(5.0, *naive_rows.profile(p[:, j], *edges[:, j], *LINES)) for j in range(1, 7)]
     assert found == pytest.approx(naive_rows.peak_at_borders(squares, [(5.0, j) for j in range(1, 7)]), rel=1e-11)
     assert found == pytest.approx(math.sqrt(1.0 - (2.3 / 6.4) ** 2), rel=5e-3)

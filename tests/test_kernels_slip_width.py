@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from rcstudy.mechanics.kernels import slip_width, smooth_outline
+from rcstudy.mechanics.subcell.edges import Smooth
+from rcstudy.mechanics.subcell.moved_rows import RowTable
 
 
 @pytest.mark.parametrize("n", [4, 5, 9, 30])
@@ -130,15 +132,21 @@ def numbered(rows: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.nd
     return np.column_stack([border[with_border], with_border]), last, slip, leading
 
 
+def outline_of(rows: dict[str, np.ndarray]) -> Smooth:
+    """The outline that rows with such ends and slopes have."""
+    chords = np.nan_to_num(rows["ends"][1] - rows["ends"][0])
+    return Smooth(rows["ends"], rows["slopes"], chords, np.array([0.3, chords.size - 1.3]), 0.0)
+
+
 def widths_of(
     rows: dict[str, np.ndarray], aspect: float, bow: float, turns: np.ndarray | None = None, unlike: float = 0.0
 ) -> np.ndarray | None:
     """What the kernel finds."""
     borders, last, slip, leading = numbered(rows)
     widths = np.zeros(last.size)
-    of_rows = borders, last, rows["length"], rows["hidden"], rows["ends"], rows["slopes"], slip, leading
+    of_rows = (borders, last, rows["length"]), rows["hidden"], outline_of(rows), slip, leading
     turns = np.zeros((3, last.size)) if turns is None else turns
-    return widths if slip_width.slip_widths(*of_rows, aspect, bow, turns, unlike, widths) else None
+    return widths if slip_width.slip_widths(*of_rows, (aspect, bow, unlike), turns, widths) else None
 
 
 def test_in_one_piece() -> None:
@@ -160,13 +168,14 @@ def test_corrected_widths() -> None:
     borders = np.column_stack([(ends[0] + widths)[1:5], np.arange(1.0, 5.0)])
     length, hidden = np.full(ny, 4.0), np.arange(ny) == 3
     turns, out = np.zeros((3, ny)), np.zeros(ny)
-    slip_width.corrected_widths(borders, last, length, hidden, ends, slopes, 1.2, bow, turns, 0.3, 1, 4, out)
+    of_rows = (borders, last, length), hidden, outline_of({"ends": ends, "slopes": slopes}), (1.2, bow, 0.3), turns
+    slip_width.corrected_widths(*of_rows, 1, 4, out)
     moved = [bow + slip_width.too_far_back(0.8, 4.0, width, 1.2, (0.0, 0.0, 0.0), 0.3) for width in widths]
     assert min(moved) > 0.02
     expected = widths + np.where(hidden, 0.5, 1.0) * moved
     np.testing.assert_allclose(out, np.where(last >= 0, expected, 0.0), atol=1e-13)
     out[:] = 0.0
-    slip_width.corrected_widths(borders, last, length, hidden, ends, slopes, 1.2, bow, turns, 0.3, 1, 5, out)
+    slip_width.corrected_widths(*of_rows, 1, 5, out)
     assert out[5] == 0.0
 
 
@@ -347,13 +356,13 @@ def test_area_behind(seed: int) -> None:
     of_rows = contact(seed)
     if seed == 7:
         of_rows["length"] *= 1.9 / of_rows["length"].max()
-    ends, slopes = of_rows["ends"], of_rows["slopes"]
-    chords, tips = np.nan_to_num(ends[1] - ends[0]), np.array([0.3, slopes.size - 1.3])
+    outline = outline_of(of_rows)
     borders, last, slip, leading = numbered(of_rows)
     # rows of a single cell
     q, index, count = np.random.default_rng(seed).normal(size=(slip.size, 2)), leading[None], np.ones_like(leading)
-    of_rows_ = borders, last, of_rows["length"], of_rows["hidden"], ends, slopes, chords, tips
-    found, area = slip_width.area_behind(*of_rows_, q, slip, index, count, 0.8, 0.01, 0.4)
+    table, cells = RowTable(index, np.zeros(count.size), count, outline.ends), (q, slip, np.ones(slip.size), 0.3)
+    zone = borders, last, of_rows["length"]
+    found, area = slip_width.area_behind(zone, of_rows["hidden"], outline, table, cells, (0.8, 0.01, 0.4))
     turns = np.array([naive_rows.turns_behind("s" if slip[m] else "-", q[[m]]) for m in leading]).T
     expected = naive_rows.slip_widths(*of_rows.values(), 0.8, 0.01, turns, 0.4)
     if seed == 7:
@@ -362,4 +371,4 @@ def test_area_behind(seed: int) -> None:
     else:
         assert expected is not None
         assert found
-        assert area == pytest.approx(naive_rows.slipping(chords, tips, expected), rel=1e-3)
+        assert area == pytest.approx(naive_rows.slipping(outline.chords, outline.tips, expected), rel=1e-3)

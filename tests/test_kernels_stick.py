@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from scipy.special import gammaln
 
+from rcstudy.mechanics.half_line import HalfLine
 from rcstudy.mechanics.kernels import stick
+from rcstudy.mechanics.subcell.moved_rows import RowTable
 
 FAR = 10**15  # cells: of a zone without end
 
@@ -20,7 +22,7 @@ def test_rooms_and_speeds() -> None:
     q, s, pressure, slip = *rng.normal(size=(2, 7, 2)), rng.uniform(1.0, 9.0, size=7), rng.random(7) < 0.5
     q[3] = 0.0
     room, speed = np.full((2, 7), np.nan)
-    found = stick.rooms_and_speeds(q, s, slip, 0.4, pressure, room, speed)
+    found = stick.rooms_and_speeds((q, slip, pressure, 0.4), s, room, speed)
     size = np.linalg.norm(q, axis=1)
     assert 0 < slip.sum() < 7
     assert found == pytest.approx((size.max(), -q[slip, 0].sum() / size[slip].sum()), rel=1e-14)
@@ -28,7 +30,7 @@ def test_rooms_and_speeds() -> None:
     for m in range(7):
         direction = -q[m] / size[m] if m != 3 else np.zeros(2)
         assert speed[m] == pytest.approx(s[m] @ direction, abs=1e-14)
-    assert stick.rooms_and_speeds(q, s, np.zeros(7, dtype=np.bool_), 0.4, pressure, room, speed)[1] == 0.0
+    assert stick.rooms_and_speeds((q, np.zeros(7, dtype=np.bool_), pressure, 0.4), s, room, speed)[1] == 0.0
 
 
 def test_border_ahead() -> None:
@@ -95,6 +97,11 @@ def test_border_behind_that_little_tells() -> None:
     assert stick.border_behind((0.4, 0.0), (-1.0, 2.0), 1) == 0.75
 
 
+def half_line_of(b1: float, shift: float) -> HalfLine:
+    """Of which stick zones need no more than these."""
+    return HalfLine(b1, math.nan, math.nan, shift, math.nan)
+
+
 def found_zone(
     states: list[str],
     room: np.ndarray,
@@ -123,8 +130,8 @@ def found_zone(
     length, borders = np.full(len(states), np.nan), np.full((2 * count.sum(), 2), np.nan)
     last = np.full(len(states), 99)
     hidden = np.full(len(states), np.nan) if widths is None else np.array(widths)
-    of_rows = index, np.array(start), count, np.array(edges).T, hidden, 0.5, *layers
-    found = stick.stick_rows(of_cells, speeds, slip, *of_rows, length, last, borders)
+    of_rows = RowTable(index, np.array(start), count, np.array(edges).T), hidden, 0.5, half_line_of(*layers)
+    found = stick.stick_rows(of_cells, speeds, slip, *of_rows, (borders, last, length))
     assert np.isnan(borders[found:]).all()
     for j, row in enumerate(states):
         own = [k for k in range(found) if borders[k, 1] == j]
@@ -226,7 +233,8 @@ def test_room_of_last_cells() -> None:
     room, bound, slip = np.linspace(1.0, 2.0, 9), np.linspace(3.0, 4.0, 9), np.zeros(9, dtype=np.bool_)
     slip[7] = True
     found = room.copy()
-    stick.lower_room_at_ends(found, slip, 0.3, bound / 0.3, index, start, count, edges)
+    cells = np.zeros((9, 2)), slip, bound / 0.3, 0.3
+    stick.lower_room_at_ends(found, RowTable(index, start, count, edges), cells)
     r = np.linspace(0.0, 1.4, 200001)  # from the edge of the first row to the front of its last cell
     behind = np.trapezoid(np.sqrt(r[r <= 0.4]), r[r <= 0.4]) / np.trapezoid(np.sqrt(r), r)
     expected = room.copy()
@@ -251,17 +259,17 @@ def test_stick_zone(seed: int) -> None:
     size = friction * pressure * np.where(slip, 1.0, rng.uniform(0.0, 0.9, m))
     q, s = (size * np.array([np.cos(angle), np.sin(angle)])).T.copy(), rng.normal(size=(m, 2))
     (room, speed), widths = np.zeros((2, m)), np.zeros(ny)
-    expected = stick.rooms_and_speeds(q, s, slip, friction, pressure, room, speed)
-    stick.hidden_widths(index, count, ends, q, slip, pressure, friction, widths)
-    stick.lower_room_at_ends(room, slip, friction, pressure, index, start, count, ends)
+    table, cells, line = RowTable(index, start, count, ends), (q, slip, pressure, friction), half_line_of(0.2, -0.1)
+    expected = stick.rooms_and_speeds(cells, s, room, speed)
+    stick.hidden_widths(table, cells, widths)
+    stick.lower_room_at_ends(room, table, cells)
 
     def empty() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return np.zeros(ny), np.zeros(ny, dtype=np.int64), np.zeros((2 * m, 2))
+        return np.zeros((2 * m, 2)), np.zeros(ny, dtype=np.int64), np.zeros(ny)
 
-    of_rows, layers = (index, start, count, ends), (0.2, -0.1)
     zone, all_at_once, all_widths = empty(), empty(), np.zeros(ny)
-    borders = stick.stick_rows(room, speed, slip, *of_rows, widths, 0.5, *layers, *zone)
-    found = stick.stick_zone(q, s, slip, friction, pressure, *of_rows, 0.5, *layers, all_widths, *all_at_once)
+    borders = stick.stick_rows(room, speed, slip, table, widths, 0.5, line, zone)
+    found = stick.stick_zone(table, cells, s, 0.5, line, all_widths, all_at_once)
     assert found == (borders, *expected)
     assert borders > 0
     for ours, theirs in zip((all_widths, *all_at_once), (widths, *zone), strict=True):

@@ -90,7 +90,7 @@ def test_ends_of_rows_twice_as_wide_lack_twice_as_much() -> None:
     scene = steel(Mesh((1.0, 0.7), (20, 24)), creepage=Creepage(1e-5, 2e-5), discretisation="aligned")
     contact = AlignedContact(solve_normal(scene))
     rolling, (dx, dy) = solve_rolling(contact, scene), scene.mesh.spacing
-    of_cells = contact.rows, contact.outline.far_field_ends, contact.centres, rolling.q, rolling.slip, scene.friction
+    of_cells = contact.rows, contact.centres, rolling.q, rolling.slip, scene.friction
     one = np.array(contact.ending(rolling, scene.friction))
     wide, long = (np.array(ending_of_rows(*of_cells, sides, EDGE)) for sides in ((dx, 2.0 * dy), (2.0 * dx, dy)))
     assert wide == pytest.approx(2.0 * one, rel=1e-12, abs=0.0)

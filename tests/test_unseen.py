@@ -14,6 +14,7 @@ from rcstudy.mechanics.contact import influence_of, solve_normal, solve_rolling
 from rcstudy.mechanics.kernels import leading_slip
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene
 from rcstudy.mechanics.subcell import leading_zone
+from rcstudy.mechanics.subcell.moved_rows import RowTable
 from rcstudy.mechanics.subcell.unseen import Unseen, UnseenSlip, part_within
 from rcstudy.solve import solve_scene
 
@@ -202,7 +203,7 @@ def test_hidden_force_is_across_the_edge_on_oblong_cells(counterbody: Material |
     )
     pressure = np.linspace(100.0, 200.0, rows)
     zones = leading_zone.numbers(3, 0.748, 0.0264)
-    of_rows = (index, np.ones(rows, dtype=int), ends, normals), (number, number)
+    of_rows = RowTable(index, ends[1] - 0.748, np.ones(rows, dtype=int), ends), normals, (number, number)
     by_pressure = np.full((rows, 2), (1e-3, 3e-3))
     unseen = UnseenSlip(*of_rows, pressure, by_pressure, 0.748, zones, 1.0, influence)
     found = unseen.of(np.zeros((rows, 2)), np.zeros(rows, dtype=bool), 1.5)
@@ -240,7 +241,8 @@ def test_zones_are_freed_of_what_they_hide_where_the_layer_is_as_a_half_space(
     """Up to so many slip cells, and up to two over any layer."""
     influence = influence_of(steel(Mesh((1.0, 1.0), (50, 50)), counterbody=None, layers=layers))
     cells, ends = np.arange(12), np.array([[-0.4], [11.748]])
-    of_row = (cells[:, None], np.array([12]), ends, np.array([[1.0], [0.0]])), (11.0 - cells, 0.0 * cells)
+    table = RowTable(cells[:, None], np.array([11.0]), np.array([12]), ends)
+    of_row = table, np.array([[1.0], [0.0]]), (11.0 - cells, 0.0 * cells)
     zones = leading_zone.numbers(7, 0.748, 0.0264)
     unseen = UnseenSlip(*of_row, np.sqrt(cells + 1.0), np.zeros((12, 2)), 0.748, zones, 1.0, influence)
     found = [unseen.of(np.zeros((12, 2)), cells < slips, 0.1).force_x for slips in range(9)]

@@ -267,8 +267,7 @@ class AlignedContact(NormalContact):
         rows, (dx, dy) = self.rows, self.scene.mesh.spacing
         centres, y = self.centres
         of_cells = rolling.q, rolling.slip, friction * rows.pressure, centres, self.levers[0], y
-        of_rows = rows.index, rows.start, self.outline.far_field_ends
-        force_x, force_y, moment = row_cells.resultant(*of_cells, *of_rows, dx)
+        force_x, force_y, moment = row_cells.resultant(*of_cells, rows.table, dx)
         return force_x * dx * dy, force_y * dx * dy, moment * dx * dy
 
     def friction_power(
@@ -346,15 +345,15 @@ class AlignedContact(NormalContact):
     def unseen_slip(self, rolling: RollingSolution, friction: float) -> Unseen:
         """Effects of slip zones at the leading edge that are narrower than a cell (`unseen.py`)."""
         if not self.scene.moves_by_pressure:
-            return of_alike(self.rows.index, self.rows.count, rolling.slip, math.prod(self.scene.mesh.spacing))
+            return of_alike(self.rows.table, rolling.slip, math.prod(self.scene.mesh.spacing))
         return self._unseen_slip.of(rolling.q, rolling.slip, friction)
 
     @cached_property
     def _unseen_slip(self) -> UnseenSlip:
-        of_rows = self.rows.index, self.rows.count, self.outline.far_field_ends, self.rows.normals
         of_cells = self.centres, self.pressure, self._slip_by_pressure_at_centres
         zones = leading_zone.numbers(_MOST_SLIPPING, EDGE, OF_HALF_SPACE)
-        return UnseenSlip(of_rows, *of_cells, EDGE, zones, self._reach, self.influence)
+        rows = self.rows
+        return UnseenSlip(rows.table, rows.normals, *of_cells, EDGE, zones, self._reach, self.influence)
 
     @cached_property
     def _reach(self) -> float:
@@ -366,8 +365,8 @@ class AlignedContact(NormalContact):
 
     def ending(self, rolling: RollingSolution, friction: float) -> Ending:
         """Forces and moment that are missing in rows which stick up to their trailing end (`trailing.py`)."""
-        of_cells, ends = (self.centres, rolling.q, rolling.slip), self.outline.far_field_ends
-        return ending_of_rows(self.rows, ends, *of_cells, friction, self.scene.mesh.spacing, EDGE)
+        of_cells = self.centres, rolling.q, rolling.slip
+        return ending_of_rows(self.rows, *of_cells, friction, self.scene.mesh.spacing, EDGE)
 
     def slip_zone(self, rolling: RollingSolution, friction: float) -> SlipZone:
         """Area of the slip zone (mm^2), largest traction and pressure (MPa), all found between cells."""

@@ -43,12 +43,10 @@ def squares_from_stick(
     p: np.ndarray,
     high: np.ndarray,
     edges: np.ndarray,
-    last: np.ndarray,
-    length: np.ndarray,
+    zone: tuple[np.ndarray, np.ndarray, np.ndarray],
     narrow: float,
     least: int,
     per_root: float,
-    borders: np.ndarray,
     squares: np.ndarray,
 ) -> None:
     """Replace p^2 at the borders behind stick zones by the parabola that best fits p^2 of cells ahead, in place.
@@ -57,11 +55,12 @@ def squares_from_stick(
     it: `least` of them or `per_root` times the root of the stick zone's length, but for the outermost two cells of the
     row and what lies beyond the stick zone. If these are not more than three the second to fourth cells are taken;
     where the fourth is one of the outermost two the leading edge, with p = 0, takes its place. p [nx, ny] (MPa); high
-    [ny]: last cell in contact of each row; edges [2, ny]: where the row begins and ends; last [ny], length [ny],
-    borders [n, 2]: as from `stick.stick_rows`; squares [n] (MPa^2): at the borders. What is there already stays in rows
-    without such a border and where the stick zone does not reach so far. Where it is larger, so that the cusp points
-    downwards, the mean of both is taken, or, in slip zones less than `narrow` (cells) wide, it stays.
+    [ny]: last cell in contact of each row; edges [2, ny]: where the row begins and ends; zone: borders [n, 2], last
+    [ny], length [ny], as from `stick.stick_rows`; squares [n] (MPa^2): at the borders. What is there already stays in
+    rows without such a border and where the stick zone does not reach so far. Where it is larger, so that the cusp
+    points downwards, the mean of both is taken, or, in slip zones less than `narrow` (cells) wide, it stays.
     """
+    borders, last, length = zone
     for j in range(last.size):
         k = last[j]
         if k < 0:

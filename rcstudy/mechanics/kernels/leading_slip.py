@@ -135,23 +135,16 @@ def doubts(slips: int, width: float, theta: float) -> tuple[float, float, float]
 
 @jit
 def hidden_leading_slip(
-    index: np.ndarray,
-    count: np.ndarray,
-    ends: np.ndarray,
+    table: tuple[np.ndarray, ...],
     normals: np.ndarray,
+    cells: tuple[np.ndarray, np.ndarray, np.ndarray, float],
     x: np.ndarray,
     y: np.ndarray,
-    q: np.ndarray,
-    slip: np.ndarray,
-    pressure: np.ndarray,
     by_pressure: np.ndarray,
-    friction: float,
-    k: float,
-    along_over_across: float,
+    bodies: tuple[float, float, float],
     dx: float,
     theta: float,
     zones: np.ndarray,
-    reach: float,
     out: np.ndarray,
 ) -> None:
     """Add the effects of narrow slip zones at the leading edge, summed over the rows, to out [8]; see `unseen.py`.
@@ -161,13 +154,15 @@ def hidden_leading_slip(
     zone is too large. Last the number of rows whose visible slip zone is none by the law (`by_the_law`): of those that
     `detached_rows` counts.
 
-    index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them; ends [2, ny]:
-    trailing and leading edge of each row (cells); normals [2, ny]: of the leading edge; x, y [m] (mm), slip [m]
-    (flags), pressure [m] (MPa), q [m, 2] (MPa): of the cells; by_pressure [m, 2]: slip by pressure at their centres; k:
-    see `unseen.py`; along_over_across: ratio of the responses to tractions along and across waves; dx: length of the
-    cells (mm); theta: distance from the leading cell's centre to the edge (cells); zones [n, 7]: of
-    `leading_zone.numbers`; reach: see `unseen.py`.
+    table: a `moved_rows.RowTable`: index [most, ny], numbers of the cells of each row from the leading one on; start
+    [ny]; count [ny] of them; ends [2, ny], trailing and leading edge of each row (cells). normals [2, ny]: of the
+    leading edge. cells: tractions q [m, 2] (MPa), slip flags [m], pressure [m] (MPa), friction coefficient. x, y [m]
+    (mm): of their centres; by_pressure [m, 2]: slip by pressure there. bodies: k, see `unseen.py`; ratio of the
+    responses to tractions along and across waves; reach, see `unseen.py`. dx: length of the cells (mm); theta: distance
+    from the leading cell's centre to the edge (cells); zones [n, 7]: of `leading_zone.numbers`.
     """
+    (index, _, count, ends), (q, slip, pressure, friction) = table, cells
+    k, along_over_across, reach = bodies
     for j in range(count.size):
         row = index[: count[j], j]
         slips, sticks = leading_cells(row, slip)
@@ -195,13 +190,13 @@ def hidden_leading_slip(
         force_y = size * (across_edge * n_y + along_edge * n_x)
         lever = x[row[0]] + (theta - 0.5 * sticking) * dx
         slip_x, slip_y = slip_behind(row[:sticks], by_pressure, sticking, theta)
-        doubtful, cells, unseen = doubts(slips, width, theta)
+        doubtful, area, unseen = doubts(slips, width, theta)
         out[0] += force_x
         out[1] += force_y
         out[2] += lever * force_y - y[row[0]] * force_x
         out[3] += force_x * slip_x + force_y * slip_y
         out[4] += abs(k) * friction * largest * doubtful
-        out[5] += cells
+        out[5] += area
         if slips == 0 or by_the_law(growth):
             out[6] += unseen
         elif sticks_beside(index, count, slip, j):

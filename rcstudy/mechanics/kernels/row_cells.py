@@ -107,9 +107,7 @@ def resultant(
     centres: np.ndarray,
     levers: np.ndarray,
     y: np.ndarray,
-    index: np.ndarray,
-    start: np.ndarray,
-    edges: np.ndarray,
+    table: tuple[np.ndarray, ...],
     dx: float,
 ) -> tuple[float, float, float]:
     """Sums (MPa, MPa mm) of q_x, q_y and x q_y - y q_x over all cells, with directions that vary within slip cells.
@@ -121,9 +119,9 @@ def resultant(
 
     n' and n'' are difference quotients between slip cells of one row. The variance of x under p is dx^2/12, or in the
     first and the last cell of a row, where p goes like a root, 12/175 of the square of the length from the cell's inner
-    side to the edge, edges [2, ny] (cells). y [m] (mm): of the cells; index, start [ny]: as in `number_cells` and
-    `rows.row_pressures`.
+    side to the edge (cells). y [m] (mm): of the cells; table: a `moved_rows.RowTable`, index, start, count and ends.
     """
+    index, start, _, ends = table
     force_x = force_y = moment = 0.0
     for j in range(index.shape[1]):
         for k in range(index.shape[0]):
@@ -142,9 +140,9 @@ def resultant(
                 continue
             length = 1.0
             if k == 0:
-                length = math.sqrt(144.0 / 175.0) * (edges[1, j] - start[j] + 0.5)
+                length = math.sqrt(144.0 / 175.0) * (ends[1, j] - start[j] + 0.5)
             elif after < 0:
-                length = math.sqrt(144.0 / 175.0) * (start[j] - k + 0.5 - edges[0, j])
+                length = math.sqrt(144.0 / 175.0) * (start[j] - k + 0.5 - ends[0, j])
             spread = length * length / 12.0 * dx * dx
             off = levers[m] - centres[m]
             n_one, n, n_other = q[one, 1] / bound[one], q[m, 1] / bound[m], q[other, 1] / bound[other]

@@ -206,14 +206,14 @@ def row_profiles(
     edges: np.ndarray,
     line: tuple[float, ...],
     half_space: tuple[float, ...],
-    knots: np.ndarray,
-    squares: np.ndarray,
-    known: np.ndarray,
+    profiles: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> None:
-    """`row_profile` of each row of p [nx, ny] (MPa): knots, squares [ny, >= 2 nx + 3] and their number known [ny].
+    """`row_profile` of each row of p [nx, ny] (MPa), into profiles.
 
-    low, high [ny], edges [2, ny] as in `row_edges`; no knots in rows without contact.
+    These are knots (cells), squares (MPa^2) [ny, >= 2 nx + 3] and their number known [ny]. low, high [ny], edges [2,
+    ny] as in `row_edges`; no knots in rows without contact.
     """
+    knots, squares, known = profiles
     for j in range(p.shape[1]):
         known[j] = 0
         if high[j] >= low[j]:
@@ -233,12 +233,8 @@ def piece_moment(v0: float, v1: float, length: float) -> float:
 @jit
 def row_pressures(
     force: np.ndarray,
-    all_knots: np.ndarray,
-    all_squares: np.ndarray,
-    known: np.ndarray,
-    start: np.ndarray,
-    count: np.ndarray,
-    index: np.ndarray,
+    profiles: tuple[np.ndarray, np.ndarray, np.ndarray],
+    table: tuple[np.ndarray, ...],
     out: np.ndarray,
     middle: np.ndarray,
     weighted: np.ndarray,
@@ -246,11 +242,11 @@ def row_pressures(
     """Mean pressure of the cells with centres at start[j] - k, k < count[j], into out [m] (MPa).
 
     The place along x where the force of each acts goes into middle [m], the mean of the pressure weighted with itself
-    into weighted [m] (MPa). index: as in `row_cells.number_cells`.
-    Pressures follow from `row_profiles` (all_knots, all_squares, known), scaled so that the cells of a row together
-    carry its force [ny] (MPa). The first and the last cell also carry what lies beyond them; cells outside the edges
-    carry nothing.
+    into weighted [m] (MPa). table: a `moved_rows.RowTable`, index, start, count and ends. Pressures follow from
+    profiles, of `row_profiles`, scaled so that the cells of a row together carry its force [ny] (MPa). The first and
+    the last cell also carry what lies beyond them; cells outside the edges carry nothing.
     """
+    (all_knots, all_squares, known), (index, start, count, _) = profiles, table
     most = all_knots.shape[1]
     mass, moment, square_mass = np.zeros((3, most))
     for j in range(force.size):
@@ -292,9 +288,7 @@ def update_row_pressures(
     p: np.ndarray,
     p_before: np.ndarray,
     force: np.ndarray,
-    start: np.ndarray,
-    count: np.ndarray,
-    index: np.ndarray,
+    table: tuple[np.ndarray, ...],
     taken: np.ndarray,
     bounds_before: np.ndarray,
     index_before: np.ndarray,
@@ -305,8 +299,9 @@ def update_row_pressures(
     The change of the pressures of the mesh's own cells, from p_before to p [nx, ny], is shared between the closest two
     cells of the row and added to their earlier pressures, bounds_before [m'] (index_before [>= max count, ny]: their
     numbers). Negative pressures are set to zero, and the cells of a row are scaled to carry its force [ny] (MPa)
-    together.
+    together. table: as in `row_pressures`.
     """
+    index, start, count, _ = table
     for j in taken:
         last = count[j] - 1
         for k in range(last + 1):
@@ -331,12 +326,12 @@ def update_row_pressures(
 
 
 @jit
-def squares_at_borders(knots: np.ndarray, squares: np.ndarray, known: np.ndarray, borders: np.ndarray) -> np.ndarray:
-    """p^2 [n] (MPa^2) at borders [n, 2] (x and row j), interpolated between the knots of `row_profiles`.
+def squares_at_borders(profiles: tuple[np.ndarray, np.ndarray, np.ndarray], borders: np.ndarray) -> np.ndarray:
+    """p^2 [n] (MPa^2) at borders [n, 2] (x and row j), interpolated between the knots of profiles, of `row_profiles`.
 
-    knots (cells), squares (MPa^2) [ny, most]: of each row, known [ny] of them. Beyond the outermost knots p^2 is that
-    of these.
+    Beyond the outermost knots p^2 is that of these.
     """
+    knots, squares, known = profiles
     out = np.zeros(borders.shape[0])
     for k in range(out.size):
         x, j = borders[k, 0], int(borders[k, 1])

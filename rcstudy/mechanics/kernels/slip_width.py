@@ -3,6 +3,10 @@
 Borders of the stick zone scatter by 0.02 of a cell, in its outermost rows by ten times as much, while the width has
 little curvature from row to row: in and beyond those rows it comes from a smooth line through all (by the discrepancy
 principle, Morozov 1966). Positions are in cells.
+
+`zone` is (borders [n, 2], last [ny], length [ny]), as from `stick.stick_rows`. `outline` is an `edges.Smooth`: ends
+[2, ny] of the contact's rows, slopes [ny], chords [ny], tips [2] and curvature. `law` is (aspect, bow, unlike): aspect
+and unlike as of `too_far_back`, and the distance by which borders are found too far back besides.
 """
 
 from __future__ import annotations
@@ -146,16 +150,11 @@ def in_one_piece(borders: np.ndarray, last: np.ndarray, first: int, end: int) ->
 
 @jit
 def corrected_widths(
-    borders: np.ndarray,
-    last: np.ndarray,
-    length: np.ndarray,
+    zone: tuple[np.ndarray, np.ndarray, np.ndarray],
     hidden: np.ndarray,
-    ends: np.ndarray,
-    slopes: np.ndarray,
-    aspect: float,
-    bow: float,
+    outline: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float],
+    law: tuple[float, float, float],
     turns: np.ndarray,
-    unlike: float,
     first: int,
     end: int,
     out: np.ndarray,
@@ -165,6 +164,7 @@ def corrected_widths(
     Arguments as in `slip_widths`. Borders are moved by `too_far_back` and bow, those of hidden widths, which are found
     otherwise (from the edge itself), by half of it.
     """
+    (borders, last, length), (ends, slopes, _, _, _), (aspect, bow, unlike) = zone, outline, law
     found = np.zeros(length.size)
     for j in range(first, end + 1):
         found[j] = borders[last[j], 0] - ends[0, j] if last[j] >= 0 else 0.0
@@ -200,30 +200,25 @@ def smoothest_line(value: np.ndarray, weight: np.ndarray, bend: float, first: in
 
 @jit
 def slip_widths(
-    borders: np.ndarray,
-    last: np.ndarray,
-    length: np.ndarray,
+    zone: tuple[np.ndarray, np.ndarray, np.ndarray],
     hidden: np.ndarray,
-    ends: np.ndarray,
-    slopes: np.ndarray,
+    outline: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float],
     slip: np.ndarray,
     leading: np.ndarray,
-    aspect: float,
-    bow: float,
+    law: tuple[float, float, float],
     turns: np.ndarray,
-    unlike: float,
     widths: np.ndarray,
 ) -> bool:
     """Whether the slip zone's width behind the stick zone can be found in each row; if so it is in widths [ny].
 
-    borders [n, 2], last [ny], length [ny]: as from `stick.stick_rows`; hidden [ny]: whether a row's width is hidden
-    within a cell; ends, slopes: as from `smooth_outline.smooth_ends`; slip, leading: as in `stick_range`; aspect, turns
-    [3, ny], unlike: as of `too_far_back`; bow: distance by which borders are found too far back besides.
+    hidden [ny]: whether a row's width is hidden within a cell; slip, leading: as in `stick_range`; turns [3, ny]: as of
+    `too_far_back`.
 
     Inner rows keep their own width (`corrected_widths`). The outermost rows with stick cells, and those beyond, take
     theirs from the smoothest line through the widths of all rows (discrepancy principle, Morozov 1966), whose second
     differences are held to 1/(half chord). Rows without stick cells slip over their whole chord.
     """
+    (borders, last, length), (ends, slopes, _, _, _) = zone, outline
     first, end = stick_range(length, ends, slip, leading)
     if end < first or not in_one_piece(borders, last, first, end):
         return False
@@ -233,7 +228,7 @@ def slip_widths(
         if not math.isnan(slopes[j]):
             half_chord = max(half_chord, 0.5 * (ends[1, j] - ends[0, j]))
     value, weight = np.zeros((2, ny))
-    corrected_widths(borders, last, length, hidden, ends, slopes, aspect, bow, turns, unlike, first, end, value)
+    corrected_widths(zone, hidden, outline, law, turns, first, end, value)
     for j in range(first, end + 1):
         weight[j] = noise(length[j], min(j - first, end - j)) ** -2
     smoothest_line(value, weight, 1.0 / half_chord, first, end, widths)
@@ -307,29 +302,20 @@ def shorten_tips(length: np.ndarray, chords: np.ndarray) -> None:
 
 @jit
 def area_behind(
-    borders: np.ndarray,
-    last: np.ndarray,
-    length: np.ndarray,
+    zone: tuple[np.ndarray, np.ndarray, np.ndarray],
     hidden: np.ndarray,
-    ends: np.ndarray,
-    slopes: np.ndarray,
-    chords: np.ndarray,
-    tips: np.ndarray,
-    q: np.ndarray,
-    slip: np.ndarray,
-    index: np.ndarray,
-    count: np.ndarray,
-    aspect: float,
-    bow: float,
-    unlike: float,
+    outline: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float],
+    table: tuple[np.ndarray, ...],
+    cells: tuple[np.ndarray, np.ndarray, np.ndarray, float],
+    law: tuple[float, float, float],
 ) -> tuple[bool, float]:
     """Whether `slip_widths` finds the width of the slip zone behind a stick zone; its area (cells) by `area_of_slip`.
 
-    Arguments as there and in `turns_behind`. The area is zero if the width is not found.
+    Arguments as there; table, cells: as in `stick.stick_zone`. The area is zero if the width is not found.
     """
+    (index, _, count, _), (q, slip, _, _), (_, slopes, chords, tips, _) = table, cells, outline
     widths, turns = np.zeros(slopes.size), np.zeros((3, slopes.size))
     turns_behind(q, slip, index, count, turns)
-    of_rows = borders, last, length, hidden, ends, slopes
-    if not slip_widths(*of_rows, slip, index[0], aspect, bow, turns, unlike, widths):
+    if not slip_widths(zone, hidden, outline, slip, index[0], law, turns, widths):
         return False, 0.0
     return True, area_of_slip(chords, tips, widths)

@@ -3,6 +3,11 @@
 And rows that stick up to their trailing end: slip zones hidden there, and forces that cells miss (`trailing.py`).
 
 Room: mu p - |q|, how far the traction of a stick cell stays below its bound.
+
+`table` is a `moved_rows.RowTable`: index [most, ny], numbers of the cells of each row from the leading one on; start
+[ny], position of the leading one; count [ny], how many there are; ends [2, ny], trailing and leading edge of each row
+(cells). `cells` are (q, slip, pressure, friction): tractions q [m, 2] (MPa), flags of slip cells slip [m], pressure [m]
+(MPa), and the friction coefficient. `zone` is (borders, last, length), what `stick_rows` fills.
 """
 
 from __future__ import annotations
@@ -80,19 +85,14 @@ def border_behind(rooms: tuple[float, float], slips: tuple[float, float], cells:
 
 @jit
 def rooms_and_speeds(
-    q: np.ndarray,
-    s: np.ndarray,
-    slip: np.ndarray,
-    friction: float,
-    pressure: np.ndarray,
-    room: np.ndarray,
-    speed: np.ndarray,
+    cells: tuple[np.ndarray, np.ndarray, np.ndarray, float], s: np.ndarray, room: np.ndarray, speed: np.ndarray
 ) -> tuple[float, float]:
-    """Room [m] (MPa) of tractions q [m, 2] (MPa) below friction times pressure [m], and speed [m] of slips s [m, 2].
+    """Room [m] (MPa) of the cells' tractions below friction times pressure, and speed [m] of slips s [m, 2].
 
     The speed is the slip against the traction, 0 without one. Returns the largest traction (MPa) and the part of the
     slip cells' tractions that points backwards, the sum of -q_x over that of |q|; 0 if no cell slips.
     """
+    q, slip, pressure, friction = cells
     largest = 0.0
     backwards = sizes = 0.0
     for m in range(room.size):
@@ -108,21 +108,13 @@ def rooms_and_speeds(
 
 @jit
 def hidden_widths(
-    index: np.ndarray,
-    count: np.ndarray,
-    ends: np.ndarray,
-    q: np.ndarray,
-    slip: np.ndarray,
-    pressure: np.ndarray,
-    friction: float,
-    out: np.ndarray,
+    table: tuple[np.ndarray, ...], cells: tuple[np.ndarray, np.ndarray, np.ndarray, float], out: np.ndarray
 ) -> None:
     """Width out [ny] (cells) of the slip zone hidden behind the last cell, if it sticks, of each row; else nan.
 
-    See `trailing.py`. index [most, ny]: numbers of the cells of each row from the leading one on, count [ny] of them;
-    ends [2, ny]: trailing and leading edge of each row (cells); pressure [m] (MPa), slip [m] (flags), q [m, 2] (MPa):
-    of the cells.
+    See `trailing.py`.
     """
+    (index, _, count, ends), (q, slip, pressure, friction) = table, cells
     for j in range(count.size):
         length = ends[1, j] - ends[0, j]
         if count[j] == 0 or length <= 0.0 or slip[index[count[j] - 1, j]]:
@@ -138,23 +130,17 @@ def hidden_widths(
 
 @jit
 def lower_room_at_ends(
-    room: np.ndarray,
-    slip: np.ndarray,
-    friction: float,
-    pressure: np.ndarray,
-    index: np.ndarray,
-    start: np.ndarray,
-    count: np.ndarray,
-    ends: np.ndarray,
+    room: np.ndarray, table: tuple[np.ndarray, ...], cells: tuple[np.ndarray, np.ndarray, np.ndarray, float]
 ) -> None:
     """Take what does not belong to it off the room [m] (MPa) of each row's last cell, if this sticks; in place.
 
     A last cell carries all of the load up to the edge, which may lie e = 1/2 to 1 cell behind its centre. Of its bound,
-    friction times pressure [m] (MPa), the part ((e - 1/2)/(e + 1/2))^(3/2), by p = K r^(1/2), lies behind the cell and
-    slips. Half of that is taken off: in the mean over 300 contacts that hardly slip and 100 of steel on steel borders
-    are then closest. Slip areas of the latter are off by 0.6 of what they were, largest tractions too. (All of it moves
-    borders too far.) Other arguments as in `stick_rows`.
+    friction times pressure, the part ((e - 1/2)/(e + 1/2))^(3/2), by p = K r^(1/2), lies behind the cell and slips.
+    Half of that is taken off: in the mean over 300 contacts that hardly slip and 100 of steel on steel borders are then
+    closest. Slip areas of the latter are off by 0.6 of what they were, largest tractions too. (All of it moves borders
+    too far.)
     """
+    (index, start, count, ends), (_, slip, pressure, friction) = table, cells
     for j in range(count.size):
         if count[j] > 1:
             last = index[count[j] - 1, j]
@@ -168,27 +154,21 @@ def stick_rows(
     room: np.ndarray,
     speed: np.ndarray,
     slip: np.ndarray,
-    index: np.ndarray,
-    start: np.ndarray,
-    count: np.ndarray,
-    ends: np.ndarray,
+    table: tuple[np.ndarray, ...],
     widths: np.ndarray,
     narrow: float,
-    b1: float,
-    shift: float,
-    length: np.ndarray,
-    last: np.ndarray,
-    borders: np.ndarray,
+    line: tuple[float, ...],
+    zone: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> int:
-    """Number of borders between stick and slip; fills borders, and length [ny] (cells) of each row's stick zone.
+    """Number of borders between stick and slip; fills zone: borders, last, length [ny] (cells) of rows' stick zones.
 
     room [m] (MPa): of the cells; speed [m]: slip against the traction, half a cell ahead of them; slip [m]: flags of
-    slip cells; index [max count, ny]: numbers m of a row's cells from the leading one on; start, count [ny], ends
-    [2, ny]: as in `rows.row_pressures` and `rows.row_edges`; widths [ny]: of slip zones behind the row's last cell that
-    are hidden within a cell (`trailing.py`), used where less than narrow, nan in rows without; b1, shift: of the
-    half-line of tractions (`half_line.py`). borders [>= 2 m, 2]: x and j of each; last [ny]: number of the border
-    behind the row's last stick cells, -1 if there is none.
+    slip cells; widths [ny]: of slip zones behind the row's last cell that are hidden within a cell (`trailing.py`),
+    used where less than narrow, nan in rows without; line: the half-line of tractions, (b1, b2, total, shift, excess)
+    of `half_line.HalfLine`. borders [>= 2 m, 2]: x and j of each; last [ny]: number of the border behind the row's last
+    stick cells, -1 if there is none.
     """
+    (index, start, count, ends), (borders, last, length), (b1, _, _, shift, _) = table, zone, line
     found = 0
     for j in range(count.size):
         length[j], last[j] = 0.0, -1
@@ -238,47 +218,34 @@ def stick_rows(
 
 @jit
 def stick_zone(
-    q: np.ndarray,
+    table: tuple[np.ndarray, ...],
+    cells: tuple[np.ndarray, np.ndarray, np.ndarray, float],
     s: np.ndarray,
-    slip: np.ndarray,
-    friction: float,
-    pressure: np.ndarray,
-    index: np.ndarray,
-    start: np.ndarray,
-    count: np.ndarray,
-    ends: np.ndarray,
     narrow: float,
-    b1: float,
-    shift: float,
+    line: tuple[float, ...],
     widths: np.ndarray,
-    length: np.ndarray,
-    last: np.ndarray,
-    borders: np.ndarray,
+    zone: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> tuple[int, float, float]:
     """`stick_rows`, its rooms and speeds found by `rooms_and_speeds`, its widths by `hidden_widths`.
 
-    Rooms at the rows' ends are lowered (`lower_room_at_ends`). Arguments as there; widths [ny] is filled. Returns the
-    number of borders and what `rooms_and_speeds` returns.
+    Rooms at the rows' ends are lowered (`lower_room_at_ends`). s [m, 2]: slips; other arguments as there; widths [ny]
+    is filled. Returns the number of borders and what `rooms_and_speeds` returns.
     """
+    _, slip, _, _ = cells
     room, speed = np.zeros(slip.size), np.zeros(slip.size)
-    largest, backwards = rooms_and_speeds(q, s, slip, friction, pressure, room, speed)
-    hidden_widths(index, count, ends, q, slip, pressure, friction, widths)
-    lower_room_at_ends(room, slip, friction, pressure, index, start, count, ends)
-    found = stick_rows(room, speed, slip, index, start, count, ends, widths, narrow, b1, shift, length, last, borders)
+    largest, backwards = rooms_and_speeds(cells, s, room, speed)
+    hidden_widths(table, cells, widths)
+    lower_room_at_ends(room, table, cells)
+    found = stick_rows(room, speed, slip, table, widths, narrow, line, zone)
     return found, largest, backwards
 
 
 @jit
 def ending_rows(
-    index: np.ndarray,
-    count: np.ndarray,
-    ends: np.ndarray,
+    table: tuple[np.ndarray, ...],
+    cells: tuple[np.ndarray, np.ndarray, np.ndarray, float],
     x: np.ndarray,
     y: np.ndarray,
-    q: np.ndarray,
-    slip: np.ndarray,
-    pressure: np.ndarray,
-    friction: float,
     dx: float,
     theta: float,
     out: np.ndarray,
@@ -286,10 +253,11 @@ def ending_rows(
     """Sums of force_x, force_y (MPa) and moment (MPa mm) by which such rows carry too little, added to out [3].
 
     See `trailing.py`. x, y [m] (mm): of the cells; dx: their length (mm); theta: distance from the leading cell's
-    centre to the edge (cells); other arguments as in `hidden_widths`.
+    centre to the edge (cells).
     """
+    (index, _, count, ends), (q, _, _, _) = table, cells
     widths = np.zeros(count.size)
-    hidden_widths(index, count, ends, q, slip, pressure, friction, widths)
+    hidden_widths(table, cells, widths)
     for j in range(count.size):
         if math.isnan(widths[j]):
             continue

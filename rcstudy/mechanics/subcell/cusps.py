@@ -96,13 +96,12 @@ def squares_with_cusps(
 ) -> np.ndarray:
     """p^2 [n] (MPa^2) at borders behind stick zones, with cusps as far as these reach (:func:`within_reach`).
 
-    p [nx, ny] (MPa), high [ny], edges [2, ny]: as in `cusps.squares_from_stick`; `zone`: last [ny], length [ny],
-    borders [n, 2], as there; `smooth` [n]: p^2 there without cusps.
+    p [nx, ny] (MPa), high [ny], edges [2, ny]: as in `cusps.squares_from_stick`; `zone`: borders [n, 2],
+    last [ny], length [ny], as there; `smooth` [n]: p^2 there without cusps.
     """
-    last, length, borders = zone
     cusped = smooth.copy()
     taken = NARROW_BEHIND_CUSP, _LEAST_CELLS, _PER_ROOT
-    cusps.squares_from_stick(p, high, edges, last, length, *taken, borders, cusped)
+    cusps.squares_from_stick(p, high, edges, zone, *taken, cusped)
     return within_reach(cusped, smooth, rise)
 
 
@@ -129,6 +128,6 @@ def pressure_at_borders(p: np.ndarray, room: np.ndarray, slip: np.ndarray, frict
     high = nx - 1 - touched[::-1].argmax(axis=0)
     edges = np.stack([touched.argmax(axis=0) - 0.5, high + 0.5])
     smooth = 0.5 * (p[first - 1, rows] ** 2 + p[first, rows] ** 2)
-    zone = last, stick.sum(axis=0).astype(np.float64), borders
+    zone = borders, last, stick.sum(axis=0).astype(np.float64)
     rise = Rise(friction * beta, by_room(room[np.minimum(first + 1, nx - 1), rows], np.full(len(rows), 1.5), beta))
     return float(np.sqrt(squares_with_cusps(p, high, edges, zone, smooth, rise).max()))

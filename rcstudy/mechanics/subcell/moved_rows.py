@@ -22,6 +22,7 @@ A row carries the same force as on the mesh's own cells, except that neighbourin
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,18 +40,31 @@ A tie is always decided the same way, or both cells are taken, so that the resul
 _LEAST = 1e-9  # least pressure of a cell, over the largest
 
 
+class RowTable(NamedTuple):
+    """Where the rows of a contact begin and end, and which cells are theirs, as kernels take it.
+
+    numbers [most, ny]: of each row's cells from the leading one on, -1 beyond its last; starts [ny]: position of its
+    leading cell's centre; counts [ny]: how many cells it has; ends [2, ny]: its trailing and leading far-field edge.
+    Positions are in cells, from the centre of the box's first cell.
+    """
+
+    numbers: np.ndarray
+    starts: np.ndarray
+    counts: np.ndarray
+    ends: np.ndarray
+
+
 class MovedRows:
     """Rows of cells along x in a `box` of the window, moved so that they begin at the edges of `outline`.
 
     `window` [nx, ny] (MPa): pressure on the mesh's own cells; `like`: moved rows whose positions and cells are used
     here, too, where possible.
 
-    For each row, `start` [ny]: position of its leading cell's centre (in cells, from the centre of the box's first
-    cell); `count` [ny]: number of its cells; `shift` [ny]: distance by which it is moved (in cells). For each cell,
-    `cells` [m, 2]: its indices in the box, rows of constant x first; `held` [nx, ny]: flags of these cells in the box;
-    `index` [most, ny]: numbers m of each row's cells from the leading one on, -1 beyond its last; `pressure` [m] (MPa):
-    mean over the cell; `middle` [m]: position along x at which its force acts (in cells); `weighted` [m] (MPa): mean of
-    the pressure weighted with itself; `carrying` [m]: whether it carries load.
+    `table`: of the rows, whose numbers, starts and counts are also `index`, `start` and `count`; `shift` [ny]: distance
+    by which a row is moved (in cells). For each cell, `cells` [m, 2]: its indices in the box, rows of constant x first;
+    `held` [nx, ny]: flags of these cells in the box; `pressure` [m] (MPa): mean over the cell; `middle` [m]: position
+    along x at which its force acts (in cells); `weighted` [m] (MPa): mean of the pressure weighted with itself;
+    `carrying` [m]: whether it carries load.
     """
 
     def __init__(self, window: np.ndarray, box: Box, outline: Outline, like: MovedRows | None = None) -> None:
@@ -70,8 +84,8 @@ class MovedRows:
         self.pressure, self.middle, self.weighted = np.zeros((3, number))
         self._force = np.zeros(self.count.size)
         row_cells.row_forces(p, self.count, HALF_SPACE.excess, self._force)
-        of_cells = self.pressure, self.middle, self.weighted
-        rows.row_pressures(self._force, *self.profiles, self.start, self.count, self.index, *of_cells)
+        self.table = RowTable(self.index, self.start, self.count, outline.far_field_ends)
+        rows.row_pressures(self._force, self.profiles, self.table, self.pressure, self.middle, self.weighted)
         if like is not None and taken is not None:
             self._update_pressures(like, taken)
         # a plate may lift off within a row: its cells carry no load there, but their traction bound must not be zero
@@ -99,18 +113,18 @@ class MovedRows:
         index = np.zeros((len(other.index), self.count.size), dtype=np.int64)
         index[:, taken] = other.index[:, taken - aside]
         before = np.ascontiguousarray(other._window[self._box.slices])
-        of_cells = self.start, self.count, self.index, taken
-        rows.update_row_pressures(self._outline.p, before, self._force, *of_cells, other.pressure, index, self.pressure)
+        of_cells = taken, other.pressure, index, self.pressure
+        rows.update_row_pressures(self._outline.p, before, self._force, self.table, *of_cells)
 
     @cached_property
     def profiles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Profiles of p^2 along the rows (`rows.row_profiles`): knots, p^2 (MPa^2) there, number of knots [ny]."""
         outline, (nx, ny) = self._outline, self._outline.p.shape
         knots, squares = np.zeros((2, ny, 2 * nx + 3))
-        known = np.zeros(ny, dtype=np.int64)
+        profiles = knots, squares, np.zeros(ny, dtype=np.int64)
         of_rows = outline.low, outline.high, outline.far_field_ends
-        rows.row_profiles(outline.p, *of_rows, outline.by_x.far_field, HALF_SPACE, knots, squares, known)
-        return knots, squares, known
+        rows.row_profiles(outline.p, *of_rows, outline.by_x.far_field, HALF_SPACE, profiles)
+        return profiles
 
     @cached_property
     def neighbours(self) -> np.ndarray:

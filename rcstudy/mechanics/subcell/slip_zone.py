@@ -66,18 +66,16 @@ class SlipZones:
         slip, rows, outline = rolling.slip, self._rows, self._outline
         ny = rows.count.size
         widths, length, last = np.empty(ny), np.empty(ny), np.empty(ny, dtype=np.int64)
-        borders = np.empty((2 * slip.size, 2))
-        of_cells = rolling.q, rolling.s_ahead, slip, friction, rows.pressure
-        of_rows = rows.index, rows.start, rows.count, outline.far_field_ends
-        limits = NARROW, self._line.b1, self._line.shift
-        found, largest, backwards = stick.stick_zone(*of_cells, *of_rows, *limits, widths, length, last, borders)
+        borders, cells = np.empty((2 * slip.size, 2)), (rolling.q, slip, rows.pressure, friction)
+        of_rows = rows.table, cells, rolling.s_ahead, NARROW, self._line
+        found, largest, backwards = stick.stick_zone(*of_rows, widths, (borders, last, length))
         borders = borders[:found]
         at_borders = with_cusps = 0.0
         if found:
-            squares = row_kernels.squares_at_borders(*rows.profiles, borders)
+            squares = row_kernels.squares_at_borders(rows.profiles, borders)
             at_borders = with_cusps = row_kernels.peak_at_borders(squares, borders)
             if self._cusped:
-                of_zone = (last, length, borders), squares, self._rise(borders, last, rolling, friction)
+                of_zone = (borders, last, length), squares, self._rise(borders, last, rolling, friction)
                 cusped = squares_with_cusps(outline.p, outline.high, outline.far_field_ends, *of_zone)
                 # between rows, too, no border has more than what a cusp adds to the largest pressure without
                 rise = float((np.sqrt(cusped) - np.sqrt(squares)).max())
@@ -90,7 +88,7 @@ class SlipZones:
         peak = min(max(of_cells_alone, friction * with_cusps), friction * top)
         smooth = min(max(of_cells_alone, friction * at_borders), friction * summit)
         if slip.any():
-            area = self._area_behind((borders, last, length, widths < NARROW), rolling, backwards / friction)
+            area = self._area_behind((borders, last, length), widths < NARROW, cells, backwards / friction)
             area = self._area_around(length) if area is None else area
         else:
             dx, dy = outline.spacing
@@ -132,22 +130,25 @@ class SlipZones:
         return sorted(numbers)
 
     def _area_behind(
-        self, of_zone: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], rolling: RollingSolution, backwards: float
+        self,
+        zone: tuple[np.ndarray, np.ndarray, np.ndarray],
+        hidden: np.ndarray,
+        cells: tuple[np.ndarray, np.ndarray, np.ndarray, float],
+        backwards: float,
     ) -> float | None:
         """Area of the slip zone (mm^2) behind a stick zone in one piece, from its width in each row.
 
-        of_zone: borders, last and length as from `stick.stick_rows`, and whether widths are hidden; backwards: the
-        fraction of the slip cells' tractions that points towards -x (`stick.rooms_and_speeds`) over the friction
-        coefficient. None if the outline is not smooth or the stick zone is not of this kind.
+        zone, cells: as of `stick.stick_zone`; hidden [ny]: whether widths are hidden; backwards: the fraction of the
+        slip cells' tractions that points towards -x (`stick.rooms_and_speeds`) over the friction coefficient. None if
+        the outline is not smooth or the stick zone is not of this kind.
         """
-        outline, rows = self._outline, self._rows
+        outline = self._outline
         if outline.smooth is None:
             return None
-        ends, slopes, chords, tips, curvature = outline.smooth
         dx, dy = outline.spacing
-        bow = -_BOW_BY_PRESSURE * curvature * backwards * self._by_pressure
-        of_outline, of_cells = (ends, slopes, chords, tips), (rolling.q, rolling.slip, rows.index, rows.count)
-        found, slips = slip_width.area_behind(*of_zone, *of_outline, *of_cells, dx / dy, bow, self._unlike)
+        bow = -_BOW_BY_PRESSURE * outline.smooth.curvature * backwards * self._by_pressure
+        law = dx / dy, bow, self._unlike
+        found, slips = slip_width.area_behind(zone, hidden, outline.smooth, self._rows.table, cells, law)
         return self._slipping_part(slips / outline.within_in_cells) if found else None
 
     def _area_around(self, length: np.ndarray) -> float:

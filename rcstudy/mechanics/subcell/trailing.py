@@ -60,7 +60,6 @@ class Ending(NamedTuple):
 
 def ending_of_rows(
     rows: MovedRows,
-    ends: np.ndarray,
     centres: tuple[np.ndarray, np.ndarray],
     q: np.ndarray,
     slip: np.ndarray,
@@ -70,10 +69,9 @@ def ending_of_rows(
 ) -> Ending:
     """Forces and moment missing in `rows` under tractions `q` [m, 2] (MPa) with slip flags `slip` [m].
 
-    `ends` [2, ny]: trailing and leading edges of the rows (in cells); `centres`: coordinates x, y [m] (mm) of the
-    cells, of sides `spacing` (mm); `theta`: distance from the centre of a leading cell to the edge (in cells).
+    `centres`: coordinates x, y [m] (mm) of the cells, of sides `spacing` (mm); `theta`: distance from the centre of a
+    leading cell to the edge (in cells).
     """
     (dx, dy), sums = spacing, np.zeros(3)
-    of_cells = *centres, q, slip, rows.pressure, friction
-    stick.ending_rows(rows.index, rows.count, ends, *of_cells, dx, theta, sums)
+    stick.ending_rows(rows.table, (q, slip, rows.pressure, friction), *centres, dx, theta, sums)
     return Ending(*(_IN_CONTACTS * dx * dy * sums).tolist())

@@ -62,6 +62,7 @@ from rcstudy.mechanics.kernels import leading_slip
 
 if TYPE_CHECKING:
     from rcstudy.mechanics.influence import Influence
+    from rcstudy.mechanics.subcell.moved_rows import RowTable
 
 _LEAST = 1e-9  # smaller |k| counts as zero: nothing is hidden
 _NOTHING = 1e-12  # smaller missing areas, in cells, count as zero
@@ -92,12 +93,12 @@ class Unseen(NamedTuple):
     doubtful_power: float = 0.0
 
 
-def of_alike(index: np.ndarray, count: np.ndarray, slip: np.ndarray, cell: float) -> Unseen:
+def of_alike(table: RowTable, slip: np.ndarray, cell: float) -> Unseen:
     """Corrections for quasi-identical bodies: of the slip area of rows that slip at the leading edge.
 
-    index [most, ny], count [ny]: the cells of the rows (`UnseenSlip`); slip [m]: flags; `cell` (mm^2): area of a cell.
+    `table`: the rows; `slip` [m]: flags of their cells; `cell` (mm^2): area of a cell.
     """
-    return Unseen(missing=-_DETACHED * cell * leading_slip.detached_rows(index, count, slip))
+    return Unseen(missing=-_DETACHED * cell * leading_slip.detached_rows(table.numbers, table.counts, slip))
 
 
 def part_within(most: float, force: tuple[float, float], more: tuple[float, float]) -> float:
@@ -115,16 +116,16 @@ def part_within(most: float, force: tuple[float, float], more: tuple[float, floa
 class UnseenSlip:
     """Corrections for narrow slip zones under one pressure, for any tractions.
 
-    `rows`: the numbers [most, ny] of the cells of each row from the leading one on, the number of cells [ny], the
-    trailing and leading edges [2, ny] (in cells), and the normal [2, ny] of the latter; `centres`: coordinates x, y [m]
-    (mm) of the cells; `pressure` [m] (MPa); `by_pressure` [m, 2]: slip by pressure at the centres of the cells;
-    `theta`: distance from the centre of a leading cell to the edge (in cells); `zones` [n, 7]: `leading_zone.numbers`;
-    `reach`: `influence.Influence.reach_of_tractions`.
+    `table`: the rows; `normals` [2, ny]: of their leading edges; `centres`: coordinates x, y [m] (mm) of the cells;
+    `pressure` [m] (MPa); `by_pressure` [m, 2]: slip by pressure at the centres of the cells; `theta`: distance from the
+    centre of a leading cell to the edge (in cells); `zones` [n, 7]: `leading_zone.numbers`; `reach`:
+    `influence.Influence.reach_of_tractions`.
     """
 
     def __init__(
         self,
-        rows: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+        table: RowTable,
+        normals: np.ndarray,
         centres: tuple[np.ndarray, np.ndarray],
         pressure: np.ndarray,
         by_pressure: np.ndarray,
@@ -136,10 +137,10 @@ class UnseenSlip:
         dx, dy = influence.spacing
         zones = zones[: max(2, influence.as_half_space(len(zones) - 1, _LIKE)) + 1]
         along, across = influence.slip_under_tractions
-        self._of_rows = *rows, *centres
-        self._of_cells = pressure, by_pressure
-        self._along_over_across, self._dx = along / across, dx
-        self._zones = theta, zones, reach
+        self._table, self._normals, self._pressure = table, normals, pressure
+        self._at_centres = *centres, by_pressure
+        self._along_over_across, self._reach = along / across, reach
+        self._zones = dx, theta, zones
         self._beta = influence.slip_by_pressure_over_tractions
         self._cell = dx * dy
         # slip for the uncertainty of the power
@@ -149,10 +150,11 @@ class UnseenSlip:
         """Corrections for tractions `q` [m, 2] (MPa) with slip flags `slip` [m]."""
         k = self._beta / (math.pi * friction)
         if abs(k) < _LEAST:
-            return of_alike(*self._of_rows[:2], slip, self._cell)
+            return of_alike(self._table, slip, self._cell)
         sums = np.zeros(8)
-        of_cells, of_bodies = (q, slip, *self._of_cells), (friction, k, self._along_over_across)
-        leading_slip.hidden_leading_slip(*self._of_rows, *of_cells, *of_bodies, self._dx, *self._zones, sums)
+        cells, bodies = (q, slip, self._pressure, friction), (k, self._along_over_across, self._reach)
+        of_rows = self._table, self._normals, cells
+        leading_slip.hidden_leading_slip(*of_rows, *self._at_centres, bodies, *self._zones, sums)
         force_x, force_y, moment, work, force, area, missing, detached = (self._cell * sums).tolist()
         if abs(missing) < _NOTHING * self._cell:
             missing = 0.0
