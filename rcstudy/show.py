@@ -78,14 +78,15 @@ def _grid_lines(name: str, grid: xr.Dataset, table: pd.DataFrame, text: str) -> 
     yield f"{name}: {sizes}; {cells}"
     yield from _indented(str(grid.attrs.get("grid_description", "")), 2)
     for dim in dims:
-        shown = ", ".join(value_text(value) for value in grid[dim].values[:12])
-        more = ", ..." if grid.sizes[dim] > 12 else ""
+        labels = [value_text(value) for value in grid[dim].values[:12]]
+        apart = "; " if any("," in label for label in labels) else ", "
+        shown, more = apart.join(labels), f"{apart}..." if grid.sizes[dim] > 12 else ""
         yield f"  {dim:<16} {shown}{more} {_unit(grid, dim)}".rstrip()
     solved = table[table["status"] == Status.SOLVED]
     for variable in _RANGES:
-        if variable in grid and len(values := solved[variable].dropna()):
-            nil = _NIL * _scale(variable, solved)
-            low, high = (0.0 if abs(value) <= nil else float(value) for value in (values.min(), values.max()))
+        if variable in grid and len(known := solved.dropna(subset=[variable])):
+            values = known[variable].mask(known[variable].abs() <= _NIL * _scale(variable, known), 0.0)
+            low, high = float(values.min()), float(values.max())
             found = " to ".join(dict.fromkeys(f"{end:.5g}" for end in (low, high)))  # one number if as written
             yield f"  {variable:<16} {found} {VARIABLES[variable].units}{_error(solved, variable)}"
 
@@ -141,13 +142,14 @@ def _listed(meshes: Collection[tuple[int, int]]) -> str:
     return " to ".join(f"{end(along[0])} x {end(along[1])}" for end in (min, max))
 
 
-def _scale(variable: str, solved: pd.DataFrame) -> float:
-    """Scale of a variable: its largest number or, if larger, its natural size (friction times load for forces)."""
-    most = float(solved[variable].abs().max())
-    if variable in ("force_x", "force_y", "moment_z"):
-        bound = solved["friction"] * solved["load"] * (solved["hertz_radius"] if variable == "moment_z" else 1.0)
-        most = max(most, float(bound.max()))
-    return most
+def _scale(variable: str, solved: pd.DataFrame) -> pd.Series:
+    """Natural size of a variable in each case, as loads may differ by powers of ten: friction times load for forces.
+
+    A variable without a natural size has that of its own number.
+    """
+    if variable not in ("force_x", "force_y", "moment_z"):
+        return solved[variable].abs()
+    return solved["friction"] * solved["load"] * (solved["hertz_radius"] if variable == "moment_z" else 1.0)
 
 
 def _proof_lines(table: pd.DataFrame) -> Iterator[str]:

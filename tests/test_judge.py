@@ -81,10 +81,28 @@ def test_slip_patterns_are_similar_within_an_angle(monkeypatch: pytest.MonkeyPat
         map_of = np.reshape(state, (2, 2))
         views[name] = SimpleNamespace(centre=(np.nan, np.nan), solved=True, mapped=True, state=map_of)
     monkeypatch.setattr(measures, "slip_centre", lambda view: view.centre)
+    monkeypatch.setattr(measures, "slip_turn", lambda view: 0.1)
     first, *others = named(monkeypatch, views)
     found = list(judge.similar_patterns((first, other) for other in others))
     assert [c.holds for c in found] == [True, False, None, None]
     assert [c.undecided for c in found[2:]] == ["d has no such cells", "e slips everywhere"]
+
+
+def test_slip_patterns_of_few_cells_decide_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of 100 slip cells, half a radius from the middle, turn the centroid by 2.3 degrees, of 10000 by none."""
+    monkeypatch.setattr(measures, "slip_centre", lambda view: view.centre)
+    held = {}
+    for cells in (10, 100):
+        state = np.full((cells, cells), CellState.SLIP)
+        turned = [(-0.5, -0.5 * np.tan(np.radians(angle))) for angle in (0.0, 2.0, 6.0)]
+        views = {
+            name: SimpleNamespace(centre=centre, state=state, mapped=True)
+            for name, centre in zip("abc", turned, strict=True)
+        }
+        first, *others = named(monkeypatch, views)
+        found = judge.similar_patterns((first, other) for other in others)
+        held[cells] = [c.holds for c in found]
+    assert held == {10: [None, None], 100: [True, False]}
 
 
 @pytest.mark.parametrize(("slips", "holds"), [((0.0, 0.0), False), ((0.2, 0.0), True), ((0.2, 0.15, 0.17), True)])

@@ -225,6 +225,18 @@ def test_maps_of_ellipses_have_marks_equally_far_apart_both_ways(tmp_path: Path)
     assert stretched["thin"] > 3.0 and stretched["narrow"] < 0.4
 
 
+def test_narrow_contacts_in_wide_panels_have_arrows(tmp_path: Path) -> None:
+    """Marks of an even number of cells are half a step beside the axis: there was no contact, and no arrow."""
+    grid = "  both: {axes: {radius: [[2000, 50], [50, 2000]]}}\n"
+    run(load_text(tmp_path, ELLIPSES[: ELLIPSES.index("  long:")] + grid), tmp_path / "s.nc", workers=1)
+    with open_cube(tmp_path / "s.nc") as tree, style():
+        figure = case_maps(grids(tree)["both"])
+        assert figure is not None
+        for ax, along in zip(panels(figure), (0, 1), strict=True):
+            places = np.asarray(markers(ax, "direction").get_offsets()).round(9)
+            assert len(np.unique(places[:, along])) >= 4 and len(np.unique(places[:, 1 - along])) >= 2
+
+
 FITTED = """\
 study: s
 scene:

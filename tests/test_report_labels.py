@@ -813,6 +813,8 @@ def test_values_have_units_in_labels_and_titles(tmp_path: Path) -> None:
         ((1.0, 2.0, 5.0, 10.0, 20.0, 50.0), True),  # about equal ones
         ((1.0, 2.0, 3.0), False),
         ((1.0, 1.001, 1.002), False),
+        ((0.001, 0.1, 10.0, 1000.0, 1e5, 1e6), True),  # over more than three decades, with the last factor smaller
+        ((1.0, 2.0, 5.0, 1000.0, 10000.0), True),
         ((10.0, 1000.0), False),
         ((10.0, 10000.0), False),
         ((10.0, 11000.0), True),

@@ -132,6 +132,31 @@ def test_rounding_is_shown_as_nothing(tmp_path: Path) -> None:
     assert moments == ["moment_z 0 to 3e-08 N mm", "moment_z 0 N mm"]
 
 
+def test_small_loads_have_forces_too(tmp_path: Path) -> None:
+    """Forces of 0.0009 N were shown as nothing beside those under a load of 1e6 N."""
+    axes = "load: [0.001, 1.0e+6], mesh.size: [[4 a, 4 a]], creepage: [{lateral: 0.001}]"
+    lines = shown(tmp_path, f"  g: {{axes: {{{axes}}}}}\n", solve=of_load)
+    assert line(lines, "force_y").startswith("force_y -5e+05 to -0.0005 N")
+    assert line(lines, "moment_z").startswith("moment_z 0 N mm")
+
+
+def test_labels_with_commas_are_told_apart(tmp_path: Path) -> None:
+    """Two labels read as three."""
+    stack = "[{E: 1 Es, nu: 0.3, thickness: 1 a}]"
+    sets = f"[{{label: 'soft, thick', layers: {stack}}}, {{label: bare, layers: []}}]"
+    lines = shown(tmp_path, f"  g: {{axes: {{layers: {sets}, load: [50, 60]}}}}\n")
+    assert line(lines, "layers") == "layers soft, thick; bare"
+    assert line(lines, "load").startswith("load 50, 60")
+
+
+def of_load(scenes: Sequence[Scene]) -> Iterator[Result]:
+    """Results whose lateral force is half of the load; moments are rounding."""
+    for scene, result in zip(scenes, solve_group(scenes), strict=True):
+        result.scalars["force_y"] = -0.5 * scene.load
+        result.scalars["moment_z"] = 1e-15 * scene.load
+        yield result
+
+
 def test_numbers_that_are_written_alike_are_no_range(tmp_path: Path) -> None:
     """-30 to -30 N, it said."""
     lines = shown(tmp_path, "  g: {axes: {load: [100, 100.0001, 100.0002]}}\n", solve=as_large_as_loads)

@@ -245,8 +245,9 @@ def traction_map(
     longest = max(shown.pitches(case, (int(np.ptp(i)) + 1, int(np.ptp(j)) + 1)))
     # in small contacts fewer: arrows that can be seen
     wanted = _steps(shown.pitches(case, (1, 1)), max(longest / ARROWS, shown.longest / ARROWS_AT_MOST))
-    # every step beyond that would leave out all cells of a narrow contact
-    every = min(wanted[0], int(np.ptp(i)) | 1), min(wanted[1], int(np.ptp(j)) | 1)
+    # larger steps would leave marks at the tips of a narrow contact alone, or none: those next to the axis are half a
+    # step away from it where the number of cells is even
+    every = min(wanted[0], int(np.ptp(i)) // 2 | 1), min(wanted[1], int(np.ptp(j)) // 2 | 1)
     _arrows(ax, case, qx, qy, every, shown)
     # beneath an arrow in each cell a circle has to be wider than the arrow's head
     diameter = (0.75 if every == (1, 1) else 0.5) * min(shown.pitches(case, steps))

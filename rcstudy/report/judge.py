@@ -123,7 +123,8 @@ def _why_undecided(first: PaperCase, second: PaperCase, measure: Measure, by: fl
         return "both slip everywhere"
     (of_left, one), (of_right, other) = (_margin(case.view, measure) for case in (first, second))
     names = " and ".join(dict.fromkeys((one, other)))
-    return _too_close(abs(right - by * left), of_right + by * of_left, f"differ by less than {names} in each")
+    how = "differ" if by == 1.0 else f"differ from a ratio of {by:.3g}"
+    return _too_close(abs(right - by * left), of_right + by * of_left, f"{how} by less than {names} in each")
 
 
 def _too_close(difference: float, margin: float, words: str) -> str:
@@ -246,11 +247,18 @@ def much_larger(pairs: Iterable[Pair], measure: Measure) -> Iterator[Comparison]
 
 
 def similar_patterns(pairs: Iterable[Pair]) -> Iterator[Comparison]:
-    """Angle (degrees) between the directions in which slip's centroid lies in the two cases of each pair."""
+    """Angle (degrees) between the directions in which slip's centroid lies in the two cases of each pair.
+
+    Undecided where `measures.CELLS` slip cells more or less in each may bring it across the bound.
+    """
     for one, other in pairs:
         (x1, y1), (x2, y2) = measures.slip_centre(one.view), measures.slip_centre(other.view)
         angle = float(np.degrees(np.abs(np.arctan2(x1 * y2 - x2 * y1, x1 * x2 + y1 * y2))))
         undecided = _unknown(slip_x, one, other)
+        if not undecided:
+            margin = measures.slip_turn(one.view) + measures.slip_turn(other.view)
+            if abs(angle - SIMILAR) <= margin:
+                undecided = f"differs from the bound by less than {measures.CELLS:g} cells in each turn it"
         holds = None if undecided else angle < SIMILAR
         yield Comparison(f"{one.name}, {other.name}", angle, SIMILAR, holds, undecided, bound=True)
 

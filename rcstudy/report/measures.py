@@ -164,6 +164,12 @@ def slip_centre(case: CaseView) -> tuple[float, float]:
     return float(case.x[i].mean() / radius), float(case.y[j].mean() / radius)
 
 
+def slip_turn(case: CaseView) -> float:
+    """Angle in degrees by which `CELLS` slip cells more or less at the contact's rim may turn `slip_centre`."""
+    distance = float(np.hypot(*slip_centre(case)))
+    return float(np.degrees(CELLS / (_slips(case).sum() * distance))) if distance else float("inf")
+
+
 def slip_on_axis(case: CaseView) -> float:
     """Slip cells over contact cells in the row on the x-axis, or in the two rows next to it."""
     if not case.mapped:

@@ -392,7 +392,8 @@ def _apart(ticks: Iterable[float], low: float, high: float, *, signs: bool) -> l
 def geometric(values: np.ndarray) -> bool:
     """Whether increasing numbers are in geometric progression, exactly, or roughly and over more than a decade.
 
-    All are above 0, or all below. Two numbers are if they are more than three decades apart.
+    All are above 0, or all below. Over more than three decades it is enough that their factors are more even than their
+    steps: all but the largest would coincide on a linear axis. Two numbers are if they are as far apart.
     """
     if values.size < 2 or values[0] <= 0.0 <= values[-1]:
         return False
@@ -403,6 +404,8 @@ def geometric(values: np.ndarray) -> bool:
         return bool(values[1] > _WIDE * values[0])
     steps, factors = np.diff(values), np.diff(np.log(values))
     uneven = factors.max() / factors.min()
+    if values[-1] > _WIDE * values[0]:
+        return bool(uneven < steps.max() / steps.min())
     if values[-1] > DECADE * values[0]:
         return bool(uneven < 2.0 and uneven < steps.max() / steps.min())
     return bool(uneven < 1.0 + ROUNDED and uneven < steps.max() / steps.min())
