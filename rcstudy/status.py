@@ -8,6 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 from rcstudy.cases import Case, expand
+from rcstudy.errors import UserError
 from rcstudy.progress import counted, in_bytes
 from rcstudy.result import Status
 from rcstudy.storage.earlier import other_study
@@ -32,19 +33,24 @@ def report(study: Study, output: Path) -> str:
     index = Index(cases, keep_of(study.outputs))
     try:
         size, count, damaged = _take_units(index, folder)  # first: a sweep removes them once its cube is there
+        unreadable = ""
         if not starts_over(folder, study.name):
-            take_cube(index, output, study.name, notes.append)
+            try:
+                take_cube(index, output, study.name, notes.append)
+            except UserError as error:
+                unreadable = str(error)
         notes += damaged
-        if refused := refusal(output):
+        if refused := refusal(output) or unreadable:
             notes.append(f"a sweep will be refused: {refused}")
         rows = _rows([grid.name for grid in study.grids], cases, index)
         in_cube = sum(index.in_cube(case.key) for case in cases)
     finally:
         index.close()
     lines = [f"study {study.name}, cube {output}" + ("" if output.exists() else " (not there yet)"), "", *_table(rows)]
+    asked = not (in_cube or unreadable or starts_over(folder, study.name))
     if in_cube:
         lines += ["", f"{in_cube} of them are in the cube"]
-    elif not starts_over(folder, study.name) and (name := other_study(output, study.name)) is not None:
+    elif asked and (name := other_study(output, study.name)) is not None:
         lines += ["", f"the cube is of another study, {name}: a sweep will not overwrite it"]
     if count:
         lines += ["", f"{in_bytes(size)} in {counted(count, 'unit')} in {folder}"]

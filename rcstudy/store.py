@@ -23,7 +23,7 @@ from rcstudy.result import Status
 from rcstudy.storage.earlier import EarlierCube, is_replaced, refuse_foreign, refuse_other_study, state_of
 from rcstudy.storage.index import Index
 from rcstudy.storage.lock import locked, refuse_file
-from rcstudy.storage.publish import remove_leftovers, write_whole
+from rcstudy.storage.publish import remove_leftovers, sync, write_whole
 from rcstudy.storage.record import Keep, Packed, Record, parse
 from rcstudy.storage.steady import interrupts_held
 from rcstudy.storage.units import (
@@ -155,7 +155,10 @@ class Store:
 
     def clear(self) -> None:
         """Remove all units, and the mark of a fresh start: the cube holds everything now."""
-        (self.folder / _FRESH).unlink(missing_ok=True)  # first: from now on the cube counts again
+        mark = self.folder / _FRESH
+        if mark.exists():  # goes first, and from the disk too: from now on the cube counts again
+            mark.unlink()
+            sync(self.folder)
         for path in unit_paths(self.folder):
             path.unlink(missing_ok=True)
 
@@ -227,7 +230,8 @@ class Store:
             statuses = tuple(status for _, _, some in parts for status in some)
             whole = self._written(cases, statuses)
             for _, unit, _ in parts:
-                unit.path.unlink(missing_ok=True)
+                with contextlib.suppress(OSError):  # what stays is there twice, and goes when the cube is complete
+                    unit.path.unlink(missing_ok=True)
             self._small[-_PUT_TOGETHER:] = [(parts[0][0] + 1, whole, statuses)]
 
 
@@ -264,11 +268,17 @@ def opened(
             alone = stack.enter_context(locked(folder, shard, take_over=take_over))
             if new:
                 tell(f"{output.parent}: a new folder, which is made for the cube")
-            remove_leftovers(folder)
+            remove_leftovers(folder, alone=alone)
             if alone:  # cubes that were not finished, which would take the room of units
                 real = Path(os.path.realpath(output))
                 remove_leftovers(real.parent, real.name, alone=True)
-            if fresh:
+            broken_off = _mark(folder) == _removing(study)
+            if broken_off and shard is not None:
+                raise UserError(
+                    f"{folder}: a sweep that started over was killed while it removed these units: sweep once more "
+                    "with --fresh, or remove the folder"
+                )
+            if fresh or broken_off:
                 _start_over(folder, study)
             stack.callback(index.close)
             if not starts_over(folder, study):
@@ -307,9 +317,19 @@ def _refuse_unreadable(folder: Path) -> None:
 
 def starts_over(folder: Path, study: str) -> bool:
     """Whether a sweep of `study` that started over has not finished: an existing cube is then ignored by its sweeps."""
+    return _mark(folder) in (study.encode(), _removing(study))
+
+
+def _mark(folder: Path) -> bytes:
+    """The mark of a fresh start; empty if there is none."""
     with contextlib.suppress(OSError):
-        return (folder / _FRESH).read_bytes() == study.encode()
-    return False
+        return (folder / _FRESH).read_bytes()
+    return b""
+
+
+def _removing(study: str) -> bytes:
+    """The mark of a fresh start of `study` whose old units are not all removed yet."""
+    return f"{study}\nunits are being removed".encode()
 
 
 def take_cube(index: Index, output: Path, study: str, tell: Tell) -> None:
@@ -357,8 +377,11 @@ def _take_unit(index: Index, path: Path, study: str, tell: Tell, *, leave: bool)
 def _start_over(folder: Path, study: str) -> None:
     """Leave a mark that the cube is ignored, then remove all units: in this order, lest a crash in between undo it.
 
-    Those that were set aside go as well.
+    Those that were set aside go as well. Until all are gone, also from the disk, the mark says so, and whoever opens
+    the store next removes the rest.
     """
-    write_whole(folder / _FRESH, [study.encode()])
+    write_whole(folder / _FRESH, [_removing(study)])
     for path in unit_paths(folder) + paths_set_aside(folder):
         path.unlink()
+    sync(folder)
+    write_whole(folder / _FRESH, [study.encode()])

@@ -6,6 +6,7 @@ After each of them the same command goes on, and the cube is that of a sweep not
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import shutil
 import signal
@@ -17,16 +18,17 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import cubes
+import h5py
 import numpy as np
 import pytest
 import workers
 from disks import give_room_for
 from workers import gone
 
-from rcstudy import cli, store, sweep
+from rcstudy import cli, status, store, sweep
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
-from rcstudy.storage import cube_writer, publish, units
+from rcstudy.storage import cube_writer, lock, publish, units
 from rcstudy.storage.publish import write_whole
 from rcstudy.storage.units import read_unit, unit_paths
 from rcstudy.store import units_folder
@@ -322,7 +324,7 @@ def test_units_go_once_the_mark_of_a_fresh_start_is_on_the_disk(
 
     monkeypatch.setattr(store, "write_whole", written)
     store._start_over(tmp_path, "s")
-    assert (seen, unit_paths(tmp_path), store.starts_over(tmp_path, "s")) == ([(True, 2)], [], True)
+    assert (seen, unit_paths(tmp_path), store.starts_over(tmp_path, "s")) == ([(True, 2), (True, 0)], [], True)
     units.write_unit(tmp_path, 3, [], "s")
     seen.clear()
     monkeypatch.setattr(Path, "unlink", noted)
@@ -469,3 +471,194 @@ def test_a_corrupt_cache_of_compiled_kernels(folder: Path) -> None:
         assert code == 0, err
         cubes.assert_same(folder / "c.nc", folder / "good.nc")
     shutil.rmtree(cache)
+
+
+# failing calls of the system, found by failing each of them and killing at each
+
+
+def other_study(folder: Path) -> bytes:
+    """Put the cube of another study at `c.nc`; its bytes."""
+    text = (
+        (folder / "s.yaml").read_text().replace("study: faults", "study: other").replace("load: [50,", "load: [49.5,")
+    )
+    loads = text.index("load: [49.5")
+    (folder / "other.yaml").write_text(text[:loads] + "load: [49.5]" + text[text.index("]", loads) + 1 :])
+    sweep.run(load_study(folder / "other.yaml"), folder / "c.nc", workers=1, solve=workers.made_up)
+    return (folder / "c.nc").read_bytes()
+
+
+class Opening:
+    """In place of h5py.File: the opening number `number` of a file for reading fails, or all do."""
+
+    def __init__(self, number: int, error: int, *, always: bool = False) -> None:
+        self.number, self.error, self.always, self.count = number, error, always, 0
+
+    def __call__(self, name: object, mode: str = "r", **options: object) -> h5py.File:
+        if mode == "r":
+            self.count += 1
+            if self.always or self.count == self.number:
+                text = os.strerror(self.error)
+                raise OSError(self.error, f"Unable to open file (errno = {self.error}, error message = '{text}')")
+        return FILE(name, mode, **options)
+
+
+FILE = h5py.File
+
+
+@pytest.mark.parametrize("error", [errno.EIO, errno.EMFILE, errno.ESTALE])
+def test_a_cube_that_cannot_be_read_for_a_moment_is_not_replaced(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, error: int
+) -> None:
+    """Neither that of another study, nor that of an earlier version of this one, whose cases would be solved again."""
+    study, output = load_study(folder / "s.yaml"), folder / "c.nc"
+    before = other_study(folder)
+    for number in range(1, 7):
+        monkeypatch.setattr(h5py, "File", Opening(number, error))
+        with pytest.raises(UserError, match=f"{os.strerror(error)}|is the cube of another study"):
+            sweep.run(study, output, workers=1, solve=workers.made_up)
+        assert output.read_bytes() == before, number
+    monkeypatch.setattr(h5py, "File", FILE)
+    output.write_bytes((folder / "good.nc").read_bytes())
+    (folder / "s.yaml").write_text((folder / "s.yaml").read_text().replace("[50,", "[49.5, 50,"))
+    edited = load_study(folder / "s.yaml")
+    for number in (1, 3):
+        monkeypatch.setattr(h5py, "File", Opening(number, error))
+        with pytest.raises(UserError, match=f"c.nc: cannot be read: {os.strerror(error)}"):
+            sweep.run(edited, output, workers=1, solve=workers.made_up)
+        assert output.read_bytes() == (folder / "good.nc").read_bytes()
+    monkeypatch.setattr(h5py, "File", FILE)
+    assert sweep.run(edited, output, workers=1, solve=workers.made_up).kept == CASES
+
+
+def test_status_tells_of_a_cube_that_cannot_be_read(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once, beside all else that it tells."""
+    (folder / "c.nc").write_bytes((folder / "good.nc").read_bytes())
+    for always in (False, True):
+        monkeypatch.setattr(h5py, "File", Opening(1, errno.EIO, always=always))
+        report = status.report(load_study(folder / "s.yaml"), folder / "c.nc")
+        said = f"a sweep will be refused: {folder}/c.nc: cannot be read: {os.strerror(errno.EIO)}"
+        assert report.count(said) == report.count("cannot be read") == 1
+        assert "no sweep is at work" in report and "another study" not in report
+
+
+@pytest.mark.parametrize("error", [errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL])
+def test_a_file_system_without_locks(folder: Path, monkeypatch: pytest.MonkeyPatch, error: int) -> None:
+    """HDF5 then opens files only if it is told to do without: as for `flock`, a sweep goes on."""
+    unlocked = set()
+
+    def without_locks(name: object, mode: str = "r", locking: object = None, **options: object) -> h5py.File:
+        if mode == "r" and locking is not False:
+            text = f"unable to lock file, errno = {error}, error message = '{os.strerror(error)}'"
+            if unlocked and any(unlocked):
+                raise OSError("Unable to synchronously open file (file locking flag values don't match)")
+            raise OSError(error, f"Unable to synchronously open file ({text})")
+        file = FILE(name, mode, locking=locking, **options)
+        if mode == "r":
+            unlocked.add(file)
+        return file
+
+    output = folder / "c.nc"
+    before = other_study(folder)
+    monkeypatch.setattr(h5py, "File", without_locks)
+    with pytest.raises(UserError, match="is the cube of another study"):
+        sweep.run(load_study(folder / "s.yaml"), output, workers=1, solve=workers.made_up)
+    assert output.read_bytes() == before
+    output.write_bytes((folder / "good.nc").read_bytes())
+    (folder / "s.yaml").write_text((folder / "s.yaml").read_text().replace("[50,", "[49.5, 50,"))
+    assert sweep.run(load_study(folder / "s.yaml"), output, workers=1, solve=workers.made_up).kept == CASES
+
+
+def test_a_fresh_start_killed_among_the_old_units_takes_none_of_them(folder: Path) -> None:
+    study, output = load_study(folder / "s.yaml"), folder / "c.nc"
+    for i in (1, 2, 3):
+        sweep.run(study, output, workers=1, solve=workers.made_up, shard=(i, 3))
+    assert kept(folder) == CASES
+
+    def doomed() -> None:
+        unlink, calls = Path.unlink, []
+
+        def noted(path: Path, missing_ok: bool = False) -> None:
+            unlink(path, missing_ok)
+            calls.extend([path] if path.suffix == units.SUFFIX else [])
+            if calls:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+        Path.unlink = noted
+        sweep.run(study, output, workers=1, solve=workers.made_up, fresh=True)
+
+    assert ended(forked(doomed)) == -signal.SIGKILL
+    assert 0 < kept(folder) < CASES
+    with pytest.raises(UserError, match="a sweep that started over was killed"):
+        sweep.run(study, output, workers=1, solve=workers.made_up, shard=(1, 3))
+    assert sweep.run(study, output, workers=1, solve=workers.made_up).kept == 0
+    cubes.assert_same(output, folder / "good.nc")
+    assert not units_folder(output).exists()
+
+
+def test_the_mark_of_a_fresh_start_is_gone_from_the_disk_before_units_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a power failure might leave it alone, and the cube that was just written would not count."""
+    (tmp_path / "fresh").write_bytes(b"s")
+    units.write_unit(tmp_path, 1, [], "s")
+    seen = []
+    monkeypatch.setattr(
+        store, "sync", lambda path: seen.append((store.starts_over(tmp_path, "s"), unit_paths(tmp_path)))
+    )
+    store.Store.clear(SimpleNamespace(folder=tmp_path))
+    assert [(mark, len(left)) for mark, left in seen] == [(False, 1)]
+    assert unit_paths(tmp_path) == []
+
+
+def test_an_unfinished_unit_of_another_container_goes(folder: Path) -> None:
+    """Where nobody else can be at work, as an unfinished cube does; else the folder would stay for good."""
+    output = folder / "c.nc"
+    units_folder(output).mkdir()
+    left = units_folder(output) / f"000001-0123456789ab.unit.tmp-node-1-{os.getpid()}-7f01"
+    left.write_bytes(b"some")
+    sweep.run(load_study(folder / "s.yaml"), output, workers=1, solve=workers.made_up)
+    assert not units_folder(output).exists()
+
+
+def test_a_small_unit_that_cannot_be_removed_ends_no_sweep(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    unlink, failed = Path.unlink, []
+
+    def fails_once(path: Path, missing_ok: bool = False) -> None:
+        if path.suffix == units.SUFFIX and path.name.startswith("000002-") and not failed:
+            failed.append(path)
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(path))
+        unlink(path, missing_ok)
+
+    add = store.Store.add
+
+    def at_once(self: store.Store, *arguments: object) -> None:
+        add(self, *arguments)
+        self.flush()
+
+    monkeypatch.setattr(store.Store, "add", at_once)
+    monkeypatch.setattr(store, "_PUT_TOGETHER", 3)
+    monkeypatch.setattr(Path, "unlink", fails_once)
+    assert sweep.run(load_study(folder / "s.yaml"), folder / "c.nc", workers=1, solve=workers.made_up).solved == CASES
+    assert failed
+    cubes.assert_same(folder / "c.nc", folder / "good.nc")
+    assert not units_folder(folder / "c.nc").exists()
+
+
+def test_a_new_folder_is_forced_to_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else a power failure may take it with all units in it, though each of these was forced to the disk."""
+    seen = []
+    monkeypatch.setattr(publish, "sync", lambda path: seen.append(path))
+    with lock.locked(tmp_path / "a" / "c.nc.units"):
+        assert set(seen) == {tmp_path, tmp_path / "a"}
+
+
+def test_a_lock_that_cannot_be_closed_hides_no_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    close = os.close
+
+    def fails(descriptor: int) -> None:
+        close(descriptor)
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    with pytest.raises(UserError, match="what went wrong"), lock.locked(tmp_path / "c.nc.units"):
+        monkeypatch.setattr(lock.os, "close", fails)
+        raise UserError("what went wrong")

@@ -7,7 +7,9 @@ taken over. Fields are copied as they were compressed.
 from __future__ import annotations
 
 import contextlib
+import errno
 import mmap
+import os
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -16,7 +18,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from rcstudy.errors import UserError, first_line
+from rcstudy.errors import UserError, cannot_be_read, first_line
 from rcstudy.mechanics import SOLVER_VERSION
 from rcstudy.mechanics.scene import Mesh, Scene
 from rcstudy.provenance import REVISION
@@ -34,11 +36,15 @@ from rcstudy.storage.layout import (
     cells_of_centres,
 )
 from rcstudy.storage.record import FIELDS, SCALARS, DamagedRecord, Keep, PackedField, Record, Region
-from rcstudy.storage.screen import OTHERS_MARKS, foreign_content, reason_of
+from rcstudy.storage.screen import OTHERS_MARKS, foreign_content, opened, reason_of
 
 _GZIP = 1  # HDF5's number of the deflate filter
 _NAMES = (CASE_KEY, "status_reason", "hertz_radius")
 _REVISION = re.compile(r"[0-9a-f]{7,64}(\+changes)?")
+_ERRNO = re.compile(r"\berrno = (\d+)")  # in the texts of HDF5's errors
+# errors of the system that say nothing about the file (not every system has all): another try may succeed
+_NAMES_OF_SYSTEM = "EACCES EINTR EIO EMFILE ENFILE ENODEV ENOLCK ENOMEM ENXIO EPERM EREMOTEIO ESTALE ETIMEDOUT"
+_OF_SYSTEM = frozenset(getattr(errno, name) for name in _NAMES_OF_SYSTEM.split() if hasattr(errno, name))
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5 files
 
 
@@ -62,7 +68,8 @@ def refuse_foreign(output: Path) -> None:
         foreign = foreign_content(output) or _without_study(output)
     except BlockingIOError as error:
         raise UserError(f"{output}: {reason_of(error)}: wait until it is closed, or choose another --output") from None
-    except Exception:  # h5py raises errors of any type on damaged files, as in `EarlierCube`
+    except Exception as error:  # h5py raises errors of any type on damaged files, as in `EarlierCube`
+        refuse_unreadable(output, error)
         was_cube = head == _SIGNATURE and _was_cube(output)
         foreign = "" if was_cube else "it cannot be read as one"
     if foreign:
@@ -71,9 +78,20 @@ def refuse_foreign(output: Path) -> None:
         )
 
 
+def refuse_unreadable(path: Path, error: Exception) -> None:
+    """Raise UserError if it is the system that failed to read the file (`error`): it may be whole, and is not replaced.
+
+    HDF5 passes such an error on as one of any type, with the system's number in its text.
+    """
+    found = _ERRNO.search(str(error))
+    number = (error.errno if isinstance(error, OSError) else None) or (int(found[1]) if found else 0)
+    if number in _OF_SYSTEM:
+        raise cannot_be_read(path, OSError(number, os.strerror(number))) from error
+
+
 def _without_study(path: Path) -> str:
     """Says so if an HDF5 file does not name the study that it is the cube of; else ""."""
-    with h5py.File(path, "r") as file:
+    with opened(path) as file:
         return "" if "study" in file.attrs else "it names no study"
 
 
@@ -98,7 +116,7 @@ def state_of(path: Path) -> tuple[int, ...]:
 def refuse_cube(path: Path) -> None:
     """Raise UserError if `path` is a cube: what is to be written there is none."""
     is_cube = False
-    with contextlib.suppress(Exception), h5py.File(path, "r") as file:  # what cannot be opened is none
+    with contextlib.suppress(Exception), opened(path) as file:  # what cannot be opened is none
         is_cube = SCHEMA_ATTRIBUTE in file.attrs
     if is_cube:
         raise UserError(f"{path}: is a cube; not overwritten: choose another --output")
@@ -107,11 +125,13 @@ def refuse_cube(path: Path) -> None:
 def other_study(output: Path, study: str) -> str | None:
     """The name of the study that `output` is the cube of, of whatever version, if it is another one than `study`."""
     name = study
-    with contextlib.suppress(Exception):  # a damaged one is replaced, see above
+    try:
         foreign_content(output)  # raises an error if texts of it cannot be read
-        with h5py.File(output, "r") as cube:
+        with opened(output) as cube:
             found = cube.attrs.get("study", study)
         name = found.decode() if isinstance(found, bytes) else str(found)  # bytes: saved again by another program
+    except Exception as error:  # a damaged one is replaced, see above
+        refuse_unreadable(output, error)
     return None if name == study else name
 
 
@@ -139,17 +159,19 @@ class EarlierCube:
 
     `revision`: of rcstudy, which wrote the cube; "" where it is not known.
 
-    Raises ValueError, with a reason, for a file whose cases cannot be taken over.
+    Raises ValueError, with a reason, for a file whose cases cannot be taken over, UserError if it cannot be read now.
     """
 
     def __init__(self, path: Path) -> None:
         try:
             if foreign := foreign_content(path):
                 raise ValueError(foreign)
-            self._file = h5py.File(path, "r")
+            self._file = opened(path)
         except OSError as error:
+            refuse_unreadable(path, error)
             raise ValueError(reason_of(error)) from error
         except Exception as error:  # h5py raises errors of any type on damaged or hostile files
+            refuse_unreadable(path, error)
             raise ValueError(first_line(error)) from error
         try:
             attrs = self._file.attrs
@@ -158,10 +180,12 @@ class EarlierCube:
             self.sha256 = str(attrs.get("study_sha256", ""))
             revision = str(attrs.get(REVISION, ""))
             self.revision = revision if _REVISION.fullmatch(revision) else ""
-            found = [self._file, *(node for node in self._file.values() if isinstance(node, h5py.Group))]
+            nodes = [self._file[name] for name in self._file]  # `values` passes over those that cannot be read
+            found = [self._file, *(node for node in nodes if isinstance(node, h5py.Group))]
             self.grids = [_EarlierGrid(group) for group in found if "axes" in group.attrs]
         except Exception as error:  # h5py and NumPy raise errors of any type on such files
             self._file.close()
+            refuse_unreadable(path, error)
             raise ValueError(first_line(error)) from error
 
     def close(self) -> None:

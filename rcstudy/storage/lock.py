@@ -23,13 +23,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from rcstudy.errors import UserError
-from rcstudy.storage.publish import namespace
+from rcstudy.storage.publish import make_durably, namespace
 
 NAME = "lock"
 _TRIES = 1000  # to open the lock in a folder that other processes make and remove meanwhile
 _GLANCES = (0.02, 0.02, 0.05, 0.1)  # seconds between tries, should :func:`holders` be looking whether a lock is free
 _ONE_MACHINE = ("btrfs", "ext2", "ext3", "ext4", "f2fs", "overlay", "ramfs", "tmpfs", "xfs", "zfs")
-_UNSUPPORTED = (errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOLCK, errno.EINVAL)
+UNSUPPORTED = (errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOLCK, errno.EINVAL)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,8 @@ def locked(folder: Path, shard: tuple[int, int] | None = None, *, take_over: boo
                     os.ftruncate(descriptor, 0)
                     if _same_file(descriptor, folder / name):  # else another process's, in a folder made since
                         (folder / name).unlink()
-            os.close(descriptor)
+            with contextlib.suppress(OSError):  # it was forced to the disk; another error, or none, is to be told
+                os.close(descriptor)
         with contextlib.suppress(OSError):
             folder.rmdir()
 
@@ -116,7 +117,7 @@ def _take(folder: Path, name: str, *, shared: bool, take_over: bool) -> int:
     path = folder / name
     for tried in itertools.count(1):
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            make_durably(folder)
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         except (FileNotFoundError, FileExistsError):
             # its last owner has just removed the folder, between the two calls
@@ -220,7 +221,7 @@ def _flocked(descriptor: int, kind: int) -> bool | None:
     try:
         fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
     except OSError as error:
-        if error.errno in _UNSUPPORTED:
+        if error.errno in UNSUPPORTED:
             return None
         if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
             return False

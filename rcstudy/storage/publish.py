@@ -55,6 +55,17 @@ def make_folder(path: Path) -> None:
         raise UserError(f"{path}: cannot be made: {error.strerror or error}") from error
 
 
+def make_durably(folder: Path) -> None:
+    """Make `folder`, with those it is in, and force their entries to the disk; nothing if it is there.
+
+    Raises OSError when that fails.
+    """
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in missing:
+        sync(path.parent)
+
+
 def write_whole(path: Path, parts: Iterable[bytes]) -> None:
     """Write a new file `path` of these bytes, atomically and durably; its folder must be there.
 

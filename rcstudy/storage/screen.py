@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import h5py
@@ -19,6 +19,7 @@ from h5py import h5a, h5d, h5g, h5l, h5o, h5t, h5z
 
 from rcstudy.storage.heaps import Chunk, chunks_of, damaged_heap
 from rcstudy.storage.layout import SCHEMA_ATTRIBUTE
+from rcstudy.storage.lock import UNSUPPORTED
 from rcstudy.studyfile.yamltree import shorten
 
 MAX_DIMENSIONS = 65_536
@@ -36,8 +37,28 @@ def reason_of(error: OSError) -> str:
     if isinstance(error, BlockingIOError):
         return "another program has it open for writing"
     if error.errno is not None and error.errno > 0:  # netCDF's own error numbers are negative
-        return os.strerror(error.errno)
+        more = " on its file system: set HDF5_USE_FILE_LOCKING=FALSE" if _is_of_locks(error) else ""
+        return f"{os.strerror(error.errno)}{more}"
     return "it is no file of HDF5, or damaged"
+
+
+def _is_of_locks(error: OSError) -> bool:
+    """Whether HDF5 does not open a file because its file system has no locks."""
+    return error.errno in UNSUPPORTED and "unable to lock file" in str(error)
+
+
+def opened(path: Path) -> h5py.File:
+    """The HDF5 file `path`, opened for reading; without HDF5's lock where the file system has no locks (NFS may not).
+
+    HDF5 itself goes on without one only where the system does not know the call at all. Raises OSError and others.
+    """
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        # the second: this process has it open already, and without a lock
+        if not _is_of_locks(error) and "file locking flag values don't match" not in str(error):
+            raise
+        return h5py.File(path, "r", locking=False)
 
 
 def foreign_content(path: Path) -> str:
@@ -45,22 +66,22 @@ def foreign_content(path: Path) -> str:
 
     Raises OSError if the file cannot be read, or its texts could not.
     """
-    return next(_problems_of_file(path), "")
+    return next(_problems_of_file(path, opened), "")
 
 
 def unsafe_content(path: Path) -> tuple[str, bool]:
     """As `foreign_content`, but what another program saved of a cube is let pass; and whether there is any such."""
     signed = False
-    for problem in _problems_of_file(path):
+    for problem in _problems_of_file(path, h5py.File):  # whose caller opens it with locks
         if not problem.endswith(_BY_OTHERS):
             return problem, signed
         signed = True
     return "", signed
 
 
-def _problems_of_file(path: Path) -> Iterator[str]:
+def _problems_of_file(path: Path, opening: Callable[[Path], h5py.File]) -> Iterator[str]:
     chunks: list[Chunk] = []
-    with h5py.File(path, "r") as file:
+    with opening(path) as file:
         if SCHEMA_ATTRIBUTE not in file.attrs:
             yield f"it has no attribute {SCHEMA_ATTRIBUTE}"
         yield from (f"/ {problem}" for problem in _problems_of_attributes(file.id))
