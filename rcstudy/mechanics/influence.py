@@ -374,10 +374,10 @@ class Influence:
         return most if alike.all() else int(np.argmin(alike))
 
     def reach_of_tractions(self, length: float) -> float:
-        """Traction that is left within a contact of this `length` (mm) of one at its edge, over that on half-spaces.
+        """Part of the force by slip zones at the leading edge that layers leave in a contact of this `length` (mm).
 
-        That at the edge is on the scale of a cell. It is the root of the ratio of the responses, times the wave number,
-        to waves as long as the contact's radius and as short as a cell (Wiener and Hopf), at most 1.
+        Over that by Hertz's pressure on half-spaces: the root of the ratio of the responses to tractions, times the
+        wave number, to waves as long as the contact's radius and as short as a cell, at most 1 (`subcell/unseen.py`).
         """
         alpha = np.array([2.0 / length, 1.0 / self.spacing[0]])
         far, near = (alpha * self.traction_responses(alpha)[0]).tolist()

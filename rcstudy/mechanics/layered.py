@@ -7,8 +7,8 @@ x), u_z = a p cos(alpha x) and u_x = -b p sin(alpha x); for a traction q sin(alp
 listed from the surface down, lie on a half-space.
 
 In each layer the in-plane field is a sum of four modes (k stands for alpha): the Papkovich-Neuber potentials phi =
-e^(-kz) cos kx and psi = e^(-kz) cos kx, which decay with depth, and their growing counterparts with e^(+k(z - h)) (the
-paper's Eqs 11 to 15 with one potential less, as only two are needed):
+e^(-kz) cos(kx)/k and psi = e^(-kz) cos kx, which decay with depth, and their growing counterparts with e^(+k(z - h))
+(the paper's Eqs 11 to 15 with one potential less, as only two are needed):
 
     2G u = grad(phi) + grad(z psi) - 4 (1 - nu) psi e_z.
 

@@ -6,20 +6,22 @@ constant): it changes by beta/pi times the Hilbert transform of q_x. That of C s
 
     -+ beta C sqrt(b - x)
 
-behind it. So the pressure is smooth in the stick zone and has a vertical tangent behind it. Where tractions brake the
-coated body (q_x < 0, beta > 0) it is a cusp that points upwards, and often holds the largest pressure and traction.
-Values of cells at the border approach it with the root of the cell's size only: between a rigid ball and steel with
-friction 1 and partial slip by all creepages, 28 cells a radius, largest pressure and traction are 1 and 2 % too small.
-The pressure at the border is therefore extrapolated from the stick zone (`kernels/cusps.py`), as far as C allows: what
-a mean of the two cells at the border misses is half of beta C sqrt(dx/2), 0.35 beta C sqrt(dx). More than `_REACH` beta
-C sqrt(dx) is an error of the extrapolation, as in zones of a few cells or between bodies that are nearly alike. C is
-what tractions of the second stick cell ahead of the border fall short of mu p, over the root of its distance. C
-sqrt(dx) is no more than mu p, as where tractions come to nothing within a cell. (Of 3057 random contacts under full
-coupling this limit changes 218 largest pressures, which were 0.34 % off in the median and 0.59 in the mean with mu p
-alone in place of C sqrt(dx) and 0.5 for `_REACH`, now 0.22 and 0.46, and 744 largest tractions, which were 0.40 and
-1.01 % off, now 0.32 and 0.92. Between steel and steel of another modulus by 1e-3 that hardly slip, 131 contacts,
-largest tractions differ by 0.042 mu p0 in the root mean square from those of bodies alike without any limit, by 0.006
-with it.)
+behind it. So the pressure is smooth in the stick zone and has a vertical tangent behind it. (That is for small mu beta.
+As mu p follows the pressure, the power is 1/2 - arctan(mu beta)/pi in place of 1/2 where the cusp points upwards, 1/2 +
+arctan(mu beta)/pi where it points downwards, and beta C/root(1 + (mu beta)^2) stands for beta C. The pressure is smooth
+in the stick zone all the same.) Where tractions brake the coated body (q_x < 0, beta > 0) it is a cusp that points
+upwards, and often holds the largest pressure and traction. Values of cells at the border approach it with the root of
+the cell's size only: between a rigid ball and steel with friction 1 and partial slip by all creepages, 28 cells a
+radius, largest pressure and traction are 1 and 2 % too small. The pressure at the border is therefore extrapolated from
+the stick zone (`kernels/cusps.py`), as far as C allows: what a mean of the two cells at the border misses is half of
+beta C sqrt(dx/2), 0.35 beta C sqrt(dx). More than `_REACH` beta C sqrt(dx) is an error of the extrapolation, as in
+zones of a few cells or between bodies that are nearly alike. C is what tractions of the second stick cell ahead of the
+border fall short of mu p, over the root of its distance. C sqrt(dx) is no more than mu p, as where tractions come to
+nothing within a cell. (Of 3057 random contacts under full coupling this limit changes 218 largest pressures, which were
+0.34 % off in the median and 0.59 in the mean with mu p alone in place of C sqrt(dx) and 0.5 for `_REACH`, now 0.22 and
+0.46, and 744 largest tractions, which were 0.40 and 1.01 % off, now 0.32 and 0.92. Between steel and steel of another
+modulus by 1e-3 that hardly slip, 131 contacts, largest tractions differ by 0.042 mu p0 in the root mean square from
+those of bodies alike without any limit, by 0.006 with it.)
 """
 
 from __future__ import annotations
