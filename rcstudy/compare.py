@@ -4,8 +4,9 @@ The scale of a field is its largest magnitude in the case, that of a scalar its 
 may be small beside related ones have larger scales: forces and moment (over Hertz's radius) the largest of them, the
 slip area the contact area, the friction power that force times the creepage. Each case has its own scales, so one under
 a small load is compared as strictly as one under a thousand times that load. A scale is at least 1e-6 of the quantity's
-natural size (friction times load for forces), so that rounding is not taken for a difference where a quantity vanishes,
-such as the lateral traction under purely longitudinal creepage.
+natural size (friction times load for forces; for slip the creepage, or the approach over Hertz's radius, by which
+pressure alone tilts surfaces, if that is more), so that rounding is not taken for a difference where a quantity
+vanishes, such as the lateral traction under purely longitudinal creepage, or slip where all sticks without creepage.
 Solver diagnostics (iterations, residuals, proof, error estimates, seconds) must be present; their values are not
 compared.
 """
@@ -25,6 +26,7 @@ from rcstudy.cube import case_dims, grids
 from rcstudy.errors import UserError
 from rcstudy.progress import counted
 from rcstudy.result import VARIABLES, CellState, Status
+from rcstudy.scales import natural_scales, shared_scales
 from rcstudy.storage.layout import CASE_KEY, GRID, LABEL, LAYER_SETTINGS, SETTINGS, as_floats
 from rcstudy.structure import (
     COORDINATE_RTOL,
@@ -259,8 +261,8 @@ class _Grid:
         for index in np.ndindex(*self.shape):
             grid = name if grids_of is None else str(grids_of[index])
             self.rules[index] = tolerances.of_case(grid, str(self.labels[index]))
-        self.natural = _natural_scales(theirs, dims)
-        self.together = _shared_scales(theirs, dims, self.natural)
+        self.natural = natural_scales(theirs, dims)
+        self.together = shared_scales(theirs, dims, self.natural)
 
     def _case(self, index: tuple[int, ...]) -> str:
         label = str(self.labels[index])
@@ -314,8 +316,8 @@ class _Grid:
                 continue
             if name == "slip_area":
                 difference = max(0.0, difference - self.slack.get(self._case(index), 0.0))
-            if not note:
-                note = f"{float(a[index]):.9g}, not {float(b[index]):.9g}" if np.ndim(a[index]) == 0 else ""
+            if not note and np.ndim(a[index]) == 0:
+                note = _unlike(float(a[index]), float(b[index]))
             self._add(index, name, _relative(difference, scale), rtol, scale, note)
 
     def compare_field(self, name: str) -> None:
@@ -433,6 +435,12 @@ def _worst(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
     return max(pairs, key=lambda pair: _relative(*pair), default=(0.0, 0.0))
 
 
+def _unlike(one: float, other: float) -> str:
+    """Two numbers in words, with nine digits, or all of them where nine are the same."""
+    digits = ".9g" if f"{one:.9g}" != f"{other:.9g}" else ".17g"
+    return f"{one:{digits}}, not {other:{digits}}"
+
+
 def _same_words(one: str, other: str) -> bool:
     """Whether labels such as `load=50, a` are alike, their numbers within what coordinates may differ by."""
     parts, others = (re.split(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)", text) for text in (one, other))
@@ -446,53 +454,3 @@ def _relative(difference: float, scale: float) -> float:
     if difference == 0.0:
         return 0.0
     return difference / scale if scale > 0 else np.inf
-
-
-def _natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Natural size of each quantity, from the settings (mu load for forces): {variable: array of the cases' shape}."""
-    mu, load, a, p0 = (_by_case(grid, dims, n) for n in ("friction", "load", "hertz_radius", "hertz_pressure"))
-    along, across, spin = (_by_case(grid, dims, n) for n in ("longitudinal", "lateral", "spin"))
-    slide = np.sqrt(along**2 + across**2 + (spin * a) ** 2)
-    return {
-        "pressure": p0,
-        "pressure_max": p0,
-        "traction_x": mu * p0,
-        "traction_y": mu * p0,
-        "traction_max": mu * p0,
-        "slip_x": slide,
-        "slip_y": slide,
-        "force_x": mu * load,
-        "force_y": mu * load,
-        "moment_z": mu * load * a,
-        "friction_power": mu * load * slide,
-        "contact_area": np.pi * a**2,
-        "slip_area": np.pi * a**2,
-    }
-
-
-def _shared_scales(grid: xr.Dataset, dims: tuple[str, ...], natural: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Scales shared by related quantities, any of which may vanish; shaped as `_natural_scales`, 0 for all others.
-
-    Forces and moment: the largest of |Fx|, |Fy| and |Mz|/a; slip area: the contact area; friction power: that force
-    times the creepage.
-    """
-    x, y, moment, contact = (
-        np.abs(_by_case(grid, dims, n)) for n in ("force_x", "force_y", "moment_z", "contact_area")
-    )
-    a = _by_case(grid, dims, "hertz_radius")
-    force = np.maximum(np.maximum(x, y), np.divide(moment, a, out=np.zeros_like(a), where=a > 0.0))
-    slide = np.divide(
-        natural["friction_power"], natural["force_x"], out=np.zeros_like(a), where=natural["force_x"] > 0.0
-    )
-    kinds = {"force_x": force, "force_y": force, "moment_z": force * a}
-    kinds |= {"slip_area": contact, "friction_power": force * slide}
-    return {name: kinds.get(name, np.zeros_like(a)) for name in natural}
-
-
-def _by_case(grid: xr.Dataset, dims: tuple[str, ...], name: str) -> np.ndarray:
-    """Variable `name` as an array of the cases' shape; 0 where it has no finite value."""
-    shape = tuple(grid.sizes[d] for d in dims)
-    if name not in grid or not set(grid[name].dims) <= set(dims):
-        return np.zeros(shape)
-    values = grid[name].variable.set_dims(dict(zip(dims, shape, strict=True))).values
-    return np.nan_to_num(values.astype(float), posinf=0.0, neginf=0.0)

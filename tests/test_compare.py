@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,10 +16,12 @@ from studies import BASE, load_text
 from workers import made_up
 
 from rcstudy.cases import Case
-from rcstudy.compare import TABLE, Comparison, Difference, _natural_scales, _same_words, _shared_scales, compare
+from rcstudy.compare import TABLE, Comparison, Difference, _same_words, compare
 from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
+from rcstudy.mechanics.scene import Scene
 from rcstudy.result import CellState, Result, Status
+from rcstudy.scales import natural_scales, shared_scales
 from rcstudy.storage.layout import MISSING
 from rcstudy.structure import _common, _matches, settings_that_differ
 from rcstudy.studyfile.build import scene_hertz
@@ -578,6 +580,28 @@ def test_vanishing_components_are_not_measured_against_themselves(tmp_path: Path
     assert {d.variable for d in found.bad} == {"traction_y", "force_y"}
 
 
+def test_slip_that_is_rounding_is_not_measured_against_itself(tmp_path: Path) -> None:
+    """Without creepage, where all sticks, slip and friction power are what rounding leaves: any other will do."""
+    study = load_text(tmp_path, BASE + "  g:\n    scene: {creepage: {}}\n    cases: [{label: free}]\n")
+
+    def cube(name: str, slip: float, power: float) -> Path:
+        def solve(scenes: Sequence[Scene]) -> Iterator[Result]:
+            for result in made_up(scenes):
+                fields = dict(result.fields)
+                fields |= {name: np.full_like(fields[name], slip) for name in ("slip_x", "slip_y")}
+                scalars = {**result.scalars, "friction_power": power, "approach": 1e-3}
+                yield replace(result, fields=fields, scalars=scalars)
+
+        run(study, tmp_path / name, workers=1, solve=solve)
+        return tmp_path / name
+
+    reference = cube("reference.nc", 1e-15, 1e-16)
+    found = outcome(cube("rounding.nc", -2e-15, -2e-16), reference)
+    assert found.same, found.text()
+    found = outcome(cube("slip.nc", 1e-9, 1e-9), reference)
+    assert {d.variable for d in found.bad} == {"slip_x", "slip_y", "friction_power"}
+
+
 def test_no_case_hides_behind_a_larger_one(tmp_path: Path) -> None:
     """A number is measured against those of its own case, whatever others are in the grid."""
     names = ("force_x", "force_y", "moment_z", "contact_area", "approach", "pressure_max", "friction_power")
@@ -873,9 +897,9 @@ def test_natural_scales() -> None:
     expected |= dict.fromkeys(("slip_x", "slip_y"), 0.013) | dict.fromkeys(("force_x", "force_y"), 50.0)
     expected |= {"moment_z": 100.0, "friction_power": 0.65}
     expected |= dict.fromkeys(("contact_area", "slip_area"), 4.0 * np.pi)
-    found = {name: float(values[0]) for name, values in _natural_scales(grid, ("case",)).items()}
+    found = {name: float(values[0]) for name, values in natural_scales(grid, ("case",)).items()}
     assert found == pytest.approx(expected, rel=1e-12)
-    infinite = _natural_scales(grid.assign(load=("case", [np.inf])), ("case",))  # no scale beside which nothing counts
+    infinite = natural_scales(grid.assign(load=("case", [np.inf])), ("case",))  # no scale beside which nothing counts
     assert infinite["force_x"][0] == 0.0
 
 
@@ -885,10 +909,24 @@ def test_scales_of_numbers_that_may_vanish_beside_others() -> None:
     numbers |= {"longitudinal": 0.003, "lateral": -0.004, "contact_area": 7.0}
     numbers |= {"force_x": -3.0, "force_y": 2.0, "moment_z": -20.0}
     grid = xr.Dataset({name: ("case", [value]) for name, value in numbers.items()})
-    scales = _shared_scales(grid, ("case",), _natural_scales(grid, ("case",)))
+    scales = shared_scales(grid, ("case",), natural_scales(grid, ("case",)))
     found = {name: float(values[0]) for name, values in scales.items() if values[0]}
     expected = {"force_x": 5.0, "force_y": 5.0, "moment_z": 20.0, "slip_area": 7.0, "friction_power": 5.0 * 0.005}
     assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_numbers_that_differ_are_told_with_digits_that_differ(tmp_path: Path, reference: Path) -> None:
+    def edit(file: h5py.File) -> None:
+        file["load"][...] *= 1 + 3e-9
+
+    (line, *_) = (
+        line
+        for line in outcome(edited(reference, tmp_path / "c.nc", edit), reference).text().splitlines()
+        if "load:" in line
+    )
+    here, there = line.split("(allowed 1.0e-09) ")[1].split(" [")[0].split(", not ")
+    assert here != there
+    assert float(here) == pytest.approx(float(there) * (1 + 3e-9), rel=1e-14)
 
 
 def test_worst_is_what_exceeds_its_own_tolerance_most() -> None:

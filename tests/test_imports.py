@@ -36,6 +36,7 @@ ORDER = [
     "rcstudy.failures",
     "rcstudy.structure",
     "rcstudy.check",
+    "rcstudy.scales",
     "rcstudy.tolerances",
     "rcstudy.compare",
     "rcstudy.show",

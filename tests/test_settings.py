@@ -14,12 +14,12 @@ from contacts import steel
 
 from rcstudy.accuracy import _KEPT
 from rcstudy.cases import _LISTED, scene_record
-from rcstudy.compare import _natural_scales
 from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh
 from rcstudy.report.held import _WRITTEN
 from rcstudy.report.listed import _PATHS, CREEPAGES
 from rcstudy.report.quantities import CHOICES, variable
 from rcstudy.result import ESTIMATED
+from rcstudy.scales import natural_scales
 from rcstudy.settings import DESCRIPTIONS
 from rcstudy.storage.layout import LAYER_SETTINGS, SETTINGS
 from rcstudy.studyfile.spec import SceneSpec, Spec
@@ -86,7 +86,7 @@ def test_the_hash_of_a_case_covers_every_setting() -> None:
 
 SIZES = {"contact_radius", "approach"}  # never nil: rounding is small beside their own values
 OF_SCALARS: Mapping[str, tuple[Collection[str], Collection[str]]] = {
-    "scales of a comparison": (_natural_scales(xr.Dataset(), ()), SIZES),
+    "scales of a comparison": (natural_scales(xr.Dataset(), ()), SIZES),
     "what an overview can show": ({variable(name) for name in CHOICES}, ()),
     "numbers that the study of accuracy keeps": (_KEPT, {"approach"}),  # which does not depend on tractions
 }

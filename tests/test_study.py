@@ -154,6 +154,12 @@ def test_grid_overrides_the_shared_scene_key_by_key(load):
     assert scene.substrate == Material(210000.0, 0.3)
 
 
+def test_a_shared_scene_may_be_empty_where_grids_give_all(load):
+    scene = "{substrate: {E: 210000, nu: 0.3}, radius: 50, load: 100, mesh: {size: auto, cells: [8, 8]}}"
+    study = load(f"study: s\nscene: {{}}\ngrids:\n  g: {{scene: {scene}, cases: [{{label: a}}]}}\n")
+    assert [scene.load for scene in scenes(study)] == [100.0]
+
+
 def test_axis_of_one_creepage_keeps_the_others(load):
     text = BASE + "  g: {scene: {creepage: {longitudinal: 0.001}}, axes: {creepage.spin: [0, 0.02]}}\n"
     assert [s.creepage for s in scenes(load(text))] == [Creepage(0.001, 0, 0), Creepage(0.001, 0, 0.02)]

@@ -21,7 +21,7 @@ from pathlib import Path
 import pytest
 import workers
 import xarray as xr
-from studies import CASES, OLD, SWEPT, load_text
+from studies import BASE, CASES, OLD, SWEPT, load_text
 
 from rcstudy import plan, provenance, store, sweep, threads
 from rcstudy.cases import Case, expand
@@ -395,10 +395,18 @@ def test_batches_share_their_pressure_and_keep_workers_busy(study: Study) -> Non
     assert sizes(2) == [3, 3, 3, 3, 1, 1]
     one_pressure = [cases[0]] * 1000
     assert sizes(1, one_pressure) == [1000]
-    assert sizes(2, one_pressure) == [64] * 15 + [40]
+    assert sizes(2, one_pressure) == [63] * 15 + [55]
     assert sizes(2, one_pressure[:40]) == [8] * 5
     joined = [case for batch in sweep.make_batches(cases, 2) for case in batch]
     assert joined == list(cases)
+
+
+def test_shards_have_like_shares_where_pressures_have_more_cases_than_a_batch(tmp_path: Path) -> None:
+    """Of 10 cases a pressure, batches of 8 and 2 in turn would give every other shard four times as many."""
+    axes = "{load: {first: 50, last: 100, count: 8}, creepage.spin: {first: 0.01, last: 0.1, count: 10}}"
+    cases = expand(load_text(tmp_path, BASE + f"  g: {{axes: {axes}}}\n")).cases
+    for n in (2, 4, 8):
+        assert {len(sweep.shard_of(cases, (i, n))) for i in range(1, n + 1)} == {80 // n}
 
 
 def test_warm_up_has_each_kind_once_on_a_small_mesh(study: Study) -> None:

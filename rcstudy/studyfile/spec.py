@@ -264,7 +264,9 @@ class StudySpec(Spec):
         ),
     ]
     description: Text = ""
-    scene: Annotated[dict[str, Any], PlainValidator(_filled(dict, "a mapping of scene keys"))]
+    scene: Annotated[
+        dict[str, Any], PlainValidator(Passing("a mapping of scene keys", lambda value: isinstance(value, dict)))
+    ]
     outputs: OutputsSpec = OutputsSpec()
     grids: Annotated[dict[str, Any], PlainValidator(_filled(dict, "a mapping of at least one named grid"))]
 

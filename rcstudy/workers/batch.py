@@ -21,7 +21,11 @@ SMALLEST_BATCH, LARGEST_BATCH = 8, 64  # cases; each part of a split batch solve
 
 
 def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
-    """Batches of consecutive cases with the same normal problem, small enough to keep `workers` busy to the end."""
+    """Batches of consecutive cases with the same normal problem, small enough to keep `workers` busy to the end.
+
+    Those that are too many for one batch are divided evenly: of large batches and small rests in turn, every n-th would
+    be large ones alone or rests alone, and shards would have very different shares.
+    """
     from rcstudy.cases import normal_problem
 
     if workers == 1:
@@ -30,13 +34,11 @@ def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
         share = -(-len(cases) // (_BATCHES_PER_WORKER * workers))
         limit = min(max(share, SMALLEST_BATCH), LARGEST_BATCH)
     batches: list[list[Case]] = []
-    last = None
-    for case in cases:
-        key = normal_problem(case.scene)
-        if key != last or len(batches[-1]) >= limit:
-            batches.append([])
-        batches[-1].append(case)
-        last = key
+    for _, alike in itertools.groupby(cases, key=lambda case: normal_problem(case.scene)):
+        shared = list(alike)
+        parts = -(-len(shared) // limit)
+        size = -(-len(shared) // parts)
+        batches += [shared[start : start + size] for start in range(0, len(shared), size)]
     return batches
 
 
