@@ -277,12 +277,12 @@ class _Builder:
 
     def _scalar(self, event: Any) -> Any:
         tag, text = self._tag(event), event.value
-        if tag in ("int", "float") and "_" in text:  # numbers in YAML 1.1, but text in YAML 1.2
-            return text
         bare = text.lower()
+        if tag in ("int", "float") and ("_" in text or bare.lstrip("+-").startswith("0b")):
+            return text  # numbers in YAML 1.1, but text in YAML 1.2
         if tag == "int":
             try:
-                return int(bare, 0) if bare.lstrip("+-")[:2] in ("0x", "0o", "0b") else int(bare)
+                return int(bare, 0) if bare.lstrip("+-")[:2] in ("0x", "0o") else int(bare)
             except ValueError:  # more digits than Python converts
                 return OutOfRange(math.inf)
         if tag == "float":
