@@ -317,7 +317,7 @@ class _Grid:
             if name == "slip_area":
                 difference = max(0.0, difference - self.slack.get(self._case(index), 0.0))
             if not note and np.ndim(a[index]) == 0:
-                note = _unlike(float(a[index]), float(b[index]))
+                note = _in_words(float(a[index]), float(b[index]), exactly=_relative(difference, scale) > rtol)
             self._add(index, name, _relative(difference, scale), rtol, scale, note)
 
     def compare_field(self, name: str) -> None:
@@ -435,10 +435,11 @@ def _worst(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
     return max(pairs, key=lambda pair: _relative(*pair), default=(0.0, 0.0))
 
 
-def _unlike(one: float, other: float) -> str:
-    """Two numbers in words, with nine digits, or all of them where nine are the same."""
-    digits = ".9g" if f"{one:.9g}" != f"{other:.9g}" else ".17g"
-    return f"{one:{digits}}, not {other:{digits}}"
+def _in_words(one: float, other: float, *, exactly: bool) -> str:
+    """Two different numbers with nine digits; if these are the same, `exactly` with all, else nothing."""
+    alike = f"{one:.9g}" == f"{other:.9g}"
+    digits = ".17g" if alike else ".9g"
+    return "" if alike and not exactly else f"{one:{digits}}, not {other:{digits}}"
 
 
 def _same_words(one: str, other: str) -> bool:
