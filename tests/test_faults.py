@@ -651,6 +651,13 @@ def test_a_new_folder_is_forced_to_the_disk(tmp_path: Path, monkeypatch: pytest.
     with lock.locked(tmp_path / "a" / "c.nc.units"):
         assert set(seen) == {tmp_path, tmp_path / "a"}
 
+    def refused(path: Path) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+    monkeypatch.setattr(publish, "sync", refused)  # of a folder that may be written to, but not read
+    with lock.locked(tmp_path / "b" / "c.nc.units"):
+        assert (tmp_path / "b" / "c.nc.units").is_dir()
+
 
 def test_a_lock_that_cannot_be_closed_hides_no_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     close = os.close

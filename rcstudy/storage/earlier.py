@@ -167,12 +167,9 @@ class EarlierCube:
             if foreign := foreign_content(path):
                 raise ValueError(foreign)
             self._file = opened(path)
-        except OSError as error:
-            refuse_unreadable(path, error)
-            raise ValueError(reason_of(error)) from error
         except Exception as error:  # h5py raises errors of any type on damaged or hostile files
             refuse_unreadable(path, error)
-            raise ValueError(first_line(error)) from error
+            raise ValueError(reason_of(error) if isinstance(error, OSError) else first_line(error)) from error
         try:
             attrs = self._file.attrs
             if attrs.get(SCHEMA_ATTRIBUTE) != SCHEMA or attrs.get("solver_version") != SOLVER_VERSION:

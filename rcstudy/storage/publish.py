@@ -63,7 +63,8 @@ def make_durably(folder: Path) -> None:
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     for path in missing:
-        sync(path.parent)
+        with contextlib.suppress(PermissionError):  # one that may be written to but not read
+            sync(path.parent)
 
 
 def write_whole(path: Path, parts: Iterable[bytes]) -> None:
