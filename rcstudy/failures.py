@@ -35,7 +35,7 @@ class FailedCase:
 def failed_cases(path: Path) -> list[FailedCase]:
     """All cases of the cube at `path` that are not solved, in the order of its grids.
 
-    Raises UserError when the cube cannot be read, or holds a study that this version does not understand.
+    Raises UserError when the cube cannot be read, or has such cases of a study that this version does not understand.
     """
     with open_cube(path) as tree:
         name = _plain(str(tree.attrs.get("study", "study")))

@@ -1522,6 +1522,8 @@ def test_slip_on_the_axis_is_counted_in_the_rows_next_to_it() -> None:
     assert (measures.slip_on_axis(case), measures.cell_on_axis(case)) == (3 / 8, 2 / 8)
     case = by_hand(["ssss", "soo.", "ssss"])
     assert (measures.slip_on_axis(case), measures.cell_on_axis(case)) == pytest.approx((1 / 3, 1 / 3))
+    case.mapped = False  # not solved, of pressure only, or stored without fields
+    assert np.isnan([measures.slip_on_axis(case), measures.cell_on_axis(case)]).all()
 
 
 def test_views_of_a_grid_with_varying_mesh_keep_to_the_case() -> None:

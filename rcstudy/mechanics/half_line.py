@@ -142,7 +142,7 @@ def for_tractions(response: np.ndarray) -> HalfLine:
 def _half_line(response: np.ndarray, point_sources: np.ndarray, shift: float) -> HalfLine:
     """The half-line with the frequency response `response` [n] at the cells' `wave_numbers`.
 
-    B is A divided by `point_sources` [n], the response of the reference at the nodes `_T`; `shift`: its own shift.
+    B is A divided by `point_sources` [k], the response of the reference at the k nodes `_T`; `shift`: its own shift.
     """
     g = _WAVES * response
     g /= g[0]

@@ -89,7 +89,7 @@ def worst_proof(case: CaseView) -> tuple[float, str]:
 
 
 def traction(case: CaseView) -> tuple[np.ndarray, np.ndarray]:
-    """Traction on the coated body, (qx, qy), each [nx, ny], MPa."""
+    """Traction on the coated body, (qx, qy), each [nx, ny], MPa; UserError as by `CaseView.field`."""
     return case.field("traction_x"), case.field("traction_y")
 
 
@@ -180,6 +180,8 @@ def slip_on_axis(case: CaseView) -> float:
 
 def cell_on_axis(case: CaseView) -> float:
     """Share of one cell in the contact on the x-axis, by which `slip_on_axis` is uncertain."""
+    if not case.mapped:
+        return float("nan")
     state = case.state[:, _next_to_axis(case.y)]
     return _part(state.shape[1], (state != CellState.EXTERIOR).sum())
 

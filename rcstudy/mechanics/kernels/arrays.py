@@ -85,10 +85,10 @@ def bounds(mask: np.ndarray) -> tuple[int, int, int, int]:
 
 @jit
 def multiply_2x2(hat: np.ndarray, k: np.ndarray) -> None:
-    """Multiply the pair hat [2, waves, 2 waves], in place, by the symmetric matrix k [3, ...] = (xx, xy, yy).
+    """Multiply the pair hat [2, m, 2 n], in place, by the symmetric matrix k [3, m, 2 n] = (xx, xy, yy).
 
-    hat has real and imaginary parts side by side, and k each of its real numbers twice: loops over real numbers use the
-    vector units, those over complex ones take three times as long.
+    There are m n waves. hat has real and imaginary parts side by side, and k each of its real numbers twice: loops over
+    real numbers use the vector units, those over complex ones take three times as long.
     """
     for i in range(hat.shape[1]):
         for j in range(hat.shape[2]):

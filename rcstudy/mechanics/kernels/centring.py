@@ -1,4 +1,7 @@
-"""Slip at the centres of slip cells, from the points half a cell ahead to which it belongs (`centring.py`)."""
+"""Slip at the centres of slip cells, from the points half a cell ahead to which it belongs (`centring.py`).
+
+q, bound, s, slip, normal, share, rho: of the cells, as in `tractions.py`; neighbours, local, weight: as in `centre`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Frequency responses of layered bodies and integrals over cells (`layered.py`, `influence.py`)."""
+"""Frequency responses of layered bodies and integrals over cells (`layered.py`, `influence.py`).
+
+Compliances (displacements times alpha, per stress) are in 1/MPa; x, y, r and sides of cells dx, dy in mm; `kernel`
+[n, 4] in mm/N and `primitive` [n, 4], its integrals over areas, in mm/MPa, both at exp(log_r0 + k step) for k < n;
+influence coefficients `out` in mm/MPa. nodes, weights [g]: of Gauss and Legendre on [-1/2, 1/2].
+"""
 
 from __future__ import annotations
 

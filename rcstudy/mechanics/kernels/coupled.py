@@ -2,6 +2,9 @@
 
 Stresses and responses are three arrays on the box, [3, nx, ny]: (qx, qy, p) and (slip x, slip y, gap). Vectors of
 unknowns are [3 m]: the pressures of the m cells in contact, then two numbers for each cell as in `tractions.py`.
+
+Stresses, and pressures p [m] and tractions q [m, 2] of the cells in contact, are in MPa, gaps in mm; cells [m, 2], slip
+[m], normal [m, 2] and unit (MPa): as in `tractions.py`.
 """
 
 from __future__ import annotations

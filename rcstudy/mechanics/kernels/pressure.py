@@ -1,6 +1,7 @@
 """Bound-constrained conjugate gradients for the pressure (`normal.py`), and the elimination of a rim (`rim.py`).
 
-The former as by Polonsky and Keer 1999, with the preconditioner of Vollebregt 2014.
+The former as by Polonsky and Keer 1999, with the preconditioner of Vollebregt 2014. Pressures p and directions d, z
+are in MPa, gaps g, their residuals r and the approach in mm, influence coefficients in mm/MPa.
 """
 
 from __future__ import annotations

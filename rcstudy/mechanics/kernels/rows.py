@@ -1,7 +1,7 @@
 """Rows of cells that begin at the edge of the contact (`moved_rows.py`): edges, profiles, mean pressures, areas.
 
 Positions along x are in cells: the centre of cell i of the box is at i. `line` and `half_space` are half-lines, that is
-(b1, b2, total, shift, excess) of `half_line.HalfLine`.
+(b1, b2, total, shift, excess) of `half_line.HalfLine`. Pressures p are in MPa, their squares in MPa^2.
 """
 
 from __future__ import annotations

@@ -4,6 +4,11 @@ Vectors of unknowns have the shape [2 m] for m cells: entries 2 i and 2 i + 1 be
 (qx, qy); in a slip cell (a/unit, tau), a being the component along the direction n = (nx, ny) of the bound and tau that
 across it, along (-ny, nx) (called m in `rolling.py`). The equation of a/unit is the identity, as the size of the
 traction is known. cells [m, 2]: i, j in the box; places [m]: indices of the cells in flattened arrays.
+
+Of the cells, here and in `centring.py` and `coupled.py`: tractions q [m, 2] and their bound mu p [m] (MPa), slips s
+[m, 2], flags of slip cells slip [m], directions of the bound normal [m, 2] (unit vectors n), share [m] (c of
+`rolling.py`). diagonal (1/MPa): its b; unit, rho (MPa): of the unknown a/unit, and of slips in q - rho s; damping [m],
+root [m]: of `slip_damping`; dx (mm): length of the cells.
 """
 
 from __future__ import annotations
@@ -424,9 +429,9 @@ def centred_slip_residual(
 
     Rows of slip cells are c m.C s + (1 - c) b tau, C being the centring, s = B q. The residuals that remain are divided
     by 1 + c (C - 1), tridiagonal along each row of cells: as B is locally close to b, rows become
-    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours, weight [3, m]: as in `centring.centre`,
-    the slip of the second cell ahead being extrapolated linearly; the cells are ordered from the trailing ends of rows
-    to the leading ones; work [2, m]: remaining residuals and pivots of slip cells.
+    c m.s + (1 - c) b tau, for which the inverse of B + d is meant. neighbours [2, m], weight [3, m]: as in
+    `centring.centre`, the slip of the second cell ahead being extrapolated linearly; the cells are ordered from the
+    trailing ends of rows to the leading ones; work [2, m]: remaining residuals and pivots of slip cells.
     """
     rest, pivot = work[0], work[1]
     for m in range(places.size):

@@ -57,8 +57,8 @@ class RowTable(NamedTuple):
 class MovedRows:
     """Rows of cells along x in a `box` of the window, moved so that they begin at the edges of `outline`.
 
-    `window` [nx, ny] (MPa): pressure on the mesh's own cells; `like`: moved rows whose positions and cells are used
-    here, too, where possible.
+    `window` (MPa): pressure on the mesh's own cells, those of the whole window; `like`: moved rows whose positions and
+    cells are used here, too, where possible.
 
     `table`: of the rows, whose numbers, starts and counts are also `index`, `start` and `count`; `shift` [ny]: distance
     by which a row is moved (in cells). For each cell, `cells` [m, 2]: its indices in the box, rows of constant x first;
