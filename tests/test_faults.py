@@ -659,6 +659,30 @@ def test_a_new_folder_is_forced_to_the_disk(tmp_path: Path, monkeypatch: pytest.
         assert (tmp_path / "b" / "c.nc.units").is_dir()
 
 
+def test_a_cube_that_was_read_and_cannot_be_closed_ends_no_sweep(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its cases are taken all the same."""
+
+    class Unclosing(h5py.File):
+        def close(self) -> None:
+            super().close()
+            if self.opened_to_read:
+                raise RuntimeError("Can't decrement id ref count (unable to close file, errno = 5)")
+
+        def __init__(self, name: object, mode: str = "r", **options: object) -> None:
+            self.opened_to_read = mode == "r"
+            super().__init__(name, mode, **options)
+
+        def __exit__(self, *error: object) -> None:
+            super().close()
+
+    output = folder / "c.nc"
+    output.write_bytes((folder / "good.nc").read_bytes())
+    (folder / "s.yaml").write_text((folder / "s.yaml").read_text().replace("[50,", "[49.5, 50,"))
+    monkeypatch.setattr(h5py, "File", Unclosing)
+    edited = load_study(folder / "s.yaml")
+    assert sweep.run(edited, output, workers=1, solve=workers.made_up).kept == CASES
+
+
 def test_a_lock_that_cannot_be_closed_hides_no_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     close = os.close
 

@@ -186,8 +186,9 @@ class EarlierCube:
             raise ValueError(first_line(error)) from error
 
     def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+        """Close the file; an error in doing so is none of what was read."""
+        with contextlib.suppress(Exception):  # h5py raises errors of any type
+            self._file.close()
 
     def places(self) -> Iterator[tuple[str, Status, int, int]]:
         """Key and status of each case, the number of its grid and its number in it."""
