@@ -316,9 +316,10 @@ class _Grid:
                 continue
             if name == "slip_area":
                 difference = max(0.0, difference - self.slack.get(self._case(index), 0.0))
+            part = _relative(difference, scale)
             if not note and np.ndim(a[index]) == 0:
-                note = _in_words(float(a[index]), float(b[index]), exactly=_relative(difference, scale) > rtol)
-            self._add(index, name, _relative(difference, scale), rtol, scale, note)
+                note = _in_words(float(a[index]), float(b[index]), exactly=part > rtol)
+            self._add(index, name, part, rtol, scale, note)
 
     def compare_field(self, name: str) -> None:
         """Compare a field, cell by cell."""

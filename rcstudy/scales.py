@@ -9,8 +9,7 @@ import xarray as xr
 def natural_scales(grid: xr.Dataset, dims: tuple[str, ...]) -> dict[str, np.ndarray]:
     """Natural size of each quantity, from the settings (mu load for forces): {variable: array of the cases' shape}."""
     mu, load, a, p0 = (_by_case(grid, dims, n) for n in ("friction", "load", "hertz_radius", "hertz_pressure"))
-    tilt = np.divide(np.abs(_by_case(grid, dims, "approach")), a, out=np.zeros_like(a), where=a > 0.0)
-    slide = np.maximum(_creepage(grid, dims), tilt)
+    slide = np.maximum(_creepage(grid, dims), _over(np.abs(_by_case(grid, dims, "approach")), a))
     return {
         "pressure": p0,
         "pressure_max": p0,
@@ -38,10 +37,15 @@ def shared_scales(grid: xr.Dataset, dims: tuple[str, ...], natural: dict[str, np
         np.abs(_by_case(grid, dims, n)) for n in ("force_x", "force_y", "moment_z", "contact_area")
     )
     a = _by_case(grid, dims, "hertz_radius")
-    force = np.maximum(np.maximum(x, y), np.divide(moment, a, out=np.zeros_like(a), where=a > 0.0))
+    force = np.maximum(np.maximum(x, y), _over(moment, a))
     kinds = {"force_x": force, "force_y": force, "moment_z": force * a}
     kinds |= {"slip_area": contact, "friction_power": force * _creepage(grid, dims)}
     return {name: kinds.get(name, np.zeros_like(a)) for name in natural}
+
+
+def _over(values: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """`values` over the radius, of the same shape; 0 where it is not known."""
+    return np.divide(values, radius, out=np.zeros_like(radius), where=radius > 0.0)
 
 
 def _creepage(grid: xr.Dataset, dims: tuple[str, ...]) -> np.ndarray:

@@ -33,8 +33,8 @@ def report(study: Study, output: Path) -> str:
     index = Index(cases, keep_of(study.outputs))
     try:
         size, count, damaged = _take_units(index, folder)  # first: a sweep removes them once its cube is there
-        unreadable = ""
-        if not starts_over(folder, study.name):
+        unreadable, ignored = "", starts_over(folder, study.name)
+        if not ignored:
             try:
                 take_cube(index, output, study.name, notes.append)
             except UserError as error:
@@ -47,10 +47,9 @@ def report(study: Study, output: Path) -> str:
     finally:
         index.close()
     lines = [f"study {study.name}, cube {output}" + ("" if output.exists() else " (not there yet)"), "", *_table(rows)]
-    asked = not (in_cube or unreadable or starts_over(folder, study.name))
     if in_cube:
         lines += ["", f"{in_cube} of them are in the cube"]
-    elif asked and (name := other_study(output, study.name)) is not None:
+    elif not (unreadable or ignored) and (name := other_study(output, study.name)) is not None:
         lines += ["", f"the cube is of another study, {name}: a sweep will not overwrite it"]
     if count:
         lines += ["", f"{in_bytes(size)} in {counted(count, 'unit')} in {folder}"]

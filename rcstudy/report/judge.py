@@ -254,11 +254,11 @@ def similar_patterns(pairs: Iterable[Pair]) -> Iterator[Comparison]:
     for one, other in pairs:
         (x1, y1), (x2, y2) = measures.slip_centre(one.view), measures.slip_centre(other.view)
         angle = float(np.degrees(np.abs(np.arctan2(x1 * y2 - x2 * y1, x1 * x2 + y1 * y2))))
-        undecided = _unknown(slip_x, one, other)
-        if not undecided:
-            margin = measures.slip_turn(one.view) + measures.slip_turn(other.view)
-            if abs(angle - SIMILAR) <= margin:
-                undecided = f"differs from the bound by less than {measures.CELLS:g} cells in each turn it"
+        undecided = _unknown(slip_x, one, other) or _too_close(
+            abs(angle - SIMILAR),
+            measures.slip_turn(one.view) + measures.slip_turn(other.view),
+            f"differs from the bound by less than {measures.CELLS:g} cells in each turn it",
+        )
         holds = None if undecided else angle < SIMILAR
         yield Comparison(f"{one.name}, {other.name}", angle, SIMILAR, holds, undecided, bound=True)
 

@@ -165,9 +165,9 @@ def slip_centre(case: CaseView) -> tuple[float, float]:
 
 
 def slip_turn(case: CaseView) -> float:
-    """Angle in degrees by which `CELLS` slip cells more or less at the contact's rim may turn `slip_centre`."""
+    """Angle in degrees, up to 180, by which `CELLS` slip cells more or less at the contact's rim turn `slip_centre`."""
     distance = float(np.hypot(*slip_centre(case)))
-    return float(np.degrees(CELLS / (_slips(case).sum() * distance))) if distance else float("inf")
+    return min(float(np.degrees(CELLS / (_slips(case).sum() * distance))), 180.0) if distance else 180.0
 
 
 def slip_on_axis(case: CaseView) -> float:

@@ -403,12 +403,9 @@ def geometric(values: np.ndarray) -> bool:
     if values.size == 2:
         return bool(values[1] > _WIDE * values[0])
     steps, factors = np.diff(values), np.diff(np.log(values))
-    uneven = factors.max() / factors.min()
-    if values[-1] > _WIDE * values[0]:
-        return bool(uneven < steps.max() / steps.min())
-    if values[-1] > DECADE * values[0]:
-        return bool(uneven < 2.0 and uneven < steps.max() / steps.min())
-    return bool(uneven < 1.0 + ROUNDED and uneven < steps.max() / steps.min())
+    least, largest = values[0], values[-1]
+    most = math.inf if largest > _WIDE * least else 2.0 if largest > DECADE * least else 1.0 + ROUNDED
+    return bool(factors.max() / factors.min() < min(most, steps.max() / steps.min()))
 
 
 def _ticks_height(ax: Axes) -> float:

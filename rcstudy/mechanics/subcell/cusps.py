@@ -98,8 +98,8 @@ def squares_with_cusps(
 ) -> np.ndarray:
     """p^2 [n] (MPa^2) at borders behind stick zones, with cusps as far as these reach (:func:`within_reach`).
 
-    p [nx, ny] (MPa), high [ny], edges [2, ny]: as in `cusps.squares_from_stick`; `zone`: borders [n, 2],
-    last [ny], length [ny], as there; `smooth` [n]: p^2 there without cusps.
+    p [nx, ny] (MPa), high [ny], edges [2, ny]: as in `cusps.squares_from_stick`; `zone`: borders [n, 2], last
+    [ny], length [ny], as there; `smooth` [n]: p^2 there without cusps.
     """
     cusped = smooth.copy()
     taken = NARROW_BEHIND_CUSP, _LEAST_CELLS, _PER_ROOT

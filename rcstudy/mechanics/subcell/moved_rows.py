@@ -60,11 +60,11 @@ class MovedRows:
     `window` (MPa): pressure on the mesh's own cells, those of the whole window; `like`: moved rows whose positions and
     cells are used here, too, where possible.
 
-    `table`: of the rows, whose numbers, starts and counts are also `index`, `start` and `count`; `shift` [ny]: distance
-    by which a row is moved (in cells). For each cell, `cells` [m, 2]: its indices in the box, rows of constant x first;
-    `held` [nx, ny]: flags of these cells in the box; `pressure` [m] (MPa): mean over the cell; `middle` [m]: position
-    along x at which its force acts (in cells); `weighted` [m] (MPa): mean of the pressure weighted with itself;
-    `carrying` [m]: whether it carries load.
+    `index`, `start`, `count`: numbers, starts and counts of the rows' `table`; `shift` [ny]: distance by which a row is
+    moved (in cells). For each cell, `cells` [m, 2]: its indices in the box, rows of constant x first; `held` [nx, ny]:
+    flags of these cells in the box; `pressure` [m] (MPa): mean over the cell; `middle` [m]: position along x at which
+    its force acts (in cells); `weighted` [m] (MPa): mean of the pressure weighted with itself; `carrying` [m]: whether
+    it carries load.
     """
 
     def __init__(self, window: np.ndarray, box: Box, outline: Outline, like: MovedRows | None = None) -> None:
@@ -84,7 +84,6 @@ class MovedRows:
         self.pressure, self.middle, self.weighted = np.zeros((3, number))
         self._force = np.zeros(self.count.size)
         row_cells.row_forces(p, self.count, HALF_SPACE.excess, self._force)
-        self.table = RowTable(self.index, self.start, self.count, outline.far_field_ends)
         rows.row_pressures(self._force, self.profiles, self.table, self.pressure, self.middle, self.weighted)
         if like is not None and taken is not None:
             self._update_pressures(like, taken)
@@ -115,6 +114,11 @@ class MovedRows:
         before = np.ascontiguousarray(other._window[self._box.slices])
         of_cells = taken, other.pressure, index, self.pressure
         rows.update_row_pressures(self._outline.p, before, self._force, self.table, *of_cells)
+
+    @cached_property
+    def table(self) -> RowTable:
+        """The rows as kernels take them."""
+        return RowTable(self.index, self.start, self.count, self._outline.far_field_ends)
 
     @cached_property
     def profiles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
