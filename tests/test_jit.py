@@ -1,5 +1,6 @@
 """Kernels on the disk: several processes that miss one do not all compile it."""
 
+import errno
 import gc
 import multiprocessing
 import os
@@ -76,6 +77,31 @@ def test_a_kernel_that_another_process_takes_too_long_for_is_compiled(tmp_path, 
     files.save("signature", "machine code")
     assert files.load("signature") == "machine code"
     assert holder.is_alive()
+
+
+def test_machine_code_of_an_earlier_version_is_never_taken_for_that_of_the_index(tmp_path, monkeypatch):
+    """Numba writes the index first: on a disk that was full then, later runs took the file of the version before."""
+
+    def failing(*_):
+        raise OSError(errno.ENOSPC, "full")
+
+    for stamp, version in ((2, numba.__version__), (1, "0.1")):
+        earlier = jit._CheckedFiles(str(tmp_path), "kernel", 1)
+        earlier.save("signature", "earlier code")
+        now = jit._CheckedFiles(str(tmp_path), "kernel", stamp)
+        now._version = version
+        with monkeypatch.context() as full:
+            full.setattr(now, "_save_data", failing)
+            now.save("signature", "code")
+        assert now.load("signature") is None
+        now.give_back()
+        now.save("signature", "code")
+        assert now.load("signature") == "code"
+        assert earlier.load("signature") is None
+        earlier.give_back()
+        now._save_index({"another signature": now._load_index()["signature"]})  # two processes saved at once
+        assert now.load("another signature") is None
+        now.give_back()
 
 
 def test_a_turn_is_held_until_it_has_been_given_back_as_often_as_taken(tmp_path):

@@ -31,6 +31,7 @@ log = logging.getLogger("rcstudy")
 
 F = TypeVar("F", bound=Callable[..., Any])
 _DIGEST = hashlib.sha256().digest_size
+_FORMAT = b"2"  # part of the checksum: files that other versions of this module have written otherwise count as damaged
 _PATIENCE = 60.0  # seconds to wait for another process to compile a kernel, before compiling it here as well
 _POLL_SECONDS = 0.1  # seconds between two attempts to load it meanwhile
 
@@ -105,7 +106,7 @@ class _CheckedFiles(IndexDataCacheFile):
     def save(self, key: Any, data: Any) -> None:
         """Save `data` under `key`. If that fails it is left out, and the next process compiles the kernel again."""
         with contextlib.suppress(OSError):
-            super().save(key, data)
+            super().save(key, (*self._of(key), data))
 
     def give_back(self) -> None:
         """Give the lock back as often as it was taken for this kernel."""
@@ -116,11 +117,19 @@ class _CheckedFiles(IndexDataCacheFile):
     def _turn(self) -> _CompileLock:
         return _locks.setdefault(self._cache_path, _CompileLock(self._cache_path))
 
+    def _of(self, key: Any) -> tuple[Any, ...]:
+        """What machine code is of; it stands in the file with it, as Numba writes the index first.
+
+        Until the code is written, for ever if that fails (a full disk), the index names a file of an earlier version.
+        """
+        return self._version, self._source_stamp, key
+
     def _loaded(self, key: Any) -> Any:
         try:
-            return super().load(key)
-        except Exception:  # files of another version may make pickle raise anything
+            *found, data = super().load(key)
+        except Exception:  # nothing is found; files of another version may make pickle raise anything
             return None
+        return data if tuple(found) == self._of(key) else None
 
     def _load_index(self) -> Any:
         try:
@@ -141,13 +150,17 @@ class _CheckedFiles(IndexDataCacheFile):
     def _write(self, path: str, content: Any) -> None:
         data = self._dump(content)
         with self._open_for_write(path) as file:
-            file.write(data + hashlib.sha256(data).digest())
+            file.write(data + _checksum(data))
+
+
+def _checksum(data: bytes) -> bytes:
+    return hashlib.sha256(_FORMAT + data).digest()
 
 
 def _checked(path: str) -> bytes:
     """The content of a file without the checksum at its end. Raises OSError if the checksum does not match."""
     content = Path(path).read_bytes()
-    if hashlib.sha256(content[:-_DIGEST]).digest() != content[-_DIGEST:]:
+    if _checksum(content[:-_DIGEST]) != content[-_DIGEST:]:
         raise OSError(f"{path}: damaged")
     return content[:-_DIGEST]
 
