@@ -32,7 +32,7 @@ import numpy as np
 import xarray as xr
 
 from rcstudy.cases import Case, expand
-from rcstudy.cube import case_dims, engine, grids, open_cube
+from rcstudy.cube import case_dims, grids, open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 from rcstudy.report.precision import ERRORS, REFERENCE, SOLVER, BothTolerances, Cells, Row, settings
@@ -41,6 +41,7 @@ from rcstudy.report.precision_summary import FIGURES, errors_table, settings_tab
 from rcstudy.report.style import check_formats, save, style
 from rcstudy.report.writers import write_table
 from rcstudy.result import Result, Status
+from rcstudy.storage.cube_writer import write_datasets
 from rcstudy.storage.earlier import refuse_cube, refuse_other_study
 from rcstudy.storage.layout import CASE_KEY, LABEL, as_floats
 from rcstudy.storage.publish import make_folder, replacing
@@ -494,6 +495,5 @@ def _write_errors(path: Path, tree: xr.DataTree, entries: Sequence[Entry]) -> Pa
         str(k): v for k, v in tree.attrs.items() if k not in ("axes", "grid", "grid_description", "rcstudy_schema")
     }
     nodes["/"] = xr.Dataset(attrs=attrs)
-    with replacing(path) as temporary:
-        xr.DataTree.from_dict(nodes).to_netcdf(temporary, engine=engine(temporary))
+    write_datasets(path, nodes)
     return path

@@ -90,7 +90,11 @@ def damage(path: Path, tree: xr.DataTree, changed: Sequence[str]) -> list[str]:
         lines.append("rcstudy sweep does not replace a cube that names no study: choose another --output")
     elif lines:
         lines.append(f"rcstudy sweep writes the cube again from its cases {_ONCE_EDITED}")
-    if faults := list(illegible(path)):
+    faults = list(illegible(path))
+    if "" in faults:
+        faults.remove("")
+        lines.append(f"{path}: HDF5 fails to read it as a whole: an error of the disk, or damage: try again")
+    if faults:
         lines.append(f"{path}: damaged, cannot be read:")
         lines += [f"  {fault}" for fault in faults[:_SHOWN_FAULTS]]
         lines += [f"  {len(faults) - _SHOWN_FAULTS} more"] if len(faults) > _SHOWN_FAULTS else []

@@ -22,6 +22,7 @@ from rcstudy.report.paper_statements import STATEMENTS
 from rcstudy.report.statements import judged, statements_table
 from rcstudy.report.views import grids
 from rcstudy.report.writers import markdown_lines
+from rcstudy.storage.publish import replacing
 from rcstudy.study import study_from_text
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -104,7 +105,8 @@ def main() -> None:
     difference = np.abs(measured[MIRROR] / measured[PUBLISHED] - 1.0).max()
     lines, others = table(of)
     words = WORDS.format(others=others, difference=difference)
-    options.output.write_text("\n".join([words, *lines, ""]), encoding="utf-8")
+    with replacing(options.output) as temporary:
+        temporary.write_text("\n".join([words, *lines, ""]), encoding="utf-8")
 
 
 if __name__ == "__main__":

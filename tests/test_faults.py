@@ -22,11 +22,13 @@ import h5py
 import numpy as np
 import pytest
 import workers
+import xarray as xr
 from disks import give_room_for
 from workers import gone
 
-from rcstudy import cli, status, store, sweep
+from rcstudy import check, cli, status, store, sweep
 from rcstudy.cases import expand
+from rcstudy.cube import open_cube
 from rcstudy.errors import UserError
 from rcstudy.storage import cube_writer, lock, publish, units
 from rcstudy.storage.publish import write_whole
@@ -693,3 +695,48 @@ def test_a_lock_that_cannot_be_closed_hides_no_message(tmp_path: Path, monkeypat
     with pytest.raises(UserError, match="what went wrong"), lock.locked(tmp_path / "c.nc.units"):
         monkeypatch.setattr(lock.os, "close", fails)
         raise UserError("what went wrong")
+
+
+@pytest.mark.parametrize("limit", [0, 3_000, 20_000])
+def test_a_full_disk_under_the_errors_of_a_report(tmp_path: Path, limit: int) -> None:
+    """Told as such: it was a traceback or, where a cube was given, that one was said to be damaged."""
+    import resource
+
+    errors, values = tmp_path / "accuracy.nc", np.arange(10_000.0)
+    datasets = {"/": xr.Dataset(attrs={"study": "s"}), "/g": xr.Dataset({"error": ("load", values)})}
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+        with pytest.raises(UserError, match=r"accuracy\.nc: cannot be written: File too large"):
+            cube_writer.write_datasets(errors, datasets)
+
+    for before in ([], [errors]):
+        assert ended(forked(limited)) == 0
+        assert list(tmp_path.iterdir()) == before
+        assert not before or errors.read_bytes() == b"earlier"
+        errors.write_bytes(b"earlier")
+    cube_writer.write_datasets(errors, datasets)
+    for engine in ("netcdf4", "h5netcdf"):
+        with xr.open_datatree(errors, engine=engine) as tree:
+            assert tree.attrs == datasets["/"].attrs
+            assert tree["g"].to_dataset().identical(datasets["/g"])
+
+
+def test_a_cube_that_hdf5_fails_to_read_for_a_moment_is_not_called_damaged(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By `show --check`, which named nothing that was, and promised that a sweep solves it again."""
+    output = folder / "good.nc"
+    with open_cube(output) as tree:
+        monkeypatch.setattr(h5py, "File", Opening(1, errno.EIO))
+        said = f"{output}: HDF5 fails to read it as a whole: an error of the disk, or damage: try again"
+        assert check.damage(output, tree, ()) == [said]
+        assert check.damage(output, tree, ()) == []
+
+
+def test_a_link_to_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    """It is made, as for the cube of a sweep; the link was called a file."""
+    (tmp_path / "link").symlink_to("a/b")
+    publish.make_folder(tmp_path / "link")
+    assert (tmp_path / "a" / "b").is_dir()
+    assert (tmp_path / "link").is_symlink()

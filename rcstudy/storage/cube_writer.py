@@ -32,6 +32,8 @@ from rcstudy.storage.record import SCALARS, Record, Region
 from rcstudy.storage.steady import SteadyFile, interrupts_held
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rcstudy.cases import Case, Expansion
     from rcstudy.mechanics.scene import Mesh
     from rcstudy.study import Study
@@ -74,6 +76,21 @@ def _created(storage: SteadyFile) -> Iterator[h5py.File]:
             if file is not None:
                 file.close()
     storage.check()
+
+
+def write_datasets(path: Path, groups: Mapping[str, xr.Dataset]) -> None:
+    """Write a netCDF-4 file of small Datasets, each in the group of its name, whole or not at all; Ctrl-C waits for it.
+
+    Raises UserError when the file cannot be written. The libraries' own errors do not tell why: "NetCDF: HDF error".
+    """
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    with replacing(path) as temporary, SteadyFile(temporary) as storage:
+        with interrupts_held(), h5netcdf.File(storage, "w") as file:
+            for name, dataset in groups.items():
+                dataset.dump_to_store(H5NetCDFStore(file, group=name, mode="a"))
+        storage.check()
 
 
 class CubeWriter:

@@ -46,9 +46,12 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
 
 def make_folder(path: Path) -> None:
-    """Make the folder `path` for what is to be written, with those it is in, if need be; UserError if it cannot be."""
+    """Make the folder `path` for what is to be written, with those it is in, if need be; UserError if it cannot be.
+
+    Of a symbolic link the folder that it points to is made, as for files in it.
+    """
     try:
-        path.mkdir(parents=True, exist_ok=True)
+        Path(os.path.realpath(path)).mkdir(parents=True, exist_ok=True)
     except FileExistsError:
         raise UserError(f"{path}: is a file, not a folder") from None
     except OSError as error:
