@@ -7,6 +7,7 @@ import dataclasses
 import gc
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -233,6 +234,44 @@ def test_leaving_early_takes_back_what_was_sent(study: Study, tmp_path: Path, mo
             list(solve_on_cluster(batches, there.at, workers.slow))
 
 
+def pause(dask_worker: distributed.Worker) -> None:
+    dask_worker.status = distributed.Status.paused
+
+
+def test_a_paused_worker_keeps_no_work(study: Study, tmp_path: Path) -> None:
+    """Dask pauses one whose memory is nearly full, perhaps for good, and what it held was waited for."""
+    batches, told = sweep.make_batches(expand(study).cases, 1), []
+    with (
+        running(tmp_path, "--no-nanny", "--memory-limit", "0") as there,  # of which Dask ends no pause by itself
+        distributed.Client(there.at.find(), set_as_default=False) as client,
+    ):
+        client.wait_for_workers(2, timeout=60)
+        results = solve_on_cluster(batches, there.at, workers.slow, tell=told.append)
+        solved = [next(results)]
+        paused, other = sorted(client.nthreads())
+        client.run(pause, workers=[paused])
+        solved += results
+        assert {result.status for _, result in solved} == {Status.SOLVED}
+        assert sorted(case.key for case, _ in solved) == sorted(case.key for batch in batches for case in batch)
+        words = f"worker {paused}: paused by Dask, as its memory is nearly full: it gets no work meanwhile"
+        assert told == [words]
+
+        # nor does it get any at the start, and without another one the sweep says what it waits for
+        last = "all workers are gone or paused: waiting for new ones"
+
+        def tell(text: str) -> None:
+            told.append(text)
+            if text == last:
+                there.scheduler.kill()
+
+        results = solve_on_cluster(batches, there.at, workers.slow, tell=tell)
+        next(results)
+        client.run(pause, workers=[other])
+        with pytest.raises(UserError, match="the scheduler is gone"):
+            list(results)
+        assert told[1:] == [words, words.replace(paused, other), last]
+
+
 @pytest.mark.heavy
 def test_the_command_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The solver, on the cluster and here: the same bits but for the seconds; Ctrl-C ends it with 130."""
@@ -302,6 +341,43 @@ def test_schedulers_that_are_none(study: Study, tmp_path: Path, monkeypatch: pyt
     assert threading.main_thread() is threading.current_thread()
 
 
+@pytest.mark.parametrize(
+    ("said", "ends"),
+    [
+        (b"HTTP/1.0 400 Bad request\r\n\r\n", True),  # as at the dashboard's port: asked for exabytes, Dask has no room
+        (b"SSH-2.0-OpenSSH_9.2\r\n", False),
+        (bytes(64), False),
+        (b"".join(n.to_bytes(8, "little") for n in (24, 1, 8)) + b"\xc1" * 8, False),
+        (b"", True),
+        (b"", False),  # nothing at all, as a scheduler that is stopped
+    ],
+)
+def test_another_service_in_place_of_a_scheduler(
+    study: Study, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, said: bytes, ends: bool
+) -> None:
+    """It answers in a way of its own, which is told in a line, or never does; it was a traceback, or waited for."""
+    monkeypatch.setattr(cluster, "_CONNECT_SECONDS", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as listening, contextlib.ExitStack() as held:
+
+        def answer() -> None:
+            with contextlib.suppress(OSError):
+                while True:
+                    connection, _ = listening.accept()
+                    connection.sendall(said)
+                    held.push(connection)
+                    if ends:
+                        connection.close()
+
+        threading.Thread(target=answer, daemon=True).start()
+        address = "tcp://{}:{}".format(*listening.getsockname())
+        told = refusal(study, Scheduler(address))
+        assert told.startswith(f"{address}: no Dask scheduler can be reached there: ")
+        assert "\n" not in told
+        assert {client.status for client in gc.get_objects() if type(client) is distributed.Client} <= {"closed"}
+        listening.shutdown(socket.SHUT_RDWR)
+    assert caplog.text == ""
+
+
 def test_without_dask(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert "pip install '.[cluster]' in a checkout" in refusal(study, Scheduler("tcp://127.0.0.1:1"))
@@ -363,6 +439,9 @@ class FakeClient:
 
     def nthreads(self) -> dict[str, int]:
         return dict.fromkeys(self.answers, self.threads)
+
+    def run_on_scheduler(self, function: object) -> set[str]:
+        return set()  # none is paused
 
     def run(self, function: object, workers: list[str], on_error: str) -> dict[str, object]:
         return {address: self.answers[address] for address in workers}
@@ -503,9 +582,11 @@ def test_results_of_a_dead_worker_that_had_finished_are_fetched_again_from_anoth
     deal._take_back("tcp://a:1")
     assert deal.left == left + len(one.cases) + len(three.cases)
     assert [parcel.cases for parcel in deal.suspects] == [[case] for case in two.cases]
-    assert {parcel.deaths for parcel in deal.suspects} == {1}
+    assert {parcel.deaths for parcel in deal.suspects} == {0}
     suspect = deal.suspects.popleft()
     deal._died(suspect, "how")
+    assert deal.given == []
+    deal._died(deal.suspects.pop(), "how")
     ((case, result),) = deal.given
     assert case == suspect.cases[0]
     assert result == Result(Status.ERROR, "the worker process died 2 times at this case: how")
@@ -526,8 +607,8 @@ def test_a_case_whose_parcel_failed_has_met_no_death(study: Study) -> None:
     assert [result.reason for _, result in deal.given] == ["the worker process died 2 times at this case: how"]
 
 
-def test_cases_whose_worker_came_back_too_often_have_met_a_death_each(study: Study) -> None:
-    """As Dask tells of a parcel that ended its worker as often as it allows; they are tried again one by one."""
+def test_cases_whose_worker_came_back_too_often_are_tried_again_one_by_one(study: Study) -> None:
+    """As Dask tells of a parcel that ended its worker as often as it allows: a death of none of its cases alone."""
 
     class KilledWorker(Exception):
         pass
@@ -535,8 +616,10 @@ def test_cases_whose_worker_came_back_too_often_have_met_a_death_each(study: Stu
     (batch, *_) = sweep.make_batches(expand(study).cases, 1)
     deal = cluster._Distribution(FakeClient({}), workers.made_up, [], print)
     deal._failed(cluster._Parcel([batch], future=SimpleNamespace(status="error", key="k")), KilledWorker("made up"))
-    assert [(parcel.cases, parcel.deaths) for parcel in deal.suspects] == [([case], 1) for case in batch]
+    assert [(parcel.cases, parcel.deaths) for parcel in deal.suspects] == [([case], 0) for case in batch]
     deal._failed(deal.suspects.popleft(), KilledWorker("made up"))
+    assert deal.given == []
+    deal._failed(deal.suspects.pop(), KilledWorker("made up"))
     ((case, result),) = deal.given
     assert case == batch[0]
     assert result.reason == "the worker process died 2 times at this case: its worker came back and died again"

@@ -13,6 +13,7 @@ on the workers and in this process.
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import logging
 import queue
@@ -29,7 +30,7 @@ from rcstudy.errors import UserError, cannot_be_read
 from rcstudy.result import Result, Status
 from rcstudy.workers.batch import LARGEST_BATCH, SMALLEST_BATCH
 from rcstudy.workers.pool import ATTEMPTS
-from rcstudy.workers.remote import differences, examine, notes_on, solve_parcel
+from rcstudy.workers.remote import differences, examine, notes_on, paused_workers, solve_parcel
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case
@@ -40,6 +41,7 @@ _FETCH_SECONDS = 1.0  # wait for results before checking that their worker is st
 _LOOK_SECONDS = 0.5  # between checks of which workers there are
 _PARCELS_HELD = 2  # at most by a worker: the one being solved and the next one
 _SHARES = 4  # parcels left for each worker, at least, so that all workers end at about the same time
+_WAITING = "no worker"  # key of what is told once until there is one
 _PARCEL_CELLS = 64 * 64 * 64  # most cells of all cases of a parcel (some 0.1 s of work), unless it is a single case
 
 
@@ -112,11 +114,15 @@ def _connected(scheduler: Scheduler) -> Iterator[Any]:
 
     with _dask_silenced():
         client = distributed.Client.__new__(distributed.Client)
+        # Dask sets no limit to the time in which what has taken a connection greets
+        client.start = functools.partial(  # type: ignore[method-assign]
+            client.start, callback_timeout=2 * _CONNECT_SECONDS
+        )
         try:
             distributed.Client.__init__(
                 client, address or " ", timeout=_CONNECT_SECONDS, set_as_default=False, name="rcstudy"
             )
-        except (OSError, ValueError, TypeError, ImportError, RuntimeError) as error:
+        except Exception as error:  # of any type, where another service answers: MemoryError at what a web server says
             # else it closes itself when it is garbage collected: during the start of another client that is a deadlock
             with contextlib.suppress(Exception):
                 client.close(timeout=2)
@@ -135,7 +141,7 @@ def _dask_silenced() -> Iterator[None]:
     children = [logging.getLogger(f"distributed.{name}") for name in ("client", "comm", "core", "batched", "utils")]
     before = [(one, one.level) for one in (logger, *children)]
     for one, _ in before:
-        one.setLevel(logging.CRITICAL)
+        one.setLevel(logging.CRITICAL + 1)  # what is not Dask's protocol is critical, with a traceback
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", module="distributed")
@@ -207,18 +213,20 @@ class _Distribution:
         if time.monotonic() < self.next_look and not self.suspects:
             return
         present = self._ask(self.client.nthreads)
+        paused = self._ask(self.client.run_on_scheduler, paused_workers)
         for address in self.workers.keys() - present.keys():
             self._take_back(address)
+        for address in sorted(paused - self.refused):
+            self._pass_on(address)
         self.refused &= present.keys()
-        new = present.keys() - self.workers.keys() - self.refused
+        new = present.keys() - self.workers.keys() - self.refused - paused
         if new:
             self._examine_workers({address: present[address] for address in new})
         if not self.workers:
-            self._tell_once(
-                "waiting for workers" if not self.had_workers else "all workers are gone: waiting for new ones"
-            )
+            gone = "all workers are gone or paused" if paused else "all workers are gone"
+            self._tell_once(f"{gone}: waiting for new ones" if self.had_workers else "waiting for workers", _WAITING)
         else:
-            self.told -= {"waiting for workers", "all workers are gone: waiting for new ones"}
+            self.told.discard(_WAITING)
         self.next_look = time.monotonic() + _LOOK_SECONDS
 
     def _examine_scheduler(self) -> None:
@@ -280,10 +288,21 @@ class _Distribution:
             else:
                 self._put_back(parcel)
 
+    def _pass_on(self, address: str) -> None:
+        """Take back what a paused worker has not solved: it may stay paused for good; if it does not, it is as new."""
+        self._tell_once(f"worker {address}: paused by Dask, as its memory is nearly full: it gets no work meanwhile")
+        for parcel in self.workers.pop(address, ()):
+            if parcel.future.status == "pending":
+                self._call_back(parcel)
+                self._put_back(parcel)
+
     def _died(self, parcel: _Parcel, how: str) -> None:
-        """Count the death of a worker at `parcel`: its cases are tried again one by one, or its only case given up."""
-        deaths = parcel.deaths + 1
-        if len(parcel.cases) > 1 or deaths < ATTEMPTS:
+        """Count the death of a worker at `parcel`: its cases are tried again one by one, or its only case given up.
+
+        A death at several cases counts for none of them: most are as good as those of any other parcel.
+        """
+        deaths = parcel.deaths + 1 if len(parcel.cases) == 1 else 0
+        if deaths < ATTEMPTS:
             self.suspects.extend(_Parcel([[case]], deaths, suspect=True) for case in parcel.cases)
             return
         reason = f"the worker process died {deaths} times at this case: {how}"

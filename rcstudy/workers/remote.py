@@ -54,6 +54,11 @@ def examine() -> dict[str, str]:
     }
 
 
+def paused_workers(dask_scheduler: Any = None) -> set[str]:
+    """Addresses of the workers that Dask has paused, on the scheduler that calls this: they start nothing new."""
+    return {address for address, worker in dask_scheduler.workers.items() if worker.status.name == "paused"}
+
+
 def _digest_of_numbers() -> str:
     """SHA-256 (hex) of the code that results come from: checkouts of one version may have been edited."""
     package = Path(__file__).parent.parent
