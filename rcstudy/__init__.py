@@ -1,7 +1,7 @@
 """Batch parameter studies of three-dimensional rolling contact of bodies with elastic layers.
 
-``solve(scene)`` solves one contact, ``open(path)`` opens a cube of results; the command line does the rest.
-Nothing heavy is imported before it is used.
+``solve(scene)`` solves one contact, ``open(path)`` opens a cube of results; both raise ``UserError`` for input that a
+user can put right. The command line does the rest. Nothing heavy is imported before it is used.
 """
 
 from __future__ import annotations
@@ -14,6 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rcstudy.errors import UserError
+
+    __version__: str
 
 __all__ = ["UserError", "__version__", "open", "solve"]
 
@@ -46,16 +50,18 @@ def open(path: str | Path, *, chunked: bool = False) -> xr.DataTree:
     return open_cube(path, chunked=chunked)
 
 
-def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        from rcstudy.provenance import version
+if not TYPE_CHECKING:  # which would take any name for one of the package's
 
-        return version("rcstudy")
-    if name == "UserError":
-        from rcstudy.errors import UserError
+    def __getattr__(name: str) -> Any:
+        if name == "__version__":
+            from rcstudy.provenance import version
 
-        return UserError
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+            return version("rcstudy")
+        if name == "UserError":
+            from rcstudy.errors import UserError
+
+            return UserError
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 class _Package(ModuleType):

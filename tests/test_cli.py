@@ -605,6 +605,7 @@ def test_help_is_for_people(folder: Path) -> None:
     for command in ("sweep", "merge", "figures"):
         shown = run(command, "--help").output
         assert "<bool>" not in shown
+        assert "Study file (YAML).  [required]" in shown or "Cube written by sweep (.nc).  [required]" in shown
     assert "of png, pdf and svg" in shown
 
 
