@@ -334,9 +334,9 @@ def _polished(
 def _coarser_numbers(
     contact: NormalContact, scene: Scene, rolling: RollingSolution | None
 ) -> Iterator[dict[str, float]]:
-    """Scalars on the coarser meshes from which the solution was started, finest first."""
+    """Scalars on the coarser meshes from which the solution was started, finest first, as far as these were solved."""
     coarser = contact.coarser
-    while coarser is not None and not coarser.solution.edge:
+    while coarser is not None and coarser.solution.converged and not coarser.solution.edge:
         scalars = _normal_numbers(coarser)
         if rolling is not None:
             if rolling.coarser is None:

@@ -656,6 +656,42 @@ def test_a_coarser_mesh_whose_window_stays_too_small_does_not_count(
     assert list(_coarser_numbers(contact, contact.scene, rolling)) == []
 
 
+def test_a_coarser_mesh_that_is_not_solved_does_not_count() -> None:
+    """Under stiff plates its pressure may be anything."""
+    contact = solve_normal(steel(window(hertz_of().a, (20, 20))))
+    assert list(_coarser_numbers(contact, contact.scene, None))
+    assert contact.coarser is not None
+    contact.coarser.solution = replace(contact.coarser.solution, converged=False)
+    assert list(_coarser_numbers(contact, contact.scene, None)) == []
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
+@pytest.mark.parametrize(("size", "cells"), [("8 a", 24), ("4 a", 24), ("3 a", 18), ("4 a", 48)])
+def test_rounding_does_not_decide_how_many_meshes_there_are(discretisation: str, size: str, cells: int) -> None:
+    """Contacts 6, 12 or 24 cells across, in windows given over a: bars differed by up to a half."""
+
+    def bars(E: float) -> dict[str, float]:
+        scene = scene_from_mapping(
+            {
+                "substrate": {"E": E, "nu": 0.3},
+                "radius": 50,
+                "load": 100,
+                "friction": 0.3,
+                "creepage": {"longitudinal": 0.001, "spin": 0.01},
+                "mesh": {"size": [size, size], "cells": [cells, cells]},
+                "discretisation": discretisation,
+            }
+        )
+        return {name: value for name, value in solved(scene).scalars.items() if name.endswith("_error")}
+
+    expected = bars(210000.0)
+    for E in (math.nextafter(210000.0, math.inf), 210000.0 * (1.0 - 1e-15)):
+        found = bars(E)
+        for name in expected:
+            assert found[name] == pytest.approx(expected[name], rel=1e-3), name
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("discretisation", ["kalker", "aligned"])
 def test_bars_of_contacts_of_few_cells(discretisation: str) -> None:

@@ -26,7 +26,7 @@ from rcstudy.mechanics.exact import (
     thin_layer_contact,
 )
 from rcstudy.mechanics.influence import Influence
-from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance
+from rcstudy.mechanics.scene import Creepage, Layer, Material, Mesh, Scene, Tolerance, quasi_identical
 from rcstudy.result import CellState, Result, Status
 from rcstudy.solve import solve_scene
 
@@ -621,6 +621,16 @@ def test_quasi_identical_bodies_do_not_slip_by_pressure(coupling: str) -> None:
     pairs = [replace(scene, counterbody=Material(other.E * factor, nu)) for factor in (1.001, 1.002)]
     once, twice = (solved(pair).scalars["traction_max"] for pair in pairs)
     assert twice / once == pytest.approx(2.0, rel=0.05)
+
+
+def test_bodies_are_alike_whatever_rounding_leaves_of_their_compressibility() -> None:
+    """Rubbers whose E and nu follow from bulk and shear modulus: a third of them had been unlike."""
+    rng = np.random.default_rng(3)
+    for G, nu in zip(10.0 ** rng.uniform(-1.0, 2.0, 300), rng.uniform(0.499, 0.49999, 300), strict=True):
+        bulk = 2.0 * G * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
+        other = Material(9.0 * bulk * G / (3.0 * bulk + G), (3.0 * bulk - 2.0 * G) / (2.0 * (3.0 * bulk + G)))
+        assert quasi_identical(Material(2.0 * G * (1.0 + nu), nu), other)
+        assert not quasi_identical(Material(2.0 * G * (1.0 + nu), nu), Material(2.0 * G * (1.0 + nu), nu - 1e-12))
 
 
 def test_dissimilar_bodies_slip_by_pressure() -> None:

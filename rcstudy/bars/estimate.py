@@ -150,7 +150,7 @@ class _Case:
     @cached_property
     def on_few(self) -> bool:
         """Whether the contact is less than twelve cells across its narrower side."""
-        return self.per_narrow_radius < _FEW
+        return self.per_narrow_radius < (1.0 - _ROUNDING) * _FEW
 
     @cached_property
     def per_narrow_radius(self) -> float:

@@ -22,6 +22,7 @@ from rcstudy.mechanics.scene import Mesh, Scene, Tolerance
 # The first is the most important for the error bars and the second adds a little; others only provide a first guess.
 _COARSEST = 6.0, 12.0
 _FURTHER = 24.0
+_ROUNDING = 1e-9  # windows given in radii make contacts exactly that many cells across, up to rounding
 _TOLERANCE = Tolerance(3e-3, 2e-3)  # on coarser meshes (residuals of 1e-3): well below their discretisation error
 
 
@@ -32,7 +33,8 @@ def coarser_scene(scene: Scene, level: int = 0) -> Scene | None:
     by half a fine cell on each side.
     """
     dx, dy = scene.mesh.spacing
-    if 2.0 * min(semi_axes_in_cells(scene)) < (_COARSEST[level] if level < len(_COARSEST) else _FURTHER):
+    least = _COARSEST[level] if level < len(_COARSEST) else _FURTHER
+    if 2.0 * min(semi_axes_in_cells(scene)) < (1.0 - _ROUNDING) * least:
         return None
     nx, ny = ((n + 1) // 2 for n in scene.mesh.cells)
     mesh = Mesh((2.0 * dx * nx, 2.0 * dy * ny), (nx, ny))

@@ -43,10 +43,12 @@ class Material:
 def quasi_identical(one: Material, other: Material | None) -> bool:
     """Whether pressure displaces the surfaces of two half-spaces equally along the surface (Dundurs' beta is zero).
 
-    `other` None is rigid. It is quasi-identical to an incompressible body (`nu` 0.5).
+    `other` None is rigid. It is quasi-identical to an incompressible body (`nu` 0.5). What rounding of `nu` leaves of
+    1 - 2 `nu` is no difference.
     """
     beta = tuple(0.0 if body is None else (1.0 - 2.0 * body.nu) / body.G for body in (one, other))
-    return math.isclose(*beta, rel_tol=1e-14)
+    rounding = 2e-15 / min(body.G for body in (one, other) if body is not None)
+    return math.isclose(*beta, rel_tol=1e-14, abs_tol=rounding)
 
 
 @dataclass(frozen=True)
