@@ -83,8 +83,8 @@ def _caption(figure: Figure, number: int, grid: GridView, *sentences: str, frict
 def pressure_figure(bare: GridView | None, layered: GridView | None) -> Figure:
     """Figure 3: p/p0 on the x-axis against x/a, a panel per number of layers, the uncoated case in each.
 
-    Colour stands for the modulus, dash and marker for the thickness. The exact Hertz pressure is drawn
-    too. UserError if there is neither grid.
+    Colour stands for the modulus, and so does whether markers are filled, as the colours are alike in grey; dash and
+    marker stand for the thickness. The exact Hertz pressure is drawn too. UserError if there is neither grid.
     """
     grid = layered or bare
     if grid is None:
@@ -170,8 +170,9 @@ def _by_modulus_and_thickness(case: CaseView) -> dict[str, Any]:
     if not case.layers:
         return {"color": "black", "linestyle": "", "marker": "+", "markersize": 4.5, "markeredgewidth": 0.8}
     look = LINES[case.index[case.grid.axes.index("thickness")] % len(LINES)]
-    colour = _MODULI[case.index[case.grid.axes.index("modulus")] % len(_MODULI)]
-    return look | {"color": colour, "markerfacecolor": "white", "markeredgewidth": 0.7}
+    modulus = case.index[case.grid.axes.index("modulus")]
+    colour = _MODULI[modulus % len(_MODULI)]
+    return look | {"color": colour, "markerfacecolor": ("white", colour)[modulus % 2], "markeredgewidth": 0.7}
 
 
 _SEEN = 1e-3
