@@ -663,6 +663,11 @@ def test_figure_3_shows_pressure_over_hertz_with_the_uncoated_case_in_both_panel
             assert max(line.get_ydata()) == pytest.approx(pressure.max() / p0)
             reach = np.abs(data.x.values[pressure > 0]).max() + 2.0 / CELLS[0]
             assert max(line.get_xdata()) == pytest.approx(reach / a)
+        in_grey = {
+            (line.get_marker(), str(line.get_linestyle()), line.get_markerfacecolor() == "white")
+            for line in drawn.values()
+        }
+        assert len(in_grey) == len(drawn)
         assert (ax.get_xlabel(), ax.get_ylim()[0]) == ("$x/a$", 0.0)
     assert "the mean of the two rows" in " ".join(t.get_text() for t in figure.texts).replace("\n", " ")
 
