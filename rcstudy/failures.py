@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rcstudy.cases import expand, scene_record
+from rcstudy.cases import scene_record
 from rcstudy.cube import grids, open_cube
 from rcstudy.errors import UserError
 from rcstudy.mechanics.scene import Scene
@@ -17,6 +17,7 @@ from rcstudy.result import Status
 from rcstudy.storage.layout import LABEL
 from rcstudy.storage.publish import make_folder, replacing
 from rcstudy.study import study_from_text
+from rcstudy.studyfile.grid_plan import GridPlan
 from rcstudy.studyfile.spec import MAX_NAME
 
 
@@ -40,19 +41,21 @@ def failed_cases(path: Path) -> list[FailedCase]:
     with open_cube(path) as tree:
         name = _plain(str(tree.attrs.get("study", "study")))
         found: list[FailedCase] = []
-        scenes: dict[tuple[str, tuple[int, ...]], Scene] = {}
+        plans: dict[str, GridPlan] = {}
         for grid, dataset in grids(tree).items():
             for index in zip(*(dataset["status"].values != Status.SOLVED).nonzero(), strict=True):
                 place = tuple(int(i) for i in index)
-                if not scenes:
-                    scenes = _scenes(str(tree.attrs.get("study_text", "")), path)
-                if (grid, place) not in scenes:
+                if not plans:
+                    plans = _plans(str(tree.attrs.get("study_text", "")), path)
+                if grid not in plans or not plans[grid].has(place):
                     raise UserError(f"{path}: its study has no case {place} of grid {grid}")
                 label, status = str(dataset[LABEL].values[index]), Status(int(dataset["status"].values[index]))
                 reason = str(dataset["status_reason"].values[index])
                 own = _name(name, grid, place, len(found))
                 heading = f"{grid}: {label}: {status.words}: {reason}"
-                found.append(FailedCase(own, grid, label, status, reason, _study(own, heading, scenes[grid, place])))
+                # this scene alone, not those of what may be a million others
+                text = _study(own, heading, plans[grid].scene(place))
+                found.append(FailedCase(own, grid, label, status, reason, text))
     return found
 
 
@@ -72,13 +75,13 @@ def _plain(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.-]", "_", name).lstrip("_.-") or "study"
 
 
-def _scenes(text: str, path: Path) -> dict[tuple[str, tuple[int, ...]], Scene]:
-    """The scene of each case, from the study as it is written in the cube."""
+def _plans(text: str, path: Path) -> dict[str, GridPlan]:
+    """The grids of the study as it is written in the cube, by name."""
     try:
         study = study_from_text(text, path)
     except UserError as error:
         raise UserError(f"{path}: its study is not understood by this version:\n{error}") from error
-    return {(case.grid, case.index): case.scene for case in expand(study).cases}
+    return {grid.name: grid for grid in study.grids}
 
 
 def _study(name: str, heading: str, scene: Scene) -> str:

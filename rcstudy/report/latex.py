@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import unicodedata
@@ -209,6 +210,7 @@ def _letters(text: str) -> int:
     return math.ceil(sum(map(_width, re.sub(r"\\,|[${}\\^]", "", text))))
 
 
+@functools.cache
 def _width(letter: str) -> float:
     if unicodedata.east_asian_width(letter) in "WF":
         return 2.0

@@ -42,15 +42,28 @@ class GridView:
         self.axes = case_dims(dataset)
         self.shape = tuple(dataset.sizes[d] for d in self.axes)
         self._loaded: dict[str, xr.DataArray] = {}
+        self._placed: dict[str, tuple[np.ndarray, tuple[int | None, ...]]] = {}
+        self._names = frozenset(dataset.variables)
 
     def __contains__(self, name: str) -> bool:
-        return name in self.dataset.variables
+        return name in self._names
 
     def small(self, name: str) -> xr.DataArray:
         """Variable or coordinate `name` loaded whole; for everything that is not a field."""
         if name not in self._loaded:
             self._loaded[name] = self.dataset[name].load()
         return self._loaded[name]
+
+    def placed(self, name: str) -> tuple[np.ndarray, tuple[int | None, ...]]:
+        """The values of `small`, and the number of the axis that each dimension is, None if it is none.
+
+        Kept, as tables ask for some hundred numbers of each case, and xarray would take most of their time.
+        """
+        if name not in self._placed:
+            array = self.small(name)
+            axes = tuple(self.axes.index(str(d)) if d in self.axes else None for d in array.dims)
+            self._placed[name] = array.values, axes
+        return self._placed[name]
 
     def case(self, *index: int) -> CaseView:
         """The case at `index` (one integer per axis)."""
@@ -177,11 +190,8 @@ class CaseView:
 
     def at(self, name: str) -> np.ndarray:
         """Variable or coordinate `name` at this case; shape: that of its dimensions other than the grid's axes."""
-        array = self.grid.small(name)
-        return np.asarray(array.values[tuple(self._position(d) for d in array.dims)])
-
-    def _position(self, dim: object) -> int | slice:
-        return self.index[self.grid.axes.index(str(dim))] if dim in self.grid.axes else slice(None)
+        values, axes = self.grid.placed(name)
+        return np.asarray(values[tuple([slice(None) if axis is None else self.index[axis] for axis in axes])])
 
     @property
     def status(self) -> Status:

@@ -49,6 +49,10 @@ class GridPlan:
         """Index of every case, the last axis fastest."""
         return itertools.product(*(range(n) for n in self.shape))
 
+    def has(self, index: tuple[int, ...]) -> bool:
+        """Whether there is a case at `index`."""
+        return len(index) == len(self.shape) and all(0 <= i < n for i, n in zip(index, self.shape, strict=True))
+
     def parts(self, index: tuple[int, ...]) -> Parts:
         """The settings of the case at `index`."""
         parts = self.base
