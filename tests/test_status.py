@@ -448,6 +448,16 @@ def test_a_pressure_that_misses_its_proof_is_solved_further(monkeypatch: pytest.
     assert result.scalars["products_normal"] > unpolished.scalars["products_normal"]
 
 
+def test_slip_of_cells_under_hardly_any_pressure_is_solved_further() -> None:
+    """Eight cells bear 3e-5 of the largest pressure: which way they slip needs four more digits of all tractions."""
+    layer = Layer(772308.6, 0.3, 0.05621920215857782)
+    mesh, creepage = Mesh((2.0, 2.0), (12, 12)), Creepage(longitudinal=0.00170303)
+    result = solve_scene(Scene(Material(210000.0, 0.3), RADIUS, 100.0, mesh, (layer,), friction=1.0, creepage=creepage))
+    assert result.status == Status.SOLVED, result.reason
+    p = result.fields["pressure"]
+    assert ((p > 0.0) & (p < 1e-4 * p.max())).sum() == 8
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_proof_catches_a_wrong_slip_by_pressure(monkeypatch: pytest.MonkeyPatch, way: Discretisation) -> None:
     """What the solver takes for the slip by pressure, 1 % too large: the proof finds its own."""
