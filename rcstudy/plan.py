@@ -235,7 +235,7 @@ def plan_report(study: Study) -> str:
             f"(cells/{MANY_CELLS:.0f})^{BY_MANY_CELLS:g}; full coupling counts {FULL_COUPLING_FACTOR:g} times, "
             f"paper-cg {PAPER_CG_FACTOR:g} times. Starting up and compiling are extra. Files assume that fields take "
             "next to no room outside of the contact, whose size is estimated: all within some factor of 2 (times on "
-            "very few cells are less).",
+            "very few cells may be a third).",
             _WIDTH,
         ),
     ]
