@@ -10,13 +10,16 @@ from collections import deque
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import workers
+import xarray as xr
 
 from rcstudy import sweep
 from rcstudy.__main__ import workers_wanted
 from rcstudy.cases import expand
 from rcstudy.errors import UserError
+from rcstudy.progress import Silent
 from rcstudy.result import Status
 from rcstudy.study import study_from_text
 from rcstudy.workers import pool
@@ -169,6 +172,25 @@ def test_scenes_to_warm_up_with_are_solved_one_by_one(batches, tmp_path, monkeyp
         those.prepare(workers.notes_groups, [scene, replace(scene, coupling="full")])
         assert len(list(those.solve(batches[1:2], 1, workers.notes_groups))) == 3
     assert {path.name for path in tmp_path.iterdir()} == {"1 one-way", "1 full", "3 one-way"}
+
+
+def test_workers_of_a_sweep_that_was_broken_off_solve_as_the_next_one_asks(tmp_path):
+    """They went on as the first had told them: the second cube had no fields, and no case of it counted as failed."""
+
+    class Ends(Silent):
+        def advance(self, *, failed):
+            raise RuntimeError("broken off")
+
+    without_fields = study_from_text(f"{STUDY}outputs: {{fields: false}}\n", "pool.yaml")
+    study, two = study_from_text(STUDY, "pool.yaml"), {"workers": 2, "solve": workers.slowly}
+    with pool.Pool() as those:
+        with pytest.raises(RuntimeError, match="broken off"):
+            sweep.run(without_fields, tmp_path / "1.nc", processes=those, progress=Ends(), **two)
+        assert those._workers
+        done = sweep.run(study, tmp_path / "2.nc", processes=those, **two)
+    assert (done.cases, done.failed) == (24, 0)
+    with xr.open_dataset(tmp_path / "2.nc") as cube:
+        assert np.isfinite(cube.pressure).all()
 
 
 @pytest.mark.parametrize(

@@ -117,7 +117,7 @@ class Pool:
 
         That loads the kernels that others will use.
         """
-        self._solve = solve
+        self._take(solve)
         self._tell_all()
         message = ForkingPickler.dumps((scenes, None))
         for worker in self._workers:
@@ -141,8 +141,8 @@ class Pool:
         `tell` gets a line on each worker that dies.
         Raises UserError when worker processes do not start.
         """
+        self._take(solve)
         self._waiting, self._next = deque(list(batch) for batch in batches), None
-        self._solve = solve
         self.start(min(workers, len(self._waiting)))
         self._give_all()
         while self._waiting or any(worker.batches for worker in self._workers):
@@ -165,6 +165,13 @@ class Pool:
                 yield from solved
             self.start(min(workers, len(self._workers) + len(self._waiting)))
             self._give_all()
+
+    def _take(self, solve: Solve) -> None:
+        """Have `solve` solve from now on. Workers that were told another, and may still be at it, are replaced."""
+        if self._solve not in (None, solve):
+            self.stop()
+            self._deaths.clear()
+        self._solve = solve
 
     def _start(self) -> None:
         if not may_start():
