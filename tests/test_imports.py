@@ -101,7 +101,7 @@ OUTSIDE |= {"itertools", "math", "operator", "threading", "typing"}
 # Files are of compiled kernels only, which are kept on the disk; imports by name only those that are put off.
 OUTSIDE_OF = {
     "collecting.py": {"contextlib", "gc"},
-    "jit.py": {"contextlib", "fcntl", "hashlib", "logging", "os", "pathlib", "pickle", "time"},
+    "jit.py": {"contextlib", "fcntl", "hashlib", "logging", "os", "pathlib", "pickle", "sys", "time"},
     "later.py": {"contextlib", "importlib", "sys", "types"},
     "turns.py": {"contextlib", "os"},
 }

@@ -104,6 +104,41 @@ def test_machine_code_of_an_earlier_version_is_never_taken_for_that_of_the_index
         now.give_back()
 
 
+MADE = """
+import sys
+import numpy as np
+from rcstudy.mechanics import jit
+jit._FLAGS.update(fastmath="fastmath" in sys.argv)
+if "llvmlite" in sys.argv:
+    sys.modules["llvmlite"].__version__ = "0.1"
+from rcstudy.mechanics.kernels.arrays import norm2
+assert norm2(np.ones((2, 2))) == 2.0
+print(sum(norm2.stats.cache_misses.values()))
+"""
+
+
+@compiled
+def test_machine_code_that_was_made_otherwise_is_compiled_anew(tmp_path):
+    """With NUMBA_OPT=0, once, all later runs took seven times as long; trying fastmath left its rounding behind."""
+    misses = []
+    for arguments, settings in (
+        ([], {}),
+        ([], {}),
+        (["fastmath"], {}),
+        (["llvmlite"], {}),
+        ([], {}),
+        ([], {"NUMBA_OPT": "0"}),
+        ([], {}),
+        ([], {"NUMBA_BOUNDSCHECK": "1"}),
+        ([], {"NUMBA_DEBUGINFO": "1"}),
+    ):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), **settings}
+        command = [sys.executable, "-c", MADE, *arguments]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=120)
+        misses.append(int(done.stdout))
+    assert misses == [1, 0, 1, 1, 1, 1, 1, 1, 1]
+
+
 def test_a_turn_is_held_until_it_has_been_given_back_as_often_as_taken(tmp_path):
     outer, other = jit._CompileLock(str(tmp_path)), jit._CompileLock(str(tmp_path))
     assert outer.take()

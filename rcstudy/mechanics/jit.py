@@ -4,8 +4,9 @@
 ``cache`` keeps the machine code between processes. Numba recompiles a kernel only if its own file has changed; kernels
 never call kernels in another file, so an edited callee cannot leave a stale caller in the cache. Numba does not check
 its cache files. Here each has a checksum, and a damaged file counts as missing; a file that cannot be written is left
-out. If several processes miss the same kernel, one compiles it and the others wait. Where Numba finds no folder that
-can be written to, every process compiles what it needs, and says so.
+out. Code made with other flags, other settings of Numba (NUMBA_OPT) or by another llvmlite counts as missing, too,
+which Numba does not see to. If several processes miss the same kernel, one compiles it and the others wait. Where Numba
+finds no folder that can be written to, every process compiles what it needs, and says so.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import hashlib
 import logging
 import os
 import pickle
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -34,6 +36,9 @@ _DIGEST = hashlib.sha256().digest_size
 _FORMAT = b"2"  # part of the checksum: files that other versions of this module have written otherwise count as damaged
 _PATIENCE = 60.0  # seconds to wait for another process to compile a kernel, before compiling it here as well
 _POLL_SECONDS = 0.1  # seconds between two attempts to load it meanwhile
+_FLAGS: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
+# Numba's settings that change machine code, as the environment variables NUMBA_... have them
+_SETTINGS = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "USING_SVML")
 
 
 class _CompileLock:
@@ -232,18 +237,20 @@ def _tell_that_nothing_is_kept() -> None:
 
 def jit(function: F) -> F:
     """Compile `function` in nopython mode, cached on disk, with strict IEEE arithmetic, releasing the GIL."""
-    flags: dict[str, Any] = {"nogil": True, "fastmath": False, "error_model": "numpy"}
     try:
-        compiled: Any = numba.njit(cache=True, **flags)(function)
+        compiled: Any = numba.njit(cache=True, **_FLAGS)(function)
     except RuntimeError:  # neither NUMBA_CACHE_DIR nor the package's folder nor the user's can be written to
         _tell_that_nothing_is_kept()
-        compiled = numba.njit(**flags)(function)
+        compiled = numba.njit(**_FLAGS)(function)
     cache = getattr(compiled, "_cache", None)
     if type(cache) is FunctionCache:
         cache.__class__ = _Quick
     files = getattr(cache, "_cache_file", None)
     if type(files) is IndexDataCacheFile:
         files.__class__ = _CheckedFiles
+        settings = [getattr(numba.config, name, None) for name in _SETTINGS]
+        llvmlite = sys.modules["llvmlite"].__version__  # Numba has imported it, and takes any of a series
+        files._version = repr((files._version, llvmlite, sorted(_FLAGS.items()), settings))
     if hasattr(compiled, "compile"):  # not with the JIT disabled
         compiled.compile = _in_turn(compiled.compile, files if isinstance(files, _CheckedFiles) else None)
     return cast(F, compiled)
