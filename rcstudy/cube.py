@@ -313,7 +313,7 @@ def to_dataset(scene: Scene, result: Result) -> xr.Dataset:
         if name not in CENTRE_ATTRS:
             value = values.get(str(name))
             data[name] = variable.values.copy() if value is None else np.asarray(value, dtype=variable.dtype)
-    filled = blank.copy(data=data)
+    filled = blank.copy(deep=True, data=data)  # else all results of a mesh share indexes, and their names
     filled.attrs[REFERENCES] = listed(behind([scene]))
     return filled
 

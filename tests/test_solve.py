@@ -74,7 +74,7 @@ def test_scalars_without_an_estimate_are_no_result(
 def test_pressures_are_solved_further_only_if_that_converges(
     converged: bool, edge: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ten times as far, twice, and within the window; what each took counts."""
+    """Ten times as far, four times, and within the window; what each took counts."""
     contact = solve_normal(SCENE)
     asked = []
 
@@ -87,8 +87,8 @@ def test_pressures_are_solved_further_only_if_that_converges(
     polished, _ = solve._polished_pressure(contact, SCENE)
     taken = converged and not edge
     assert (polished.solution is contact.solution) != taken
-    assert asked == pytest.approx([1e-8, 1e-9] if taken else [1e-8])
-    assert polished.solution.products == contact.solution.products + (10 if taken else 0)
+    assert asked == pytest.approx([1e-8, 1e-9, 1e-10, 1e-11] if taken else [1e-8])
+    assert polished.solution.products == contact.solution.products + (20 if taken else 0)
 
 
 @pytest.mark.parametrize(("attainable", "status"), [(2.0, Status.REFUSED), (0.5, Status.NOT_CONVERGED)])
