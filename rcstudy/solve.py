@@ -19,7 +19,7 @@ from rcstudy.mechanics.coupled import solve_coupled
 from rcstudy.mechanics.jit import seconds_of_compiling
 from rcstudy.mechanics.kernels import arrays
 from rcstudy.mechanics.layered import BeyondRounding
-from rcstudy.mechanics.normal import initial_gap, solve_pressure
+from rcstudy.mechanics.normal import estimated_contact, initial_gap, solve_pressure
 from rcstudy.mechanics.proof import failures, prove_normal, prove_rolling, slips
 from rcstudy.mechanics.rolling import UNSETTLED, RollingSolution, within
 from rcstudy.mechanics.scene import Creepage, Scene
@@ -263,6 +263,7 @@ def _hidden(
     beta = abs(contact.influence.slip_by_pressure_over_tractions)  # Dundurs' constant
     hidden = hidden._replace(
         unsettled=rolling.unsettled,
+        stiffer_across=contact.influence.stiffer_across(math.sqrt(math.prod(estimated_contact(scene)))),
         slip=unseen,
         least_slip=least_over_largest(slip),
         largest_slip=float(np.hypot(*slip.T).max(initial=0.0)),

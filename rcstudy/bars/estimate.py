@@ -57,7 +57,8 @@ _ASYMMETRY = 0.15
 # Largest error of forces by a small creepage, over the force, about, that it causes where all sticks. (Of 600 forces
 # across and moments of 300 random contacts under lateral creepage and spin of 1e-6 to 0.03 times the others none is off
 # by more than half of that force, some on one to four cells by more than twice; bars are up to 1e5 times the error
-# without it.)
+# without it. That force follows from how far bodies yield to pressure; plates yield up to thousands of times less to
+# tractions, so it is more by `Hidden.stiffer_across` there.)
 _STICKING = 4.0
 _ROUNDING = 1e-9
 _BY_FRICTION = {"friction_power", "force_x", "force_y", "moment_z"}
@@ -172,6 +173,7 @@ class _Case:
         if not self.scene.moves_by_pressure or force == 0.0:
             return 1.0
         sticking = few.sticking_force(self.scene, self.finest["contact_radius"], self.fastest)
+        sticking *= max(1.0, self.hidden.stiffer_across / _STICKING)
         return math.pow(min(1.0, _BY_CREEPAGE * sticking / force), _FALLING)
 
     def by_meshes(self, name: str, fit: Fit, values: Sequence[float]) -> float:
@@ -234,7 +236,8 @@ class _Case:
             return math.inf
         radius = self.finest["contact_radius"]  # of contacts smaller than a cell far too large
         smaller = min(radius, math.sqrt(math.prod(estimated_contact(self.scene))))
-        sticking = _STICKING * few.sticking_force(self.scene, smaller, slip) * (radius if name == "moment_z" else 1.0)
+        most = max(_STICKING, self.hidden.stiffer_across)
+        sticking = most * few.sticking_force(self.scene, smaller, slip) * (radius if name == "moment_z" else 1.0)
         return sticking + self.tolerance(name) + _ASYMMETRY * self.hidden.unsettled * abs(self.scales[name])
 
     def tolerance(self, name: str) -> float:

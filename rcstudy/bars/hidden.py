@@ -22,6 +22,8 @@ class Hidden(NamedTuple):
 
     # deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`)
     unsettled: float = 0.0
+    # compliance to pressure over that to tractions, at waves of the contact's size: 1 on half-spaces, more under plates
+    stiffer_across: float = 1.0
     # area that layers too thin for the cells add to the contact (negative: take from it), over the contact's
     # (`AlignedContact.area_by_layers`)
     by_layers: float = 0.0

@@ -215,8 +215,12 @@ class AlignedContact(NormalContact):
     @cached_property
     def operator(self) -> SlipOperator:
         """The slip operator of the moved rows, for the cells along x that these occupy (`MovedRows.reach`)."""
+        return self.operator_on(0.0)
+
+    def operator_on(self, foundation: float) -> SlipOperator:
+        """As that of :class:`NormalContact`, of the moved rows."""
         leading, part = self._cross_slip_terms
-        operator = SlipOperator.of(self.influence, self.rows.reach, sharp=True)
+        operator = SlipOperator.of(self.influence, self.rows.reach, sharp=True, foundation=foundation)
         return operator.moved(self._phase, self.cells_of_operator, leading, part)
 
     @cached_property

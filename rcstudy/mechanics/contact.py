@@ -47,6 +47,7 @@ from rcstudy.mechanics.subcell.cusps import Cusps, difference, pressure_at_borde
 from rcstudy.mechanics.subcell.slip_zone import SlipZone
 from rcstudy.mechanics.subcell.trailing import Ending
 from rcstudy.mechanics.subcell.unseen import Unseen
+from rcstudy.mechanics.yielding import FOUNDATIONS, LOOSE, TRIED, bend
 
 _AS_LARGE = 1e-9  # relative difference below which pressures count as equal
 # Distance up to which layers' contribution is tabulated (beyond, it would be extrapolated without a word), over the
@@ -212,7 +213,11 @@ class NormalContact:
     @property
     def operator(self) -> SlipOperator:
         """The operator that gives the slip due to tractions on the box."""
-        return SlipOperator.of(self.influence, self.box.shape)
+        return self.operator_on(0.0)
+
+    def operator_on(self, foundation: float) -> SlipOperator:
+        """The operator with the cells' own displacement raised by `foundation` times that (`yielding.py`)."""
+        return SlipOperator.of(self.influence, self.box.shape, foundation=foundation)
 
     @property
     def cells_of_operator(self) -> np.ndarray:
@@ -446,9 +451,17 @@ def solve_rolling(
             guess = within(interpolated + (neighbour.q - neighbour.interpolated), bound)
     elif guess is None and neighbour is not None:
         guess = neighbour.q
-    operator, cells = contact.operator, contact.cells_of_operator
+    cells = contact.cells_of_operator
     local = contact.local_slip(scene.friction)
-    rolling = solve_tractions(operator, cells, bound, w, tolerance, guess, contact.neighbours, local)
+    of_cells = contact.neighbours, local
+    tried = TRIED[contact.neighbours is not None] if bend(contact.influence, contact.box.shape) else None
+    rolling = solve_tractions(contact.operator, cells, bound, w, tolerance, guess, *of_cells, tried)
+    if not rolling.converged:
+        for foundation in FOUNDATIONS:
+            yielding = contact.operator_on(foundation)
+            found = solve_tractions(yielding, cells, bound, w, max(LOOSE, tolerance), guess, *of_cells)
+            rolling, guess = found.after(rolling), found.q
+        rolling = solve_tractions(contact.operator, cells, bound, w, tolerance, guess, *of_cells).after(rolling)
     rolling.coarser, rolling.interpolated = coarse, interpolated
     return rolling
 

@@ -158,6 +158,14 @@ class Influence:
         responses: np.ndarray = self._responses(alpha)[2:]
         return responses
 
+    def stiffer_across(self, radius: float) -> float:
+        """Compliance to pressure over that to tractions along the wave, for a contact of `radius` (mm).
+
+        1 on half-spaces, thousands under plates, which bend far more easily than they stretch.
+        """
+        normal, _, along, _ = self._responses(np.array([2.0 / radius]))[:, 0]
+        return float(normal / along)
+
     def _responses(self, alpha: np.ndarray) -> np.ndarray:
         """Frequency responses a, b, c, d [4, n] (mm/MPa) of both bodies together at `alpha` [n] (1/mm): `layered.py`.
 

@@ -42,6 +42,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import cycle
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,6 +61,8 @@ UNSETTLED = 1e-2
 """Largest error of tractions by the frozen correction of slip, over the sum of bounds, of a solution."""
 _LOOKS = 6  # such looks at a correction while it is worse than that, even if they do not help
 _HALVES = 12  # steps half the way to the updated correction thereafter; 45 of 46 long contacts took 1 to 7
+_ROUND = 1e-2  # relative difference of two such errors from which on looks go round
+_SMALLEST = 1e-2  # part of the way to the updated correction, after which no less is tried
 _LARGEST = 1e30  # largest d of the preconditioner, over `SHIFT` b
 _WEIGHT = 2.0  # of the residual mu p - n.q against slips; with 0.1 to 6 the number of products differs by a tenth
 
@@ -290,6 +293,7 @@ def solve_tractions(
     guess: np.ndarray | None = None,
     neighbours: np.ndarray | None = None,
     local: np.ndarray | None = None,
+    most_steps: int | None = None,
 ) -> RollingSolution:
     """Tractions, slips and slip flags of the cells in contact by Coulomb's law.
 
@@ -298,12 +302,12 @@ def solve_tractions(
     if given, the direction of slip is taken at the centres of slip cells, `local` [5, m] being the part of the slip
     that is known there (`centring.py`). The residual, to be less than `tolerance`, is ||q - Proj(q - rho s)|| over the
     smallest of ||q||, ||mu p|| and rho ||w||, 1/rho being the diagonal of B: tractions and slip are then right to about
-    that fraction of their own size.
+    that fraction of their own size. `most_steps`: of Newton's method, by default `_MAX_NEWTON`.
     """
     system = NewtonSystem(operator, cells, bound, w, neighbours, local)
     stop = traction_residual(tolerance, len(cells))
     state = _Tractions(system, guess, stop)
-    iterations = newton.solve(state, _MAX_NEWTON, _PATIENCE)
+    iterations = newton.solve(state, most_steps or _MAX_NEWTON, _PATIENCE)
     looks, unsettled = _look_again(state)
     residual = state.residual * stop
     # slip cells, also those that changed their state in the last step, miss the bound by no more than the residual
@@ -330,11 +334,20 @@ def _look_again(state: _Tractions) -> tuple[int, float]:
     solution.
     """
     steps, looks, before = 0, 0, np.inf
+    least: _Look | None = None
+    seen: list[float] = []
     while state.system.frozen_correction is not None and state.solved:
         unsettled = state.system.unsettled(state.q, state.s)
+        if least is None or unsettled < least.unsettled:
+            least = _Look(unsettled, state.q, state.s, state.system.frozen_correction)
         helps = _SETTLED < unsettled < 0.5 * before
         if not helps and not (unsettled > UNSETTLED and looks < _LOOKS + _HALVES):
-            return steps, unsettled
+            if unsettled <= UNSETTLED:
+                return steps, unsettled
+            break
+        if looks < _LOOKS and any(math.isclose(unsettled, other, rel_tol=_ROUND) for other in seen):
+            looks = _LOOKS  # looks go round
+        seen.append(unsettled)
         before = unsettled
         looks += 1
         if looks <= _LOOKS:
@@ -342,7 +355,40 @@ def _look_again(state: _Tractions) -> tuple[int, float]:
         else:
             state.go_halfway()
         steps += newton.solve(state, _MAX_NEWTON, _PATIENCE)
-    return steps, 0.0
+    if least is None or (state.solved and state.system.frozen_correction is None):
+        return steps, 0.0
+    more, unsettled = _approach(state, least)
+    return steps + more, unsettled
+
+
+class _Look(NamedTuple):
+    """A solution with a frozen correction, and the error of its tractions due to that."""
+
+    unsettled: float
+    q: np.ndarray
+    s: np.ndarray
+    frozen: np.ndarray
+
+
+def _approach(state: _Tractions, least: _Look) -> tuple[int, float]:
+    """Go from the `least` unsettled solution by ever smaller parts of the way, while it is worse than `UNSETTLED`.
+
+    Where a cell at the limit of stick and slip changes its state, the error jumps, and steps half the way go round. It
+    is least just before the jump. `state` is then the best solution; returns the number of Newton steps and its error.
+    """
+    steps, part = 0, 0.5
+    state.resume(least.q, least.s, least.frozen)
+    while least.unsettled > UNSETTLED and part >= _SMALLEST:
+        state.go_halfway(part)
+        steps += newton.solve(state, _MAX_NEWTON, _PATIENCE)
+        frozen = state.system.frozen_correction
+        unsettled = state.system.unsettled(state.q, state.s) if state.solved else np.inf
+        if frozen is not None and unsettled < least.unsettled:
+            least = _Look(unsettled, state.q, state.s, frozen)
+        else:
+            part *= 0.5
+            state.resume(least.q, least.s, least.frozen)
+    return steps, least.unsettled
 
 
 class _Tractions:
@@ -366,11 +412,17 @@ class _Tractions:
             self.system.centring.restart()
         self._take(self.q, self.s)
 
-    def go_halfway(self) -> None:
-        """Take the mean of the frozen correction and the one computed from the slip as the frozen one."""
+    def go_halfway(self, part: float = 0.5) -> None:
+        """Move the frozen correction half the way, or by `part` of it, to the one computed from the slip."""
         if self.system.centring is not None:
-            self.system.centring.go_halfway(self.s, self.system.slip)
+            self.system.centring.go_halfway(self.s, self.system.slip, part)
         self._take(self.q, self.s)
+
+    def resume(self, q: np.ndarray, s: np.ndarray, frozen: np.ndarray) -> None:
+        """Return to tractions `q` and slips `s` [m, 2] with this `frozen` correction."""
+        if self.system.centring is not None:
+            self.system.centring.frozen = frozen
+        self._take(q, s)
 
     def step(self, forcing: float) -> None:
         self._before = self.q

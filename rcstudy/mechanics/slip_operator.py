@@ -45,11 +45,21 @@ class SlipOperator:
     """
 
     @staticmethod
-    def of(influence: Influence, shape: tuple[int, int], *, sharp: bool = False) -> SlipOperator:
-        """The operator for a box of `shape`, made once for these coefficients; `sharp`: for moved rows (`moved`)."""
-        return influence.once(("slip", shape, sharp), lambda: SlipOperator(influence, shape, sharp=sharp))
+    def of(
+        influence: Influence, shape: tuple[int, int], *, sharp: bool = False, foundation: float = 0.0
+    ) -> SlipOperator:
+        """The operator for a box of `shape`, made once for these coefficients; `sharp`: for moved rows (`moved`).
 
-    def __init__(self, influence: Influence, shape: tuple[int, int], *, sharp: bool = False) -> None:
+        `foundation`: displacement of cells by their own traction that is added, over the one they have (`yielding.py`).
+        """
+        return influence.once(
+            ("slip", shape, sharp, foundation),
+            lambda: SlipOperator(influence, shape, sharp=sharp, foundation=foundation),
+        )
+
+    def __init__(
+        self, influence: Influence, shape: tuple[int, int], *, sharp: bool = False, foundation: float = 0.0
+    ) -> None:
         self.spacing = spacing = influence.spacing
         # displacements are needed one cell ahead as well; sharp: `point_factor` spreads them by one more
         padded = padded_shape((shape[0] + (2 if sharp else 1), shape[1]))
@@ -57,6 +67,9 @@ class SlipOperator:
         torus = good_length(shape[0] + (3 if sharp else 1)), good_length(shape[1] + 1)
         # the torus can be larger than the padded shape where the box is a single cell wide
         quadrant = influence.around((max(padded[0], torus[0]), max(padded[1], torus[1])), ahead=1)
+        if foundation > 0.0:
+            quadrant = quadrant.copy()
+            quadrant[[XX, YY], 0, 0] += foundation * quadrant[XX, 0, 0]
         coefficients = traction_quadrants(quadrant)
         # of own row: (A(0) - A(1))/dx, with A sharpened along x by (-1, 14, -1)/12 as by `point_factor`
         difference_of_row = (5.0 / 4.0, -4.0 / 3.0, 1.0 / 12.0) if sharp else (1.0, -1.0, 0.0)

@@ -18,7 +18,8 @@ from rcstudy.mechanics.turns import one_at_a_time
 _CELLS = 24
 _WIDER = 1.5  # width of the first window over the estimated contact, and of each window over the one that was too small
 _TURNS = 40  # largest number of iterations between pressure and lift by tractions: incompressible films need as many
-_ENOUGH = 1e-2  # change of that lift over the approach at which the iteration ends
+_ENOUGH = 1e-2  # change of that lift at which the iteration ends, over the approach or, if that is less,
+_GAPS = 4.0  # times the undeformed gap at the nearer edge: a fair part of the approach on half-spaces, not under plates
 _ROUNDING = 1e-9
 _CHECKED = 64  # largest number of cells along a side on which it is checked that a window holds the contact
 _WIDEST = 4.0  # largest width of a window that is tried, over that of the contact without friction
@@ -107,7 +108,9 @@ def _sliding_pressure(scene: Scene, along: int) -> np.ndarray:
         q[:, along] = scene.friction * contact.pressure
         change = contact.lift(q, whole) - lift
         touched = solution.p > 0.0
-        if np.ptp(change[touched]) <= _ENOUGH * solution.approach:
+        sides = gap[touched.any(axis=1)].min(axis=1), gap[:, touched.any(axis=0)].min(axis=0)
+        at_edges = min(float(np.ptp(side)) for side in sides)
+        if np.ptp(change[touched]) <= _ENOUGH * min(solution.approach, _GAPS * at_edges):
             break
         lift = mixing.following(lift, change, touched)
         solution = solve_pressure(scene, influence, gap + lift, solution.p)

@@ -15,7 +15,7 @@ import numpy as np
 
 from rcstudy.mechanics.influence import Influence
 
-_SOUND = 1e-5  # ratio of the smallest to the largest value above which a symbol is not corrected
+_SOUND = 1e-4  # ratio of the smallest to the largest value above which a symbol is not corrected
 _SHORT = 0.9  # fraction of the response; lower values of a symbol are due to the seam and are replaced
 _NODES = 400  # number in the table of the response, a smooth function of the logarithm of the wave number
 
