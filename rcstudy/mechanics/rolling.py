@@ -329,9 +329,9 @@ def _look_again(state: _Tractions) -> tuple[int, float]:
     """Resume a solution with a frozen correction of slip, recomputing that correction for as long as this helps.
 
     If it leaves more than `UNSETTLED`, that is done `_LOOKS` times even if it does not help. One correction may then
-    lead to another and that one back: steps half the way end this. Returns the number of Newton steps, and the error of
-    the tractions over the sum of bounds due to the frozen correction; 0 if that is not frozen any more or there is no
-    solution.
+    lead to another and that one back: steps half the way end this, or ever smaller ones from the best (`_approach`).
+    Returns the number of Newton steps, and the error of the tractions over the sum of bounds due to the frozen
+    correction; 0 if that is not frozen any more or there is no solution.
     """
     steps, looks, before = 0, 0, np.inf
     least: _Look | None = None
