@@ -6,7 +6,7 @@ import rcstudy
 from rcstudy.mechanics import contact
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.scene import Layer, Material
-from rcstudy.mechanics.yielding import bend, contrast
+from rcstudy.mechanics.yielding import bend
 
 SUBSTRATE = Material(210000.0, 0.3)
 LAYERS = [{"E": "Es", "nu": 0.3, "thickness": "0.1 a"}, {"E": "1e-4 Es", "nu": 0.44, "thickness": "0.6 a"}]
@@ -36,7 +36,8 @@ def test_contrast_of_layers() -> None:
         "film": (Layer(2100.0, 0.3, 0.1),),
         "plate": (Layer(210000.0, 0.3, 0.01), Layer(21.0, 0.3, 0.1)),
     }.items():
-        of[name] = contrast(Influence(SUBSTRATE, layers, None, (0.01, 0.01), 3.0), (64, 64))
+        influence = Influence(SUBSTRATE, layers, None, (0.01, 0.01), 3.0)
+        of[name] = influence.contrast((64, 64), influence.traction_responses)
     assert of["none"] == 1.0
     assert of["film"] < 3.0
     assert of["plate"] > 50.0

@@ -172,9 +172,13 @@ class _Case:
         force = self.scales["force_x"]
         if not self.scene.moves_by_pressure or force == 0.0:
             return 1.0
-        sticking = few.sticking_force(self.scene, self.finest["contact_radius"], self.fastest)
-        sticking *= max(1.0, self.hidden.stiffer_across / _STICKING)
+        sticking = self.sticking_force(self.finest["contact_radius"], self.fastest)
         return math.pow(min(1.0, _BY_CREEPAGE * sticking / force), _FALLING)
+
+    def sticking_force(self, radius: float, slip: float) -> float:
+        """Force (N), by a rigid `slip` (-) where all sticks, about: within `_STICKING` times it, also under plates."""
+        force = few.sticking_force(self.scene, radius, slip)
+        return force * max(1.0, self.hidden.stiffer_across / _STICKING)
 
     def by_meshes(self, name: str, fit: Fit, values: Sequence[float]) -> float:
         """Estimate from the `values` of a scalar on the meshes; from the number of cells if there is only one mesh."""
@@ -236,8 +240,7 @@ class _Case:
             return math.inf
         radius = self.finest["contact_radius"]  # of contacts smaller than a cell far too large
         smaller = min(radius, math.sqrt(math.prod(estimated_contact(self.scene))))
-        most = max(_STICKING, self.hidden.stiffer_across)
-        sticking = most * few.sticking_force(self.scene, smaller, slip) * (radius if name == "moment_z" else 1.0)
+        sticking = _STICKING * self.sticking_force(smaller, slip) * (radius if name == "moment_z" else 1.0)
         return sticking + self.tolerance(name) + _ASYMMETRY * self.hidden.unsettled * abs(self.scales[name])
 
     def tolerance(self, name: str) -> float:

@@ -158,6 +158,20 @@ class Influence:
         responses: np.ndarray = self._responses(alpha)[2:]
         return responses
 
+    def contrast(self, shape: tuple[int, int], response: Callable[[np.ndarray], np.ndarray]) -> float:
+        """How much more a long wave yields than a shorter one would on a half-space: 1 there, more under plates.
+
+        The `response` times alpha, constant on a half-space, is taken at wavelengths from 2 pi times the size of a box
+        of `shape` cells down to two cells, and the largest value at longer waves compared with each.
+        """
+        if not self.layered:
+            return 1.0
+        dx, dy = self.spacing
+        longest, shortest = max(shape[0] * dx, shape[1] * dy), min(dx, dy) / math.pi
+        alpha = np.exp(np.linspace(-math.log(longest), -math.log(shortest), 40))
+        compliance = response(alpha) * alpha
+        return float((np.maximum.accumulate(compliance, axis=-1) / compliance).max())
+
     def stiffer_across(self, radius: float) -> float:
         """Compliance to pressure over that to tractions along the wave, for a contact of `radius` (mm).
 

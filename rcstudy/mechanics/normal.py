@@ -156,18 +156,8 @@ def _on_box(scene: Scene, influence: Influence, box: Box, gap: np.ndarray, p: np
 
 
 def _bends(influence: Influence, shape: tuple[int, int]) -> bool:
-    """Whether the bodies resist short waves so much more than long ones that their layers bend like plates.
-
-    The compliance times alpha, constant on a half-space, is taken at wavelengths from 2 pi times the size of a box of
-    `shape` cells down to two cells, and each value is compared with the largest one at longer waves.
-    """
-    if not influence.layered:
-        return False
-    dx, dy = influence.spacing
-    longest, shortest = max(shape[0] * dx, shape[1] * dy), min(dx, dy) / math.pi
-    alpha = np.exp(np.linspace(-math.log(longest), -math.log(shortest), 40))
-    compliance = influence.normal_response(alpha) * alpha
-    return float((np.maximum.accumulate(compliance) / compliance).max()) > _PLATE
+    """Whether layers bend like plates under pressure, on a box of `shape` cells."""
+    return influence.contrast(shape, influence.normal_response) > _PLATE
 
 
 def _conjugate_gradients(

@@ -10,10 +10,6 @@ first, then stiffer and stiffer, and then there are none; each solution, a loose
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from rcstudy.mechanics.influence import Influence
 
 LOOSE = 0.05
@@ -30,18 +26,4 @@ _PLATE = 5.0  # tangential compliance to long waves over that to short ones from
 
 def bend(influence: Influence, shape: tuple[int, int]) -> bool:
     """Whether layers bend like plates under tractions, on a box of `shape` cells."""
-    return influence.once(("yields", shape), lambda: contrast(influence, shape) > _PLATE)
-
-
-def contrast(influence: Influence, shape: tuple[int, int]) -> float:
-    """Largest ratio of the compliance to tractions times alpha, constant on half-spaces, of a wave to a shorter one.
-
-    Wavelengths are from 2 pi times the size of a box of `shape` cells down to two cells (as in `normal._bends`).
-    """
-    if not influence.layered:
-        return 1.0
-    dx, dy = influence.spacing
-    longest, shortest = max(shape[0] * dx, shape[1] * dy), min(dx, dy) / math.pi
-    alpha = np.exp(np.linspace(-math.log(longest), -math.log(shortest), 40))
-    compliance = influence.traction_responses(alpha) * alpha
-    return float((np.maximum.accumulate(compliance, axis=1) / compliance).max())
+    return influence.once(("yields", shape), lambda: influence.contrast(shape, influence.traction_responses) > _PLATE)
