@@ -57,6 +57,12 @@ def test_nothing_is_done_for_a_solved_state_and_no_more_than_allowed() -> None:
     assert endless.residual == 9.0
 
 
+def test_steps_end_where_the_state_is_lost() -> None:
+    state = Scripted(9.0, [(90.0, {}), (900.0, {}), (0.5, {})])
+    assert newton.solve(state, 10, 5, lambda: state.residual > 100.0) == 2
+    assert state.residual == 900.0
+
+
 def test_nothing_is_done_once_the_residual_is_not_a_number() -> None:
     assert newton.solve(Scripted(math.nan, []), 10, 5) == 0
     assert newton.solve(Scripted(9.0, [(math.nan, {})]), 10, 5) == 1

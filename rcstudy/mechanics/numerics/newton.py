@@ -5,6 +5,7 @@ Used for tractions alone (`rolling.py`) and for pressure and tractions together 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -34,8 +35,10 @@ class State(Protocol):
         """Return to the iterate before the last full step and take the part `length`, up to 1, of that step."""
 
 
-def solve(state: State, max_steps: int, patience: int) -> int:
+def solve(state: State, max_steps: int, patience: int, lost: Callable[[], bool] = lambda: False) -> int:
     """Run Newton's method from `state` until it is solved, or for `max_steps` steps; returns the number of steps.
+
+    It is given up as soon as it is `lost`.
 
     Full steps are taken as long as the residual falls by a tenth within `patience` steps. After that a step that does
     not reduce the residual is halved until it does, which breaks cycles of active sets. If no length reduces it, the
@@ -45,7 +48,7 @@ def solve(state: State, max_steps: int, patience: int) -> int:
     gains = Patience(patience - 1, 0.9)  # one less: the step about to be taken counts, too
     while not state.solved and steps < max_steps:
         residual = state.residual
-        if np.isnan(residual):
+        if np.isnan(residual) or lost():
             break
         nowhere = gains.exhausted(residual)
         state.step(forcing_term(residual, previous))
