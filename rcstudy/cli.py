@@ -28,6 +28,7 @@ from rcstudy.errors import (
     is_folder_gone,
 )
 from rcstudy.options import any_path, cube_path, output_path, shard_of, values_of_axes
+from rcstudy.storage.steady import interrupts_remembered
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,7 +72,8 @@ def _guarded(command: Callable[_P, int | None]) -> Callable[_P, None]:
     @functools.wraps(command)
     def run(*args: _P.args, **kwargs: _P.kwargs) -> None:
         try:
-            code = command(*args, **kwargs)
+            with interrupts_remembered():  # kernels are loaded also where windows are fitted, before anything is solved
+                code = command(*args, **kwargs)
         except UserError as error:
             print(error, file=sys.stderr)
             code = EXIT_BAD_INPUT
@@ -203,6 +205,9 @@ def sweep(
     except sweeping.Interrupted as interrupt:
         there = f"{target} is as it was" if target.exists() else f"{target} was not written"
         _say(f"interrupted: {there}; {interrupt}: rerun the same command to resume")
+        return EXIT_INTERRUPTED
+    except KeyboardInterrupt:  # while the study, or what is solved already, was being read
+        _say("interrupted: rerun the same command to resume")
         return EXIT_INTERRUPTED
     return _outcome(done, "" if shard is None else f"shard {shard}: ")
 

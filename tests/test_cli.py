@@ -334,6 +334,23 @@ def test_a_study_that_is_refused_leaves_no_workers(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["bad.yaml"]
 
 
+def test_ctrl_c_while_kernels_are_loaded_to_read_a_study(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Windows are fitted by solving pressures: LLVM, interrupted in a callback, left half a kernel and a traceback."""
+    place: dict[str, Any] = {"__name__": "llvmlite.made_up", "signal": signal, "time": time, "steps": []}
+    exec("def load():\n    signal.raise_signal(signal.SIGINT)\n    time.sleep(0.1)\n    steps.append('done')\n", place)
+    monkeypatch.setattr("rcstudy.study.load_study", lambda path: (place["load"](), time.sleep(5.0)))
+    done = run("plan", "quick.yaml")
+    assert (done.exit_code, done.stderr, place["steps"]) == (EXIT_INTERRUPTED, "interrupted\n", ["done"])
+
+
+def test_ctrl_c_before_a_sweep_solves_says_how_to_resume(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Large studies, and cubes with many solved cases, are read for seconds."""
+    monkeypatch.setattr("rcstudy.sweep._left", Mock(side_effect=KeyboardInterrupt))
+    done = run("sweep", "quick.yaml", "--workers", "1")
+    assert (done.exit_code, done.stderr) == (EXIT_INTERRUPTED, "interrupted: rerun the same command to resume\n")
+    assert [entry.name for entry in folder.iterdir()] == ["quick.yaml"]
+
+
 def test_ctrl_c_inside_text_that_is_executed(folder: Path) -> None:
     """As when dataclasses are made: CPython then forgets that it was dealt with, and `python -m` dies of SIGINT."""
     (folder / "sitecustomize.py").write_text(
