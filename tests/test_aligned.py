@@ -731,10 +731,10 @@ def test_what_is_added_to_the_slip_moves_half_the_way():
     neighbours, slip = np.array([[1, 2, 2], [0, 0, 1]]), np.ones(3, dtype=bool)
     centring = Centring(neighbours)
     s, frozen = np.array([0.7, 0.4]) + 0.1 * rng.normal(size=(3, 2)), rng.normal(size=(3, 2))
-    centring.go_halfway(s, slip)
+    centring.go_part(s, slip, 0.5)
     assert centring.frozen is None
     centring.frozen = frozen
-    centring.go_halfway(s, slip)
+    centring.go_part(s, slip, 0.5)
     mean = 0.5 * (frozen + slip_at_centres(s, slip, neighbours) - s)
     np.testing.assert_allclose(centring.frozen, mean, rtol=1e-12, atol=1e-15)
 

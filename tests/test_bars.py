@@ -215,11 +215,11 @@ def test_nothing_makes_what_is_none_by_symmetry_uncertain() -> None:
 
 @pytest.mark.heavy
 def test_forces_that_are_none_by_symmetry_on_unsettled_slip() -> None:
-    """Directions that do not settle leave some, 91 times what the tolerance does."""
+    """Directions that do not settle leave some, 300 times what the tolerance does."""
     mesh = Mesh((0.2727652513510823, 0.012065577596375582), (42, 130))
     body = Material(1e5, 0.5)
     scene = Scene(body, (50.0, 0.3643496887317197), 0.43294664099926505, mesh, friction=0.3079643558316496)
-    scene = replace(scene, discretisation="aligned", creepage=Creepage(spin=0.050326117927040365))
+    scene = replace(scene, discretisation="aligned", creepage=Creepage(spin=0.045))
     found = solved(replace(scene, tolerance=Tolerance(1e-7, 1e-7))).scalars
     none = 1e-7 * scene.friction * scene.load
     assert 20.0 * none < abs(found["force_x"]) < found["force_x_error"] < 2000.0 * none

@@ -502,7 +502,7 @@ def test_a_contact_that_did_not_converge_is_not_refused_for_its_window(monkeypat
 
     monkeypatch.setattr(CoupledSystem, "solve", astray)
     monkeypatch.setattr(coupled, "coarser_scene", lambda scene, level: None)
-    turned = SimpleNamespace(box=Box(0, 9, 0, 9), settled=False, turns=1, products=0, converged=False)
+    turned = SimpleNamespace(box=Box(0, 9, 0, 9), turns=1, products=0, converged=False)
     monkeypatch.setattr(coupled, "_in_turn", lambda *args: SimpleNamespace(stress=args[2], **vars(turned)))
     monkeypatch.setattr(coupled, "solve_by_turns", lambda *args: turned)
     contact, _ = solve_coupled(BALL)
@@ -526,7 +526,7 @@ def test_products_of_turns_are_those_of_pressures_and_tractions(monkeypatch: pyt
     stress = np.stack([*np.zeros((2, 9, 9)), solve_normal(scene).solution.p])
     for name in ("solve_pressure", "solve_rolling"):
         monkeypatch.setattr(coupled, name, counted(getattr(coupled, name)))
-    *_, turns, products = coupled._in_turn(scene, influence_of(scene), stress, 1e9)
+    *_, turns, products = coupled._in_turn(scene, influence_of(scene), stress)
     assert (len(spent), min(spent) > 0) == (2 * turns, True)
     assert products == sum(spent)
 
@@ -575,33 +575,6 @@ def test_the_last_turn_may_settle(monkeypatch: pytest.MonkeyPatch) -> None:
     for most, settles in ((needed, True), (needed - 1, False)):
         monkeypatch.setattr(aligned_coupled, "_MAX_TURNS", most)
         assert (aligned_coupled._turns(scene, influence_of(scene), began).error == 0.0) == settles
-
-
-def test_turns_that_get_nowhere_end_under_the_lift_that_left_the_least_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ones that bounce between two sets of slip cells took all 50 turns, and ended wherever they were then."""
-    scene = replace(BALL, discretisation="aligned")
-    began = aligned_coupled._from_own_cells(scene, influence_of(scene))
-    assert isinstance(began, aligned_coupled._State)
-    told: list[float] = []
-    lifts: list[np.ndarray] = []
-    following = aligned_coupled._following
-
-    def bouncing(state: Any, change: np.ndarray) -> float:
-        told.append(0.01 if len(told) == 4 else 0.02 + 0.01 * (len(told) % 2))
-        return told[-1]
-
-    def noted(
-        scene: Scene, influence: Influence, state: Any, lift: np.ndarray, tolerance: Tolerance, *more: Any
-    ) -> Any:
-        lifts.append(lift)
-        return following(scene, influence, state, lift, tolerance, *more)
-
-    monkeypatch.setattr(aligned_coupled._State, "error", bouncing)
-    monkeypatch.setattr(aligned_coupled, "_following", noted)
-    end = aligned_coupled._turns(scene, influence_of(scene), began)
-    assert len(lifts) == 5 + aligned_coupled._PATIENCE
-    assert lifts[-1] is lifts[3]
-    assert end.error == told[-1]
 
 
 @pytest.mark.heavy

@@ -111,33 +111,26 @@ def test_slip_is_looked_at_again_while_that_halves_what_is_unsettled(
     assert rolling._look_again(state) == (4 * looks, left)
 
 
-_LOOKS = [0.03, 0.031, 0.032, 0.033, 0.034, 0.035, 0.036]
-
-
 @pytest.mark.parametrize(
-    ("unsettled", "looks", "halves", "left"),
+    ("unsettled", "looks", "parts", "left"),
     [
-        ([*_LOOKS, 0.018, 0.0095], 6, 2, 0.0095),
-        ([*_LOOKS, 0.012, 0.005, 0.002, 0.0015], 6, 4, 0.0015),
-        ([0.03, 0.03, 0.018, 0.0095], 1, 2, 0.0095),
-        ([*_LOOKS, *[0.04] * 20], 6, 12 + 6, 0.03),
-        ([*_LOOKS, *[0.04] * 11, 0.011, 0.02, 0.012, 0.009], 6, 12 + 3, 0.009),
+        ([0.03, 0.031, 0.018, 0.0095], 1, [0.5, 0.5], 0.0095),
+        ([0.03, 0.014, 0.0069, 0.008], 3, [], 0.008),
+        ([0.03, 0.031, *[0.04] * 20], 1, [0.5**k for k in range(1, 7)], 0.03),
+        ([0.03, 0.031, 0.02, 0.021, 0.012, 0.013, 0.009], 1, [0.5, 0.5, 0.25, 0.25, 0.125], 0.009),
     ],
 )
-def test_slip_is_moved_half_the_way_where_looking_again_gets_nowhere(
-    unsettled: list[float], looks: int, halves: int, left: float, monkeypatch: pytest.MonkeyPatch
+def test_slip_is_moved_part_of_the_way_where_looking_again_gets_nowhere(
+    unsettled: list[float], looks: int, parts: list[float], left: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """After six looks, or two that are alike, that leave more than a hundredth of the bounds; for as long as they do.
-
-    Or that helps. After twelve steps half the way ever smaller ones are taken, from the best.
-    """
-    looked: list[str] = []
+    """Where that leaves more than a hundredth of the bounds: half of it, from the best, less if this is no better."""
+    looked: list[float] = []
     system = SimpleNamespace(frozen_correction=0.0, unsettled=lambda q, s: unsettled[len(looked)])
     state: Any = SimpleNamespace(system=system, solved=True, q=None, s=None, resume=lambda *_: None)
-    state.look_again, state.go_halfway = lambda: looked.append("look"), lambda *_: looked.append("half")
+    state.look_again, state.go_part = lambda: looked.append(1.0), looked.append
     monkeypatch.setattr(newton, "solve", lambda *_: 4)
     steps, reached = rolling._look_again(state)
-    assert looked == ["look"] * looks + ["half"] * halves
+    assert looked == [1.0] * looks + parts
     assert (steps, reached) == (4 * len(looked), left)
 
 

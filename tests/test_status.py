@@ -136,7 +136,7 @@ def test_pressure_short_of_its_tolerance_is_not_converged(monkeypatch: pytest.Mo
 
 
 def test_tolerance_of_the_pressure_below_rounding_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without a step; where a tolerance might be met by luck, once the residual has stopped falling."""
+    """Without a step; where a tolerance might be met by luck, after as many as are allowed."""
     # on few cells the gaps end equal to the last bit, and the residual 0
     for tolerance, hopeless in ((1e-30, normal.LEAST_TOLERANCE), (-1e-30, -1.0)):
         scene = replace(SCENE, tolerance=Tolerance(tolerance, 1e-7))
@@ -155,7 +155,7 @@ def test_tolerance_of_the_pressure_below_rounding_is_refused(monkeypatch: pytest
             assert solution.iterations == 0
         else:
             assert solution.residual < 30.0 * solution.attainable
-            assert 30 < solution.iterations < 400
+            assert solution.iterations == normal._MAX_ITERATIONS
 
 
 @pytest.mark.heavy

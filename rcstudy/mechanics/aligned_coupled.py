@@ -14,10 +14,9 @@ At high friction turns gain less. Plain substitution may converge slowly or osci
 combination of the last ones (`mixing.py`). It may also alternate for ever between two sets of cells in contact, as the
 rows move with them. The positions of the rows are therefore frozen after `_MOVING` turns, once these come near. The
 pressure on the frozen rows then depends linearly on that of the mesh's own cells. A border cell may still alternate
-between two states: where a turn gains next to nothing, `LARGEST_ERROR` suffices. If errors do not
-become smaller for `_PATIENCE` turns, a last one is taken under the lift that left the least. If turns from the coarser
-mesh's solution do not settle, they start again from that on the mesh's own cells. If they do not settle then, the
-nearer end of both is kept, and the proof reports it.
+between two states: where a turn gains next to nothing, `LARGEST_ERROR` suffices. If turns from the coarser mesh's
+solution do not settle, they start again from that on the mesh's own cells. If they do not settle then, the nearer end
+of both is kept, and the proof reports it.
 """
 
 from __future__ import annotations
@@ -34,7 +33,6 @@ from rcstudy.mechanics.coupled import from_coarser, solve_coupled
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.normal import initial_gap, solve_pressure
 from rcstudy.mechanics.numerics.mixing import Mixing
-from rcstudy.mechanics.numerics.patience import Patience
 from rcstudy.mechanics.rolling import RollingSolution
 from rcstudy.mechanics.scene import Scene, Tolerance
 
@@ -43,7 +41,6 @@ from rcstudy.mechanics.scene import Scene, Tolerance
 _START = 1e-4  # tolerance of pressure and tractions on the mesh's own cells
 _FIRST = 1e-2  # tolerance of the first tractions on aligned cells
 _MAX_TURNS = 50  # most turns, from either start
-_PATIENCE = 12  # turns without an error a tenth smaller, after which one more is the last: 9 at most if they settle
 _MOVING = 5  # turns after which the positions of the rows are frozen, as soon as the error is at most
 _NEAR = 0.2  # or after
 _LONGEST = 10  # turns, whatever the error
@@ -159,22 +156,15 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> _End:
     began_without = not state.lift.any()
     mixing, error, tolerance = Mixing(), np.inf, own
     resting: AlignedContact | None = None  # contact whose row positions are kept
-    nearest, least = state.lift, np.inf  # the lift that has left the least error, and that error
-    most, gains = _MAX_TURNS, Patience(_PATIENCE, _LITTLE)
-    stuck = False
     for turn in range(_MAX_TURNS + 1):
         change = state.change_of_lift()
         before, error = error, state.error(change)
-        settled = turn > 0 and error <= (enough if error < _LITTLE * before and not stuck else LARGEST_ERROR)
+        settled = turn > 0 and error <= (enough if error < _LITTLE * before else LARGEST_ERROR)
         if settled and tolerance == own:
             return _End(state.contact, state.rolling, 0.0)
-        if turn == most:
+        if turn == _MAX_TURNS:
             break
-        if error < least:
-            nearest, least = state.lift, error
-        if gains.exhausted(error):
-            stuck, most = True, turn + 1
-        last = settled or turn == most - 1 or _GAIN * error <= enough
+        last = settled or turn == _MAX_TURNS - 1 or _GAIN * error <= enough
         tolerance = own if last else _loosened(own, error, before)
         lift = mixing.following(state.lift, change, state.contact.solution.p > 0.0)
         rests = resting is None and ((turn >= _MOVING and error <= _NEAR) or turn == _LONGEST)
@@ -183,8 +173,6 @@ def _turns(scene: Scene, influence: Influence, state: _State) -> _End:
         # changes up to now mislead: rows moved in them, or that from no lift to the whole is one
         if rests or (turn == 0 and began_without):
             mixing.forget()
-        if stuck:
-            lift = nearest
         following = _following(scene, influence, state, lift, tolerance, resting)
         if isinstance(following, NormalContact):
             return _End(following, None, np.inf)

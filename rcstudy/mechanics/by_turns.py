@@ -25,7 +25,6 @@ from rcstudy.mechanics.stopping import pressure_residual, traction_residual
 
 _MAX_TURNS = 60
 _FIRM = 0.1  # tolerances of each turn's pressure and tractions, over the scene's
-_GAIN = 0.4  # ratio of the changes of successive turns, above which the next one starts from a combination of the last
 _ROOM = 8  # cells around the contact on which the lift is computed, as the contact may grow
 
 
@@ -45,7 +44,7 @@ def solve_by_turns(scene: Scene, influence: Influence, stress: np.ndarray) -> By
 
     Residuals are the changes in the last turn over the norms of pressure and tractions, or those of its own solutions
     if these are larger. The last turn's pressure is solved under the lift (u_z) by the tractions of the one before it:
-    changes between combinations of lifts (`mixing.py`), which turns that gain little start from, prove nothing.
+    changes between combinations of lifts (`mixing.py`), which all others start from, prove nothing.
     """
     own = scene.tolerance
     firm = replace(scene, tolerance=Tolerance(_FIRM * own.normal, _FIRM * own.tangential))
@@ -53,7 +52,7 @@ def solve_by_turns(scene: Scene, influence: Influence, stress: np.ndarray) -> By
     contact = NormalContact(scene, influence, NormalSolution(stress[2], 0.0, np.inf, 0, 0, converged=False))
     lift = _lift(contact, np.ascontiguousarray(contact.gather(stress[:2]).T))
     mixing = Mixing()
-    plain, error = True, np.inf  # plain: the lift is that by the last turn's tractions; error: over what is permitted
+    plain = True  # whether the lift is that by the last turn's tractions
     turn = products = 0
     while True:
         solution = solve_pressure(firm, influence, gap + lift, stress[2])
@@ -65,13 +64,13 @@ def solve_by_turns(scene: Scene, influence: Influence, stress: np.ndarray) -> By
         last, stress = stress, contact.spread(np.stack([*rolling.q.T, contact.pressure]))
         solution = replace(solution, residual=max(solution.residual, _change(last[2:], stress[2:])))
         rolling.residual = max(rolling.residual, _change(last[:2], stress[:2]))
-        before, error = error, _over_permitted(own, solution, rolling)
+        small = _over_permitted(own, solution, rolling) <= 1.0
         solved = solution.converged and rolling.converged and not solution.edge
-        if (plain and error <= 1.0) or not solved or turn == _MAX_TURNS:
-            converged = solved and plain and error <= 1.0
+        if (plain and small) or not solved or turn == _MAX_TURNS:
+            converged = solved and plain and small
             return ByTurns(NormalContact(scene, influence, solution), rolling, turn, products, converged)
         change = _lift(contact, rolling.q) - lift
-        plain = error <= max(_GAIN * before, 1.0)
+        plain = small
         mixed = mixing.following(lift, change, solution.p > 0.0)
         lift = lift + change if plain else mixed
 

@@ -13,7 +13,7 @@ own points. This is nearly always consistent, but a few cells beside a pole may 
 When updating the correction makes no progress it is therefore frozen: it becomes part of the known slip, and Coulomb's
 law is solved with it. Then it is updated again, as long as this reduces the difference between the tractions and those
 that Coulomb's law gives for the updated slip. Where that remains large, as one correction leads to another and back, it
-is moved half the way (`go_halfway`), then less. The final difference is reported (`RollingSolution.unsettled`).
+is moved half the way (`go_part`), or less. The final difference is reported (`RollingSolution.unsettled`).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Centring:
         if self._patience.exhausted(residual):
             self.frozen = centred - s
 
-    def go_halfway(self, s: np.ndarray, slip: np.ndarray, part: float = 0.5) -> None:
+    def go_part(self, s: np.ndarray, slip: np.ndarray, part: float) -> None:
         """Move the frozen correction by `part` of the way to that of slips `s` [m, 2]; nothing while it is updated."""
         if self.frozen is not None:
             self.frozen = (1.0 - part) * self.frozen + part * (self.update(s, slip) - s)

@@ -19,10 +19,8 @@ are preconditioned as in `rolling.py`. In the cascade each mesh starts from the 
 one, the coarsest from the frictionless pressure.
 
 Where coatings bend like plates, the pressure of the coarser mesh may be so inaccurate that the set of cells in contact
-does not settle. If its residual exceeds `_FAR`, pressure and tractions are first solved in turn, as long as a turn
-leaves less than `_GAIN` of the error of the last one, and Newton's method goes on from there. Whenever Newton's method
-fails, they are solved in turn to the end, and it is tried once more. If it fails again, turns go on without it
-(`by_turns.py`).
+does not settle. If its residual exceeds `_FAR`, or if Newton's method fails, pressure and tractions are solved in turn,
+and Newton's method goes on from there. If it fails then, turns go on without it (`by_turns.py`).
 """
 
 from __future__ import annotations
@@ -73,7 +71,6 @@ _MAX_TURNS = 60
 _CLOSE = 1e-6  # loosest final tolerance of turns: plates are stiff, and Newton's method has to settle from there
 _TURN = 0.3  # tolerance of a turn, over the error of the last one
 _FAR = 1.0  # normal residual of the first guess beyond which Newton's method is not started from it
-_GAIN = 0.4  # ratio of the errors of successive turns, above which Newton's method takes over
 _PATIENCE = 2  # Newton steps without a gain of a tenth before steps are shortened (plates need it)
 _WEIGHT = 3.0  # of gaps against slips; values of 0.3 to 10 change the number of products by less than a tenth
 _LEAST = 1e-6  # least bound of a cell that has just come into contact, over the largest
@@ -283,7 +280,6 @@ def solve_coupled(
     box = contact.box.wider(16, scene.mesh.cells)
     start, farthest = stress, _FAR
     iterations = products = 0
-    taken_in_turn = False
     turned: _Turned | None = None
     while True:
         system = CoupledSystem(scene, influence, box)
@@ -295,16 +291,15 @@ def solve_coupled(
         touched = Box.around(stress[2] > 0.0)
         if not system.converged and scene.tolerance.normal >= system.attainable:
             # Newton's method was not started, as the pressure was too far off, or it failed
-            if turned is not None and (taken_in_turn or turned.settled):
+            if turned is not None:
                 found = solve_by_turns(scene, influence, turned.stress)
                 iterations += found.turns
                 products += found.products
                 if found.converged:
                     return _after(found, contact, coarse, iterations, products)
                 break
-            taken_in_turn = steps > 0 or farthest == np.inf
             farthest = np.inf
-            turned = _in_turn(scene, influence, start, np.inf if taken_in_turn else _GAIN)
+            turned = _in_turn(scene, influence, start)
             stress, box = turned.stress, turned.box
             iterations += turned.turns
             products += turned.products
@@ -372,38 +367,32 @@ def _after(
 
 
 class _Turned(NamedTuple):
-    """Stresses [3, nx, ny] (MPa) of the window after turns, and a box that contains the cells in contact.
-
-    `settled`: whether turns ended as the tolerances were met.
-    """
+    """Stresses [3, nx, ny] (MPa) of the window after turns, and a box that contains the cells in contact."""
 
     stress: np.ndarray
     box: Box
-    settled: bool
     turns: int
     products: int
 
 
-def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float) -> _Turned:
+def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray) -> _Turned:
     """Pressure and tractions solved in turn, from `stress` [3, nx, ny] (MPa) of the window.
 
     The error of a turn is the change of the lift (u_z due to tractions) over the overlap of the undeformed bodies (L2
-    norms). Turns end when it meets the tolerances, or exceeds `gain` times that of the last turn. The tolerances of
-    each turn follow from the error of the last one. Each turn starts from a combination of the last lifts
-    (`mixing.py`), as plain substitution may oscillate or converge slowly.
+    norms). Turns end when it meets the tolerances. The tolerances of each turn follow from the error of the last one.
+    Each turn starts from a combination of the last lifts (`mixing.py`), as plain substitution may oscillate or converge
+    slowly.
     """
     own = Tolerance(min(scene.tolerance.normal, _CLOSE), min(scene.tolerance.tangential, _CLOSE))
     gap = initial_gap(scene)
     box = Box(0, 0, 0, 0)
     lift = np.zeros(gap.shape)
     mixing = Mixing()
-    error, before = 1.0, np.inf
+    error = 1.0
     turn = products = 0
     tolerance = Tolerance(1.0, 1.0)
     # a small change of the lift is not enough if the last turn was solved to a loose tolerance
-    while turn < _MAX_TURNS and not (settled := error <= max(own.normal, own.tangential) and tolerance == own):
-        if error > gain * before:
-            break
+    while turn < _MAX_TURNS and not (error <= max(own.normal, own.tangential) and tolerance == own):
         tolerance = Tolerance(max(own.normal, _TURN * error), max(own.tangential, _TURN * error))
         loosened = replace(scene, tolerance=tolerance)
         pressure = solve_pressure(loosened, influence, gap + lift, stress[2])
@@ -416,13 +405,12 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray, gain: float
             box = contact.box.wider(4, scene.mesh.cells)
         change = -lift
         change[box.slices] += contact.lift(rolling.q, box)
-        before = error if turn > 0 else np.inf
         error = arrays.norm2(change) / arrays.norm2(np.maximum(pressure.approach - gap - lift, 0.0))
         turn += 1
         if turn == 2:  # the first change, from no lift to the whole, is not used
             mixing.forget()
         lift = mixing.following(lift, change, pressure.p > 0.0)
-    return _Turned(stress, box, settled, turn, products)
+    return _Turned(stress, box, turn, products)
 
 
 def _tractions(system: CoupledSystem) -> RollingSolution:

@@ -20,7 +20,6 @@ from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.layered import BeyondRounding, frequency_response, half_space_response
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
-from rcstudy.mechanics.numerics.patience import Patience
 from rcstudy.mechanics.rim import RimSolver
 from rcstudy.mechanics.scene import Layer, Material, Scene
 from rcstudy.mechanics.stopping import pressure_residual
@@ -29,7 +28,6 @@ _MAX_ITERATIONS = 400
 _MARGIN = 1.35  # half the sides of the first box, over the estimated semi-axes
 LEAST_TOLERANCE = 0.1  # over `attainable`: for less no step is taken (residuals end at 0.1 to 20 of it)
 _PLATE = 5.0  # compliance to long waves over that to short ones from which on the rim is eliminated directly
-_PATIENCE = 30  # steps without a smaller residual after which to stop, if rounding may be the cause
 
 
 def initial_gap(scene: Scene) -> np.ndarray:
@@ -176,7 +174,7 @@ def _conjugate_gradients(
     attainable = operator.attainable(gap, g, p)
     stop = pressure_residual(tolerance, attainable, int(np.count_nonzero(inside)))
     zr = 0.0
-    residual, patience = np.inf, Patience(_PATIENCE)
+    residual = np.inf
     converged = False
     iteration = 0
     steps = _MAX_ITERATIONS if tolerance >= LEAST_TOLERANCE * attainable else 0
@@ -192,8 +190,6 @@ def _conjugate_gradients(
         overlap = operator.overlap(tolerance, approach, p)
         converged = bool(residual <= tolerance and entered == 0 and not (g[~mask] < approach - overlap).any())
         if converged and residual <= stop:
-            break
-        if patience.exhausted(residual) and tolerance < attainable:
             break
         plan.forward()
         arrays.scale_real(plan.hat[0], operator.real)

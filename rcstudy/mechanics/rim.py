@@ -27,12 +27,10 @@ import numpy as np
 
 from rcstudy.mechanics.kernels import arrays, pressure
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
-from rcstudy.mechanics.numerics.patience import Patience
 from rcstudy.mechanics.plates import all_around
 
 _MAX_SETS = 40  # sets of cells in contact that are tried
 _MAX_STEPS = 60  # of conjugate gradients on one set
-_PATIENCE = 8  # steps without a smaller residual
 _FORCING = 0.1  # residual, over the initial one, to which a set of cells that will change is solved
 _LONGEST = 4  # most rim cells, over nx + ny of the box: a contact in one piece has fewer
 # Rims of so many cells are eliminated in any case: from a first set far from the solution's, contacts fall into many
@@ -110,7 +108,7 @@ class RimSolver:
         r = np.zeros_like(self.p)
         d, image = np.zeros_like(r), np.zeros_like(r)
         zr = rise = 0.0
-        first, patience = 1.0, Patience(_PATIENCE)
+        first = 1.0
         for step in range(_MAX_STEPS):
             last, r = r, np.where(rim.interior, self.approach - self.g, 0.0)
             z = np.where(rim.interior, self.operator.closing(r), 0.0)
@@ -118,7 +116,7 @@ class RimSolver:
             self.residual = float(arrays.norm2(z) / arrays.norm2(self.p))
             if step == 0:
                 first = min(max(self.residual, self.change), 1.0)
-            if self.residual <= tolerance or patience.exhausted(self.residual):
+            if self.residual <= tolerance:
                 break
             if self.residual <= _FORCING * first and self._matters(*self._misplaced(inside), tolerance):
                 break

@@ -59,9 +59,6 @@ _PATIENCE = 5  # Newton steps without a gain of a tenth before steps are shorten
 _SETTLED = 1e-4  # error of tractions by the frozen correction of slip, over the sum of bounds, that needs no other look
 UNSETTLED = 1e-2
 """Largest error of tractions by the frozen correction of slip, over the sum of bounds, of a solution."""
-_LOOKS = 6  # such looks at a correction while it is worse than that, even if they do not help
-_HALVES = 12  # steps half the way to the updated correction thereafter; 45 of 46 long contacts took 1 to 7
-_ROUND = 1e-2  # relative difference of two such errors from which on looks go round
 _SMALLEST = 1e-2  # part of the way to the updated correction, after which no less is tried
 _LARGEST = 1e30  # largest d of the preconditioner, over `SHIFT` b
 _WEIGHT = 2.0  # of the residual mu p - n.q against slips; with 0.1 to 6 the number of products differs by a tenth
@@ -328,32 +325,22 @@ def solve_tractions(
 def _look_again(state: _Tractions) -> tuple[int, float]:
     """Resume a solution with a frozen correction of slip, recomputing that correction for as long as this helps.
 
-    If it leaves more than `UNSETTLED`, that is done `_LOOKS` times even if it does not help. One correction may then
-    lead to another and that one back: steps half the way end this, or ever smaller ones from the best (`_approach`).
-    Returns the number of Newton steps, and the error of the tractions over the sum of bounds due to the frozen
-    correction; 0 if that is not frozen any more or there is no solution.
+    One correction may lead to another and that one back, with more than `UNSETTLED` left: parts of the way from the
+    best solution end this (`_approach`). Returns the number of Newton steps, and the error of the tractions over the
+    sum of bounds due to the frozen correction; 0 if that is not frozen any more or there is no solution.
     """
-    steps, looks, before = 0, 0, np.inf
+    steps, before = 0, np.inf
     least: _Look | None = None
-    seen: list[float] = []
     while state.system.frozen_correction is not None and state.solved:
         unsettled = state.system.unsettled(state.q, state.s)
         if least is None or unsettled < least.unsettled:
             least = _Look(unsettled, state.q, state.s, state.system.frozen_correction)
-        helps = _SETTLED < unsettled < 0.5 * before
-        if not helps and not (unsettled > UNSETTLED and looks < _LOOKS + _HALVES):
+        if not _SETTLED < unsettled < 0.5 * before:
             if unsettled <= UNSETTLED:
                 return steps, unsettled
             break
-        if looks < _LOOKS and any(math.isclose(unsettled, other, rel_tol=_ROUND) for other in seen):
-            looks = _LOOKS  # looks go round
-        seen.append(unsettled)
         before = unsettled
-        looks += 1
-        if looks <= _LOOKS:
-            state.look_again()
-        else:
-            state.go_halfway()
+        state.look_again()
         steps += newton.solve(state, _MAX_NEWTON, _PATIENCE)
     if least is None or (state.solved and state.system.frozen_correction is None):
         return steps, 0.0
@@ -373,13 +360,14 @@ class _Look(NamedTuple):
 def _approach(state: _Tractions, least: _Look) -> tuple[int, float]:
     """Go from the `least` unsettled solution by ever smaller parts of the way, while it is worse than `UNSETTLED`.
 
-    Where a cell at the limit of stick and slip changes its state, the error jumps, and steps half the way go round. It
-    is least just before the jump. `state` is then the best solution; returns the number of Newton steps and its error.
+    Half the way is tried first, and less where that is no better: where a cell at the limit of stick and slip changes
+    its state, the error jumps, and it is least just before the jump. `state` is then the best solution; returns the
+    number of Newton steps and its error.
     """
     steps, part = 0, 0.5
     state.resume(least.q, least.s, least.frozen)
     while least.unsettled > UNSETTLED and part >= _SMALLEST:
-        state.go_halfway(part)
+        state.go_part(part)
         steps += newton.solve(state, _MAX_NEWTON, _PATIENCE)
         frozen = state.system.frozen_correction
         unsettled = state.system.unsettled(state.q, state.s) if state.solved else np.inf
@@ -412,10 +400,10 @@ class _Tractions:
             self.system.centring.restart()
         self._take(self.q, self.s)
 
-    def go_halfway(self, part: float = 0.5) -> None:
-        """Move the frozen correction half the way, or by `part` of it, to the one computed from the slip."""
+    def go_part(self, part: float) -> None:
+        """Move the frozen correction by `part` of the way to the one computed from the slip."""
         if self.system.centring is not None:
-            self.system.centring.go_halfway(self.s, self.system.slip, part)
+            self.system.centring.go_part(self.s, self.system.slip, part)
         self._take(self.q, self.s)
 
     def resume(self, q: np.ndarray, s: np.ndarray, frozen: np.ndarray) -> None:
