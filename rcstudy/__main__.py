@@ -64,19 +64,16 @@ def heed_terminations() -> None:
         if callable(handler):
             handler(leading, frame)
 
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)  # not on every system
-        if number is None or signal.getsignal(number) != signal.SIG_DFL:
-            continue
-        signal.signal(number, as_leading if leading is not None else signal.default_int_handler)
-        leading = leading or number
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, as_leading if leading is not None else signal.default_int_handler)
+            leading = leading or number
 
 
 def _ignore_interrupts() -> None:
     """From now on: all is done and told, and only workers are left to end. A second Ctrl-C would change the code."""
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):  # not on every system
-            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
 
 
 def _flushed(code: int) -> int:

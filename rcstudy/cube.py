@@ -80,8 +80,6 @@ def open_cube(path: Path | str, *, chunked: bool = False, any_order: bool = Fals
         raise UserError(f"{path}: not a readable rcstudy cube: {reason}") from error
     try:
         schema = tree.attrs.get(SCHEMA_ATTRIBUTE)
-        if schema is None:
-            raise UserError(f"{path}: not an rcstudy cube: it has no attribute {SCHEMA_ATTRIBUTE}")
         if schema != SCHEMA:
             raise UserError(f"{path}: layout {schema} of the cube is not known here: layout {SCHEMA} is")
         if "axes" in tree.attrs and GRID not in tree.attrs:

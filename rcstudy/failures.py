@@ -6,8 +6,8 @@ import json
 import re
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from rcstudy.cases import scene_record
 from rcstudy.cube import grids, open_cube
@@ -21,15 +21,10 @@ from rcstudy.studyfile.grid_plan import GridPlan
 from rcstudy.studyfile.spec import MAX_NAME
 
 
-@dataclass(frozen=True)
-class FailedCase:
-    """A case that was not solved: `name` fit for a file, its place, how it ended, and `study`, a study of it alone."""
+class FailedCase(NamedTuple):
+    """A case that was not solved: `name` fit for a file, and `study`, a study of it alone, with how it ended."""
 
     name: str
-    grid: str
-    label: str
-    status: Status
-    reason: str
     study: str
 
 
@@ -49,13 +44,11 @@ def failed_cases(path: Path) -> list[FailedCase]:
                     plans = _plans(str(tree.attrs.get("study_text", "")), path)
                 if grid not in plans or not plans[grid].has(place):
                     raise UserError(f"{path}: its study has no case {place} of grid {grid}")
-                label, status = str(dataset[LABEL].values[index]), Status(int(dataset["status"].values[index]))
-                reason = str(dataset["status_reason"].values[index])
+                label, status, reason = (dataset[n].values[index] for n in (LABEL, "status", "status_reason"))
                 own = _name(name, grid, place, len(found))
-                heading = f"{grid}: {label}: {status.words}: {reason}"
+                heading = f"{grid}: {label}: {Status(int(status)).words}: {reason}"
                 # this scene alone, not those of what may be a million others
-                text = _study(own, heading, plans[grid].scene(place))
-                found.append(FailedCase(own, grid, label, status, reason, text))
+                found.append(FailedCase(own, _study(own, heading, plans[grid].scene(place))))
     return found
 
 

@@ -56,7 +56,6 @@ def make_figures(
         _check_along([grid for name, grid in found.items() if name not in paper], along, of_paper)
     if tuple(quantities) != tuple(QUANTITIES) and not found.keys() - paper.keys():
         raise UserError("--quantities: the cube has no grid but the paper's, whose figures show what they do in print")
-    out = Path(out)
     make_folder(out)
     paths: list[Path] = []
     with style():

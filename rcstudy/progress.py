@@ -139,8 +139,8 @@ class Bar:
 
     def advance(self, *, failed: bool) -> None:
         """Move the bar."""
-        if self._bar is None or self._task is None:
-            return
+        assert self._bar is not None
+        assert self._task is not None
         self._failed += failed
         now = time.monotonic()
         self._pace.advance(now)

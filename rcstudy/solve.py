@@ -57,10 +57,11 @@ def solve_group(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Re
     Threads of one process take turns, scene by scene.
     """
     shared: _Shared | None = None
-    for scene in (scene.joined for scene in scenes):
+    for scene in scenes:
         with one_at_a_time():
             start = time.perf_counter() - seconds_of_compiling()
             try:
+                scene = scene.joined
                 if scene.conflicts:
                     raise Refusal("; ".join(scene.conflicts.values()))
                 if scene.is_coupled:

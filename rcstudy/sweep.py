@@ -98,7 +98,7 @@ class _Means:
     scheduler: cluster.Scheduler | None
     processes: pool.Pool
     solve: Packing
-    progress: Progress | None
+    progress: Progress
     say: Callable[[str], None]
 
     @property
@@ -108,8 +108,7 @@ class _Means:
 
     def patiently(self, text: str) -> contextlib.AbstractContextManager[None]:
         """Say `text` if the block is slow, but only if progress is reported."""
-        silent = isinstance(self.progress, Silent | None)
-        return announced_if_slow((lambda text: None) if silent else self.say, text)
+        return contextlib.nullcontext() if isinstance(self.progress, Silent) else announced_if_slow(self.say, text)
 
 
 def run(
@@ -180,7 +179,7 @@ def run(
         )
         pending = unsolved(cases, store.index)
         if pending or not _is_done(store, study, expansion, None if shard is None else cases, say):
-            means = _Means(workers, scheduler, processes, packing, progress, say)
+            means = _Means(workers, scheduler, processes, packing, progress or Silent(), say)
             pending = _left(pending, summary, cases, store, means, whole=shard is None)
             _complete(pending, summary, cases, store, means, study, expansion, started, whole=shard is None)
         else:
@@ -233,7 +232,7 @@ def _complete(
         cube = making.enter_context(Assembly(summary.output, study, expansion, store)) if whole else None
         late = means.patiently(_LATE if means.scheduler is None else _LATE_ON_CLUSTER)
         with contextlib.closing(_announced(_results(pending, means), late)) as results:
-            attributes = _keep_all(results, pending, store, means.progress or Silent(), check_interrupts, cube)
+            attributes = _keep_all(results, pending, store, means.progress, check_interrupts, cube)
         summary.failures = failures(expansion, cases, store.index)
         if cube is not None:
             with means.patiently(f"writing {summary.output}"):

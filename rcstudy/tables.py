@@ -69,7 +69,6 @@ def make_tables(tree: xr.DataTree, out: Path) -> list[Path]:
     `statements_comparisons` (every comparison behind them). UserError if the cube has no grid.
     """
     found = grids(tree)
-    out = Path(out)
     make_folder(out)
     cases = paper_cases(found)
     papers = paper_grids(found)

@@ -165,12 +165,13 @@ def test_leftovers_of_the_living_and_of_others_stay(tmp_path: Path) -> None:
             (tmp_path / name).write_bytes(b"")
         dead = tmp_path / f"c.nc.tmp-{host}-99999999-1"
         dead.write_bytes(b"")
+        none = tmp_path / f"c.nc.tmp-{host}-{10**25}-1"  # no process has such a number
+        none.write_bytes(b"")
         earlier = tmp_path / f"c.nc.tmp-{host}-{os.getpid()}-0"  # the number of a process before this one
         earlier.write_bytes(b"")
     with replacing(target) as temporary:
         temporary.write_bytes(b"second")
-        assert not dead.exists()
-        assert not earlier.exists()
+        assert not [path for path in (dead, none, earlier) if path.exists()]
     assert target.read_bytes() == b"second"
     for what, name in names.items():
         assert (tmp_path / name).exists(), what

@@ -1429,9 +1429,9 @@ def test_failures_are_listed_with_a_study_each(sweeps: Sweeps, tmp_path: Path) -
     assert failed_cases(sweeps.output) == []
     sweeps.run(fails=(40.0, 80.0), fresh=True)
     found = failed_cases(sweeps.output)
-    assert [case.label for case in found] == [f"load={p}, creepage={c}" for p in (40, 80) for c in "abc"]
-    assert {(case.grid, case.status) for case in found} == {("loads", Status.NOT_CONVERGED)}
-    assert "# loads: load=40, creepage=a: not converged: made up not to converge\n" in listing(found)
+    places = [f"load={p}, creepage={c}" for p in (40, 80) for c in "abc"]
+    headings = [f"# loads: {place}: not converged: made up not to converge" for place in places]
+    assert [line for line in listing(found).splitlines() if line.startswith("#")] == headings
     cases = {case.index: case for case in expand(sweeps.study).cases if case.grid == "loads"}
     paths = write_studies(found, tmp_path / "studies")
     assert len(paths) == 6

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import importlib
 import io
 import multiprocessing
 import os
@@ -357,32 +356,6 @@ def test_nothing_is_solved_for_a_cube_that_cannot_be_written(study: Study, tmp_p
     assert told.told == []
     with pytest.raises(UserError, match="workers: 0"):
         sweep.run(study, tmp_path / "c.nc", workers=0)
-
-
-@pytest.fixture
-def broken_solver(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A solver that raises at a load of 40, and gives one result too few at a load of 80."""
-
-    def solve_group(scenes: Sequence[Scene], *, series: bool) -> Iterator[Result]:
-        for k, scene in enumerate(scenes):
-            if scene.load == 40.0:
-                raise MemoryError("no room")
-            if scene.load == 80.0 and k == len(scenes) - 1:
-                return
-            yield Result(Status.SOLVED)
-
-    monkeypatch.setattr(importlib.import_module("rcstudy.solve"), "solve_group", solve_group)
-
-
-@pytest.mark.usefixtures("broken_solver")
-def test_a_solver_that_breaks_its_word(study: Study, tmp_path: Path) -> None:
-    done = sweep.run(study, tmp_path / "c.nc", workers=1)
-    assert done.cases == CASES
-    failures = {failure.label: failure.reason for failure in done.failures}
-    assert failures == {
-        **{f"load=40, creepage={c}": "MemoryError: no room" for c in "abc"},
-        **{f"load=80, creepage={c}": "the solver gave no result" for c in "c"},
-    }
 
 
 def test_batches_share_their_pressure_and_keep_workers_busy(study: Study) -> None:

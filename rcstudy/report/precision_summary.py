@@ -101,7 +101,7 @@ def settings_table(chosen: Sequence[Setting]) -> Table:
     for s in sorted(chosen, key=lambda s: (couplings.index(s.coupling), names.index(s.quantity), -s.target)):
         row: dict[str, Value] = {"coupling": s.coupling, "quantity": QUANTITIES[s.quantity], "target": s.target}
         row |= {"discretisation": s.discretisation, "cells": _none(s)}
-        if s.cells is not None:
+        if s.cells is not None and s.tolerance is not None:
             row |= {
                 "cells": str(s.cells),
                 "radius": _range_of(s.radius, ".0f"),
@@ -128,10 +128,8 @@ def _tolerance_columns(chosen: Sequence[Setting]) -> list[Column]:
     return [Column(f"tolerance_{key}".rstrip("_"), f"Tolerance{title}", form=form) for key, title in titles.items()]
 
 
-def _tolerance_values(tolerance: BothTolerances | None) -> dict[str, Value]:
+def _tolerance_values(tolerance: BothTolerances) -> dict[str, Value]:
     """What the columns of `_tolerance_columns` have in a row."""
-    if tolerance is None:
-        return {}
     normal, tangential = tolerance.normal, tolerance.tangential
     return {"tolerance": normal, "tolerance_normal": normal, "tolerance_tangential": tangential}
 

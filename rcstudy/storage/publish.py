@@ -169,11 +169,9 @@ def _runs(pid: int) -> bool:
     """Whether another process `pid` runs here; when that cannot be known, it is taken to run."""
     if pid == os.getpid():
         return False  # not among the active ones: an earlier process had the same number
-    if os.name != "posix":
-        return True
     try:
         os.kill(pid, 0)
-    except ProcessLookupError:
+    except (ProcessLookupError, OverflowError):  # or no number that a process can have
         return False
     except OSError:
         return True
@@ -182,8 +180,6 @@ def _runs(pid: int) -> bool:
 
 def sync(path: Path) -> None:
     """Force a file's content, or a folder's entries, to the disk."""
-    if os.name != "posix" and path.is_dir():
-        return
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)

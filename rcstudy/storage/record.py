@@ -77,10 +77,9 @@ class Keep:
 
 
 class Packed(NamedTuple):
-    """A result to be sent or stored: `status`, `reason`, and the whole record as bytes."""
+    """A result to be sent or stored: `status`, and the whole record as bytes."""
 
     status: int
-    reason: str
     body: bytes
 
 
@@ -225,7 +224,7 @@ class Packer:
         reason = result.reason.encode(errors="backslashreplace")
         status = Status(result.status).value
         head = FORM.head.pack(status, *cells, i0, i1, j0, j1, len(reason), *entries, *numbers)
-        return Packed(status, result.reason, b"".join((head, reason, *streams)))
+        return Packed(status, b"".join((head, reason, *streams)))
 
     def _shared(self, pressure: np.ndarray) -> bytes:
         """The compressed stream of `pressure`, reused from the last call if the bits are the same."""

@@ -138,9 +138,8 @@ def _leading() -> tuple[int, Callable[[int, FrameType | None], Any]] | None:
     """
     if threading.current_thread() is not threading.main_thread():
         return None
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)  # not on every system
-        if number is not None and callable(handler := signal.getsignal(number)):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if callable(handler := signal.getsignal(number)):
             return number, handler
     return None
 

@@ -219,12 +219,7 @@ class GridReader:
         given = node.value.get("label")
         if given is None:
             if required:
-                self.problems.add(
-                    node,
-                    "a label of 1 to 100 printable characters",
-                    key=child_path(node.path, "label"),
-                    value="missing",
-                )
+                self.problems.add(node, label_problem(""), key=child_path(node.path, "label"), value="missing")
                 return None
             return ""
         # a label that is a number, such as 0.002, is taken as it was written
@@ -292,9 +287,8 @@ class GridReader:
             self.problems.add(self.axes.at_key(), f"at most {MAX_AXES} axes in a grid", value=f"{len(axes)} axes")
         for one, other in itertools.combinations(axes, 2):
             place = axes[other].at_key()
-            if keys_to(one)[: len(keys_to(other))] == keys_to(other) or keys_to(other)[: len(keys_to(one))] == keys_to(
-                one
-            ):
+            keys, others = keys_to(one), keys_to(other)
+            if keys[: len(others)] == others or others[: len(keys)] == keys:
                 self.problems.add(place, f"two axes may not set the same key; axis {one} already sets it", value="axis")
                 found.add(max(one, other, key=lambda path: len(keys_to(path))))
             elif one.split(".")[-1] == other.split(".")[-1]:

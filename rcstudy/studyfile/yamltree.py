@@ -26,9 +26,6 @@ class OutOfRange(float):
 class _Refused:
     """Stands for a value that was reported already: nothing more is said about it."""
 
-    def __repr__(self) -> str:
-        return "<refused>"
-
 
 REFUSED = _Refused()
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rcstudy.mechanics.scene import Mesh, quasi_identical
-from rcstudy.result import Result, Status
 
 if TYPE_CHECKING:
     from rcstudy.cases import Case
     from rcstudy.mechanics.scene import Scene
+    from rcstudy.result import Result
     from rcstudy.study import Study
     from rcstudy.studyfile.grid_plan import GridPlan
 
@@ -43,24 +43,10 @@ def make_batches(cases: Sequence[Case], workers: int) -> list[list[Case]]:
 
 
 def solve_batch(scenes: Sequence[Scene], *, series: bool = False) -> Iterator[Result]:
-    """Solve scenes that share a normal problem and yield a result for each, in order, even if the solver fails.
-
-    `series`: see :func:`rcstudy.solve.solve_group`.
-    """
+    """As :func:`rcstudy.solve.solve_group`, whose module is only loaded where cases are solved."""
     from rcstudy.solve import solve_group
 
-    done = 0
-    while done < len(scenes):
-        reason = "the solver gave no result"
-        try:
-            for result in solve_group(scenes[done:], series=series):
-                done += 1
-                yield result
-        except Exception as error:  # not the solver's own: it turns those into results
-            reason = f"{type(error).__name__}: {error}"
-        if done < len(scenes):
-            done += 1
-            yield Result(Status.ERROR, reason)
+    return solve_group(scenes, series=series)
 
 
 def solve_series(scenes: Sequence[Scene]) -> Iterator[Result]:

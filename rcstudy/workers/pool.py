@@ -43,7 +43,7 @@ ATTEMPTS = 2
 
 _FAILED_STARTS = 3
 # signals that end a sweep; terminals and batch systems send them to all its processes, but only the parent handles them
-_ENDS = {getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)}
+_ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 _PATIENCE = 0.1  # seconds that results may wait for others to be sent with
 _SEND_BYTES = 2**21  # buffer for results, several times those of 0.1 s
 # A worker is sent its next batch while it is still solving one, so that it need not wait, on two conditions: the
@@ -352,9 +352,6 @@ def _how_it_died(code: int | None) -> str:
 @contextlib.contextmanager
 def _interrupts_held() -> Iterator[None]:
     """Block the signals that end a sweep; processes started in the block never get them, this one does afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
     try:
         yield
