@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from contacts import STEEL, solved, steel
 
-from rcstudy.mechanics import aligned_coupled, coupled, proof, window
+from rcstudy.mechanics import aligned_coupled, by_turns, coupled, proof, window
 from rcstudy.mechanics.aligned import AlignedContact
 from rcstudy.mechanics.aligned_coupled import solve_aligned_coupled
 from rcstudy.mechanics.by_turns import solve_by_turns
@@ -525,7 +525,7 @@ def test_products_of_turns_are_those_of_pressures_and_tractions(monkeypatch: pyt
     scene = replace(BALL, tolerance=Tolerance(1e-6, 1e-6))
     stress = np.stack([*np.zeros((2, 9, 9)), solve_normal(scene).solution.p])
     for name in ("solve_pressure", "solve_rolling"):
-        monkeypatch.setattr(coupled, name, counted(getattr(coupled, name)))
+        monkeypatch.setattr(by_turns, name, counted(getattr(by_turns, name)))
     *_, turns, products = coupled._in_turn(scene, influence_of(scene), stress)
     assert (len(spent), min(spent) > 0) == (2 * turns, True)
     assert products == sum(spent)

@@ -51,7 +51,6 @@ _LITTLE = 0.9  # if that ratio is larger, `LARGEST_ERROR` suffices
 _TURN = 0.2  # tolerance of pressure and tractions in all turns but the last, over the error
 _SLOW_TURN = 1e-2  # the same if turns gain less than usual: mixing takes errors of solutions for changes
 LARGEST_ERROR = 5e-4  # largest error that a solution may keep
-_ROOM = 8  # the lift is computed on the contact's box and 1/8 of it more on each side, as the contact may grow
 
 
 @dataclass
@@ -64,10 +63,7 @@ class _State:
 
     def change_of_lift(self) -> np.ndarray:
         """What the tractions make of the lift, less `lift`, on the box around the contact (elsewhere: no lift)."""
-        box = self.contact.box.wider(_ROOM, self.lift.shape)
-        change = -self.lift
-        change[box.slices] += self.contact.lift(self.rolling.q, box)
-        return change
+        return self.contact.lift_around(self.rolling.q) - self.lift
 
     def error(self, change: np.ndarray) -> float:
         """Range of the `change` of the lift over the cells in contact, over the approach."""
@@ -115,11 +111,8 @@ def _from_coarser_mesh(scene: Scene, influence: Influence) -> _State | None:
     start, q, coarse = from_coarser(scene, influence)
     if coarse is None or start.coarser is None or not (start.coarser.solution.converged and coarse.converged):
         return None
-    gap = initial_gap(scene)
-    lift = np.zeros(gap.shape)
-    box = start.box.wider(_ROOM, scene.mesh.cells)
-    lift[box.slices] = start.lift(q, box)
-    pressure = solve_pressure(scene, influence, gap + lift, start.solution.p)
+    lift = start.lift_around(q)
+    pressure = solve_pressure(scene, influence, initial_gap(scene) + lift, start.solution.p)
     if pressure.edge or not pressure.converged:
         return None
     contact = AlignedContact(NormalContact(scene, influence, pressure, coarser=start.coarser))

@@ -25,7 +25,6 @@ from rcstudy.mechanics.stopping import pressure_residual, traction_residual
 
 _MAX_TURNS = 60
 _FIRM = 0.1  # tolerances of each turn's pressure and tractions, over the scene's
-_ROOM = 8  # cells around the contact on which the lift is computed, as the contact may grow
 
 
 @dataclass(frozen=True)
@@ -47,32 +46,47 @@ def solve_by_turns(scene: Scene, influence: Influence, stress: np.ndarray) -> By
     changes between combinations of lifts (`mixing.py`), which all others start from, prove nothing.
     """
     own = scene.tolerance
-    firm = replace(scene, tolerance=Tolerance(_FIRM * own.normal, _FIRM * own.tangential))
+    firm = Tolerance(_FIRM * own.normal, _FIRM * own.tangential)
     gap = initial_gap(scene)
     contact = NormalContact(scene, influence, NormalSolution(stress[2], 0.0, np.inf, 0, 0, converged=False))
-    lift = _lift(contact, np.ascontiguousarray(contact.gather(stress[:2]).T))
+    lift = contact.lift_around(np.ascontiguousarray(contact.gather(stress[:2]).T))
     mixing = Mixing()
     plain = True  # whether the lift is that by the last turn's tractions
     turn = products = 0
     while True:
-        solution = solve_pressure(firm, influence, gap + lift, stress[2])
-        contact = NormalContact(scene, influence, solution)
-        q = np.ascontiguousarray(contact.gather(stress[:2]).T)
-        rolling = solve_rolling(contact, firm, within(q, scene.friction * contact.pressure))
+        contact, rolling = one_turn(scene, influence, gap + lift, stress, firm)
         turn += 1
-        products += solution.products + rolling.products
-        last, stress = stress, contact.spread(np.stack([*rolling.q.T, contact.pressure]))
-        solution = replace(solution, residual=max(solution.residual, _change(last[2:], stress[2:])))
+        products += contact.solution.products + rolling.products
+        last, stress = stress, stresses(contact, rolling.q)
+        solution = replace(contact.solution, residual=max(contact.solution.residual, _change(last[2:], stress[2:])))
         rolling.residual = max(rolling.residual, _change(last[:2], stress[:2]))
         small = _over_permitted(own, solution, rolling) <= 1.0
         solved = solution.converged and rolling.converged and not solution.edge
         if (plain and small) or not solved or turn == _MAX_TURNS:
             converged = solved and plain and small
             return ByTurns(NormalContact(scene, influence, solution), rolling, turn, products, converged)
-        change = _lift(contact, rolling.q) - lift
-        plain = small
+        change = contact.lift_around(rolling.q) - lift
         mixed = mixing.following(lift, change, solution.p > 0.0)
+        plain = small
         lift = lift + change if plain else mixed
+
+
+def one_turn(
+    scene: Scene, influence: Influence, gap: np.ndarray, stress: np.ndarray, tolerance: Tolerance
+) -> tuple[NormalContact, RollingSolution]:
+    """Pressure under `gap` [nx, ny] (mm), then tractions under that, both to `tolerance` in place of the scene's.
+
+    They start from `stress` [3, nx, ny] (MPa) of the window, qx, qy and p.
+    """
+    own = replace(scene, tolerance=tolerance)
+    contact = NormalContact(scene, influence, solve_pressure(own, influence, gap, stress[2]))
+    q = np.ascontiguousarray(contact.gather(stress[:2]).T)
+    return contact, solve_rolling(contact, own, within(q, scene.friction * contact.pressure))
+
+
+def stresses(contact: NormalContact, q: np.ndarray) -> np.ndarray:
+    """Stresses [3, nx, ny] (MPa) of the window: tractions `q` [m, 2] and the pressure of `contact`."""
+    return contact.spread(np.stack([*q.T, contact.pressure]))
 
 
 def _change(before: np.ndarray, after: np.ndarray) -> float:
@@ -86,11 +100,3 @@ def _over_permitted(own: Tolerance, solution: NormalSolution, rolling: RollingSo
     cells = len(rolling.q)
     normal = pressure_residual(own.normal, solution.attainable, cells)
     return max(solution.residual / normal, rolling.residual / traction_residual(own.tangential, cells))
-
-
-def _lift(contact: NormalContact, q: np.ndarray) -> np.ndarray:
-    """u_z [nx, ny] (mm) by tractions `q` [m, 2] (MPa), zero beyond `_ROOM` cells around the contact's box."""
-    lift = np.zeros(contact.scene.mesh.cells)
-    box = contact.box.wider(_ROOM, lift.shape)
-    lift[box.slices] = contact.lift(q, box)
-    return lift

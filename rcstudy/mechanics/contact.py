@@ -49,6 +49,7 @@ from rcstudy.mechanics.subcell.trailing import Ending
 from rcstudy.mechanics.subcell.unseen import Unseen
 from rcstudy.mechanics.yielding import FOUNDATIONS, LOOSE, TRIED, bend
 
+_ROOM = 8  # the lift is computed on the contact's box and 1/8 of it more on each side, as the contact may grow
 _AS_LARGE = 1e-9  # relative difference below which pressures count as equal
 # Distance up to which layers' contribution is tabulated (beyond, it would be extrapolated without a word), over the
 # window's diagonal. Padded boxes, also of coarser meshes, whose windows may be larger, ask for at most 1.9 (4 to 1024
@@ -209,6 +210,16 @@ class NormalContact:
         for hat, component in zip(along_by_pressure(self.influence, padded), self.spread(q.T), strict=True):
             out -= convolve(hat, padded, component[box.slices])
         return out
+
+    def lift_around(self, q: np.ndarray) -> np.ndarray:
+        """`lift` [nx, ny] (mm) of the window, due to tractions `q` [m, 2] (MPa); zero where the contact will not grow.
+
+        That is, beyond 1/`_ROOM` of the contact's box, and two cells, on each side of it.
+        """
+        lift = np.zeros(self.scene.mesh.cells)
+        box = self.box.wider(_ROOM, lift.shape)
+        lift[box.slices] = self.lift(q, box)
+        return lift
 
     @property
     def operator(self) -> SlipOperator:

@@ -30,14 +30,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rcstudy.mechanics.by_turns import ByTurns, solve_by_turns
+from rcstudy.mechanics.by_turns import ByTurns, one_turn, solve_by_turns, stresses
 from rcstudy.mechanics.cascade import coarser_scene, in_wider_window, interpolated_pressure
 from rcstudy.mechanics.contact import (
     NormalContact,
     influence_of,
     interpolated_tractions,
     solve_normal,
-    solve_rolling,
 )
 from rcstudy.mechanics.convolution import (
     ZZ,
@@ -49,7 +48,7 @@ from rcstudy.mechanics.convolution import (
 )
 from rcstudy.mechanics.influence import Influence
 from rcstudy.mechanics.kernels import arrays, coupled, tractions
-from rcstudy.mechanics.normal import LEAST_TOLERANCE, at_edge, clear_of_sides, initial_gap, solve_pressure
+from rcstudy.mechanics.normal import LEAST_TOLERANCE, at_edge, clear_of_sides, initial_gap
 from rcstudy.mechanics.normal_operator import NormalOperator, NormalSolution
 from rcstudy.mechanics.numerics import newton
 from rcstudy.mechanics.numerics.krylov import gmres
@@ -60,7 +59,6 @@ from rcstudy.mechanics.rolling import (
     alternating,
     on_bound,
     rigid_slip,
-    within,
 )
 from rcstudy.mechanics.scene import Scene, Tolerance
 from rcstudy.mechanics.slip_operator import SlipOperator
@@ -276,7 +274,7 @@ def solve_coupled(
     influence = influence or influence_of(scene)
     contact, q, coarse = from_coarser(scene, influence, level)
     began_at_edge = at_edge(contact.touched, scene.mesh.cells)
-    stress = _stresses(contact, q)
+    stress = stresses(contact, q)
     box = contact.box.wider(16, scene.mesh.cells)
     start, farthest = stress, _FAR
     iterations = products = 0
@@ -348,11 +346,6 @@ def from_coarser(
     return contact, interpolated_tractions(coarser, coarse, contact, scene.friction), coarse
 
 
-def _stresses(contact: NormalContact, q: np.ndarray) -> np.ndarray:
-    """Stresses [3, nx, ny] (MPa) of the window: tractions `q` [m, 2] and the pressure of `contact`."""
-    return contact.spread(np.stack([*q.T, contact.pressure]))
-
-
 def _after(
     found: ByTurns, first: NormalContact, coarse: RollingSolution | None, iterations: int, products: int
 ) -> tuple[NormalContact, RollingSolution]:
@@ -394,13 +387,10 @@ def _in_turn(scene: Scene, influence: Influence, stress: np.ndarray) -> _Turned:
     # a small change of the lift is not enough if the last turn was solved to a loose tolerance
     while turn < _MAX_TURNS and not (error <= max(own.normal, own.tangential) and tolerance == own):
         tolerance = Tolerance(max(own.normal, _TURN * error), max(own.tangential, _TURN * error))
-        loosened = replace(scene, tolerance=tolerance)
-        pressure = solve_pressure(loosened, influence, gap + lift, stress[2])
-        contact = NormalContact(scene, influence, pressure)
-        q = np.ascontiguousarray(contact.gather(stress[:2]).T)
-        rolling = solve_rolling(contact, loosened, within(q, scene.friction * contact.pressure))
+        contact, rolling = one_turn(scene, influence, gap + lift, stress, tolerance)
+        pressure = contact.solution
         products += pressure.products + rolling.products
-        stress = _stresses(contact, rolling.q)
+        stress = stresses(contact, rolling.q)
         if not box.holds(contact.box):
             box = contact.box.wider(4, scene.mesh.cells)
         change = -lift
