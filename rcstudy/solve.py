@@ -262,6 +262,9 @@ def _hidden(
         return hidden
     slip = rolling.s[contact.carrying]
     beta = abs(contact.influence.slip_by_pressure_over_tractions)  # Dundurs' constant
+    lost_power = 0.0  # with `aligned`: its friction power is what the balance leaves
+    if scene.discretisation == "kalker":
+        lost_power = abs(rolling.power_in_balance(contact.known_slip(scene))) * math.prod(scene.mesh.spacing)
     hidden = hidden._replace(
         unsettled=rolling.unsettled,
         stiffer_across=contact.influence.stiffer_across(math.sqrt(math.prod(estimated_contact(scene)))),
@@ -270,6 +273,7 @@ def _hidden(
         largest_slip=float(np.hypot(*slip.T).max(initial=0.0)),
         slip_shown=bool(rolling.slip.any()),
         slips_at_top=contact.slips_at_top(rolling),
+        lost_power=lost_power,
         largest_of_cells=float(np.hypot(*rolling.q.T).max()),
         by_pressure=contact.influence.most_slip_under_pressure * contact.pressure_max,
         turning=beta / (math.pi * scene.friction),

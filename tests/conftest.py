@@ -38,8 +38,14 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def whole_bars(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Error bars stay the sums of their parts, not narrowed by the kind of contact: for tests of these parts."""
+    """Error bars stay the sums of their parts, for tests of these parts.
+
+    They are not narrowed by the kind of contact, nor widened where there is one coarser mesh or a narrow zone of stick.
+    """
     monkeypatch.setattr("rcstudy.bars.coverage.factors", lambda **_: {})
+    monkeypatch.setattr("rcstudy.bars.few.LEAST", {"kalker": {}, "aligned": {}})
+    monkeypatch.setattr("rcstudy.bars.narrow._AT_WIDER_BORDER", 0.0)
+    monkeypatch.setattr("rcstudy.bars.narrow._OF_STICK", 0.0)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

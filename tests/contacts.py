@@ -17,7 +17,8 @@ RADIUS = (50.0, 50.0)
 LOAD = 100.0
 TIGHT = Tolerance(1e-9, 1e-9)
 # scalars of a contact, some of which slips
-MIDDLING = {"contact_area": 1.0, "contact_radius": 0.8, "slip_area": 0.2, "traction_max": 50.0, "pressure_max": 100.0}
+MIDDLING = {"contact_area": 1.0, "contact_radius": 0.8, "approach": 0.03, "pressure_max": 100.0}
+MIDDLING |= {"slip_area": 0.2, "traction_max": 50.0}
 
 
 def hertz_of(

@@ -110,6 +110,7 @@ def _hidden(rng: np.random.Generator, finest: dict[str, float], *, hardly: bool)
         at_borders=some(1.0),
         edge_of_tractions=some(0.02),
         moved_inwards=some(0.03),
+        lost_power=some(1.0) if hardly else 0.0,
     )
 
 

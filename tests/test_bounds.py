@@ -13,7 +13,7 @@ from rcstudy.bars.estimate import error_estimates
 from rcstudy.bars.hidden import Hidden
 from rcstudy.mechanics.scene import Creepage, Material, Mesh, Scene
 
-FOUND = MIDDLING | {"force_x": -40.0, "force_y": 0.5, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}
+FOUND = MIDDLING | {"force_x": -40.0, "force_y": 0.5, "moment_z": 3.0, "friction_power": 0.2}
 SCENE = replace(steel(Mesh((1.0, 1.0), (24, 24)), creepage=Creepage(0.003, 0.004, 0.01)), friction=0.6, load=200.0)
 
 

@@ -18,7 +18,7 @@ from rcstudy.result import ESTIMATED, Status
 from rcstudy.solve import solve_scene
 from rcstudy.studyfile.build import fitted_size
 
-SCALARS = MIDDLING | {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2, "approach": 0.03}
+SCALARS = MIDDLING | {"force_x": -40.0, "force_y": 20.0, "moment_z": 3.0, "friction_power": 0.2}
 
 
 def on_cells(size: float, **more: Any) -> Scene:

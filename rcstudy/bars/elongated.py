@@ -102,6 +102,12 @@ class Shape:
         return self.along * self.step[0], self.across * self.step[1]
 
     @property
+    def longer(self) -> float:
+        """1 - b/a of contacts long along x, 0 of others."""
+        a, b = self.semi_axes
+        return max(1.0 - b / a, 0.0)
+
+    @property
     def of_edges(self) -> dict[str, float]:
         """Factors on bars of area and radius: edges cross rows, or columns, of long cells at all places."""
         dx, dy = self.step
@@ -157,10 +163,10 @@ class Shape:
         It lies around the pole of spin in a contact of which the part `slipping` slips. The latter is between unlike
         bodies only.
         """
-        (a, b), sticks = self.semi_axes, 1.0 - slipping
+        sticks = 1.0 - slipping
         around = math.sqrt(max(1.0 - self.away**2, 0.0)) * self.per_radius**-1.5
         around *= min(sticks / _ISLAND, 1.0) * max(1.0 - sticks / _LARGE, 0.0)
-        return _OF_ISLAND["slip_area"] * around, _OF_ISLAND["moment_z"] * around * max(1.0 - b / a, 0.0)
+        return _OF_ISLAND["slip_area"] * around, _OF_ISLAND["moment_z"] * around * self.longer
 
     def of_length(self, slipping: float, spin: float, fastest: float, turning: float) -> dict[str, float]:
         """Errors with `aligned`, over the force, of forces (-), moment (mm), power (-); over the area of the slip area.

@@ -9,8 +9,8 @@ contact. Here the other contributions are added:
   slip or of stick narrower than a cell have errors of their own (`narrow.py`).
 - The largest traction, where it is mu times the largest pressure, has the error of that pressure. Both have parts of
   their own at cusps, rims and between cells (`peaks.py`).
-- The friction power of quasi-identical bodies equals the power supplied by the creepages. The difference of the two,
-  with `kalker`, is a known error (`balance_power`).
+- The friction power equals that of the creepages and of tractions on slip by pressure. The difference of the two, with
+  `kalker`, is a known error (`balance_power`, `pressed.least_power`).
 - Estimates of forces along y and of moments fall with the creepages where bodies slip by pressure (`_BY_CREEPAGE`).
 - What pressure, not creepage, makes surfaces slip has parts of its own (`pressed.py`), as have edges under strong
   friction (`pulled.py`), layers thinner than a cell (`thin_layers.py`), films much softer than the bodies (`films.py`),
@@ -101,7 +101,7 @@ def error_estimates(
             case.add_lift_at_edges(bars)
             case.add_slip_without_creepage(bars)
             case.add_what_slips(bars, len(levels))
-            case.raise_largest_traction(bars)
+            case.raise_largest_traction(bars, len(levels))
             case.add_unseen_slip(bars)
             case.add_skin_at_edge(bars)
             case.add_slip_by_pressure(bars)
@@ -198,7 +198,9 @@ class _Case:
         if self.per_radius < _FEW:
             part = 1.0 if name in _BY_PLACE else _OF_FEW
             return max(by_meshes * _ON_FEW[self.scene.discretisation], part * self.by_few_cells(name))
-        return by_meshes * (_PEAK_ON_TWO if self.aligned and name == "pressure_max" else 1.0)
+        by_meshes *= _PEAK_ON_TWO if self.aligned and name == "pressure_max" else 1.0
+        least = few.LEAST[self.scene.discretisation].get(name, 0.0)
+        return max(by_meshes, least * self.by_few_cells(name)) if least else by_meshes
 
     def by_few_cells(self, name: str) -> float:
         """Estimate from the number of cells by the laws of few cells (`few.py`)."""
@@ -315,7 +317,9 @@ class _Case:
             bars["friction_power"] = max(bars["friction_power"], unseen**1.5 * self.power)
         elif slip and self.aligned and meshes > 1:
             # the slip zone ends at the edge of the contact, whose error it shares
-            bars["slip_area"] = math.hypot(bars["slip_area"], bars["contact_area"])
+            sticks = narrow.stick_in_slip(1.0 - self.slipping, self.per_radius, self.shape.longer)
+            of_area = bars["contact_area"], sticks * finest["contact_area"]
+            bars["slip_area"] = math.hypot(bars["slip_area"], *of_area)
 
     def add_strip_that_sticks(self, bars: dict[str, float]) -> None:
         """Add what may stick in a strip narrower than a cell at the leading edge, where slip vanishes (`narrow.py`)."""
@@ -353,6 +357,9 @@ class _Case:
         parts["force_x"] = part * scale
         for name in parts.keys() & bars.keys():
             bars[name] += parts[name]
+        if "friction_power" in bars:
+            least = pressed.least_power(hidden, scene.discretisation, self.fastest, lost_power)
+            bars["friction_power"] = max(bars["friction_power"], least)
 
     def add_lift_at_edges(self, bars: dict[str, float]) -> None:
         """Add what `aligned` misses of the lift by tractions at the edges of the contact (`pulled.py`)."""
@@ -434,15 +441,19 @@ class _Case:
         if self.at_peak:
             bars["traction_max"] = scene.friction * bars["pressure_max"]
 
-    def raise_largest_traction(self, bars: dict[str, float]) -> None:
+    def raise_largest_traction(self, bars: dict[str, float], meshes: int) -> None:
         """Set the bar of the largest traction where nearly all sticks, or where it follows from the pressure.
 
         Before that it is raised, with `kalker`, where pressures are more peaked than Hertz's.
         """
         finest, friction = self.finest, self.scene.friction
         slip = finest["slip_area"]
-        width = (slip - self.hidden.slip.missing) / finest["contact_area"] * self.per_radius
+        part = (slip - self.hidden.slip.missing) / finest["contact_area"]
+        width = part * self.per_radius
         if self.aligned:
+            if meshes == 2 and 0.0 < self.slipping < 1.0:
+                on_two = narrow.traction_on_two(part * self.shape.along) * finest["traction_max"]
+                bars["traction_max"] = math.hypot(bars["traction_max"], on_two)
             bars["traction_max"] += narrow.traction_at_border(width) * finest["traction_max"]
             around_pole = self.shape.border_around_pole * finest["traction_max"]
             missed = films.of_missed_traction(self.hidden, self.slipping) if self.scene.is_coupled else 0.0

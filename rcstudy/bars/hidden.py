@@ -17,7 +17,7 @@ class Hidden(NamedTuple):
     """Errors that differences between meshes do not show.
 
     With `kalker` `unsettled`, `by_layers`, `slip`, `skin`, `edge_of_tractions` and `moved_inwards` are 0, with
-    `aligned` `moved` is.
+    `aligned` `moved` and `lost_power` are.
     """
 
     # deviation of the tractions from Coulomb's law over their bounds (`RollingSolution`)
@@ -84,6 +84,9 @@ class Hidden(NamedTuple):
     edge_of_tractions: float = 0.0
     # second moments of the pressure that rows lack, over load times the radius squared (`AlignedContact.moved_inwards`)
     moved_inwards: float = 0.0
+    # power (N) that the friction power lacks in its balance with those of creepages and of slip by pressure
+    # (`RollingSolution.power_in_balance`)
+    lost_power: float = 0.0
 
     def beyond_largest(self, rise: float) -> float:
         """By which fraction the pressure at borders of stick, with this relative `rise`, exceeds the largest one."""

@@ -3,4 +3,4 @@
 `SOLVER_VERSION` is raised whenever a stored number may change by more than rounding; it is part of each case's hash.
 """
 
-SOLVER_VERSION = "66"
+SOLVER_VERSION = "67"

@@ -102,6 +102,17 @@ class RollingSolution:
         """Products on all coarser meshes."""
         return self.coarser.products + self.coarser.coarse_products if self.coarser is not None else 0
 
+    def power_in_balance(self, w: np.ndarray) -> float:
+        """Power of tractions on the slip that they cause, per unit rolling speed and cell: sum(q.(s - w)) (MPa).
+
+        `w` [m, 2]: slip without tractions. The power is nil for surfaces, as the operator of slip is antisymmetric, but
+        not with `kalker`'s differences over a cell: what friction takes at edges that slip in less than a cell is
+        missing from -sum(q.s) by it. The more nearly all sticks, the larger a part of all power that is: the power at a
+        trailing edge where tractions are singular stays as it is while its slip zone vanishes, as energy is released at
+        the tip of a crack (Rice 1968).
+        """
+        return float(np.sum(self.q * (self.s - w)))
+
 
 def rigid_slip(x: np.ndarray, y: np.ndarray, creepage: Creepage, ahead: float) -> np.ndarray:
     """Rigid slip [m, 2] per unit rolling speed at x, y [m] (mm): (xi_x - phi y, xi_y + phi (x + ahead)).
