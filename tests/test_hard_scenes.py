@@ -196,6 +196,7 @@ def test_every_estimated_scalar_has_a_fit_and_a_variable():
         assert VARIABLES[f"{name}_error"].units == VARIABLES[name].units
 
 
+@pytest.mark.usefixtures("whole_bars")
 def test_estimate_is_stated_as_documented():
     """One level: k0 scale/N. Two: 1.3 c |S(h) - S(2h)| and noise in quadrature. Three: half a difference counts.
 
